@@ -1,0 +1,480 @@
+"""The contact phase: error-controlled integration that lands on every event.
+
+State of the pair in contact: u_left, u_right, v_left, v_right, and three quadratures: work of the contact force
+∫ F δ̇ dt, impulse ∫ F dt, and the energy that the ground puts in less what the structures' dampers take.
+
+The start of a contact is not smooth in time (F ~ δ^(1/4) costs any method its order). The clock is therefore
+s with τ = s⁴ since the touch: there δ^(1/4) ~ s, and the order of the method survives. Each step ends at a record
+sample, or where the force changes its branch: δ̇ = 0, the uncapped force meets the yield force, the force would
+turn to tension in a law that cuts it, the bodies part.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+from pounding_risk._jit import kernel
+from pounding_risk.flight import END, STAGES, STATE, TRIAL
+from pounding_risk.models.structures import Oscillator
+from pounding_risk.models.tableau import DOP853
+
+A, B, C, E = DOP853.a, DOP853.b, DOP853.c, DOP853.e
+LAST = STAGES + len(DOP853.nodes)  # row of the slopes at the end of a step
+
+SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
+NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
+# What is watched for its peak; past the force, the numbers are those of the signals watched in flight.
+FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
+
+FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE = 0, 1, 2, 3, 4  # how a contact phase ends
+
+
+class Impact(NamedTuple):
+    """What stays the same during one contact."""
+
+    left: Oscillator
+    right: Oscillator
+    law: tuple
+    gap: float  # m
+    strength: float  # force at which the law yields, inf without a cap [N]
+    least: float  # smallest force, −inf where tension is not cut [N]
+    memory: float  # damping constant of this contact
+    speed: float  # scale of velocity for the error control [m/s]
+    depth: float  # and of penetration [m]
+
+
+class Phase(NamedTuple):
+    """What stays the same during one step."""
+
+    approaching: bool
+    region: int
+    ground: float  # a_g extrapolated to the touch [m/s²]
+    ramp: float  # its slope [m/s³]
+
+
+@kernel
+def transmitted(impact, phase, state):
+    """Force that the buildings feel on this branch of the law."""
+    if phase.region == SLACK:
+        return 0.0
+    delta = max(state[0] - state[1] - impact.gap, 0.0)
+    if phase.region == YIELDING:
+        return impact.law.plateau(delta, impact.strength)
+    return impact.law.force(impact.memory, delta, state[2] - state[3], phase.approaching)
+
+
+@kernel
+def uncapped(impact, phase, state):
+    """The law's force without cap or cut."""
+    delta = max(state[0] - state[1] - impact.gap, 0.0)
+    return impact.law.force(impact.memory, delta, state[2] - state[3], phase.approaching)
+
+
+@kernel
+def slopes(impact, phase, s, state, desk, row):
+    """d(state)/ds = 4 s³ d(state)/dt into a row: u, v of both buildings, work, impulse, energy put in."""
+    left, right = impact.left, impact.right
+    force = transmitted(impact, phase, state)
+    cube = s * s * s
+    a_g = phase.ground + phase.ramp * (cube * s)
+    clock = 4.0 * cube
+    drive_left = -left.ground * a_g - left.fade * state[2]
+    drive_right = -right.ground * a_g - right.fade * state[3]
+    desk[row, 0] = clock * state[2]
+    desk[row, 1] = clock * state[3]
+    desk[row, 2] = clock * ((drive_left - left.spring * state[0]) - left.inverse_mass * force)
+    desk[row, 3] = clock * ((drive_right - right.spring * state[1]) + right.inverse_mass * force)
+    desk[row, 4] = clock * force * (state[2] - state[3])
+    desk[row, 5] = clock * force
+    desk[row, 6] = clock * (left.mass * state[2] * drive_left + right.mass * state[3] * drive_right)
+
+
+@kernel
+def state_of(desk, row):
+    """(u_left, u_right, v_left, v_right) from a row."""
+    return desk[row, 0], desk[row, 1], desk[row, 2], desk[row, 3]
+
+
+@kernel
+def attempt(impact, phase, s, h, desk):
+    """One step of the tableau from row STATE, whose slopes are in row STAGES, to row END; returns its error.
+
+    The error is that of Hairer's 8(5,3) pair, in units of the contact's scales of penetration and speed. The sums
+    are written out for the nonzero coefficients: a loop over the table takes three times as long.
+    """
+    k = STAGES
+    for p in range(4):
+        desk[TRIAL, p] = desk[STATE, p] + h * (A[1, 0] * desk[k, p])
+    slopes(impact, phase, s + C[1] * h, state_of(desk, TRIAL), desk, k + 1)
+    for p in range(4):
+        desk[TRIAL, p] = desk[STATE, p] + h * (A[2, 0] * desk[k, p] + A[2, 1] * desk[k + 1, p])
+    slopes(impact, phase, s + C[2] * h, state_of(desk, TRIAL), desk, k + 2)
+    for p in range(4):
+        desk[TRIAL, p] = desk[STATE, p] + h * (A[3, 0] * desk[k, p] + A[3, 2] * desk[k + 2, p])
+    slopes(impact, phase, s + C[3] * h, state_of(desk, TRIAL), desk, k + 3)
+    for p in range(4):
+        total = A[4, 0] * desk[k, p] + A[4, 2] * desk[k + 2, p] + A[4, 3] * desk[k + 3, p]
+        desk[TRIAL, p] = desk[STATE, p] + h * total
+    slopes(impact, phase, s + C[4] * h, state_of(desk, TRIAL), desk, k + 4)
+    for p in range(4):
+        total = A[5, 0] * desk[k, p] + A[5, 3] * desk[k + 3, p] + A[5, 4] * desk[k + 4, p]
+        desk[TRIAL, p] = desk[STATE, p] + h * total
+    slopes(impact, phase, s + C[5] * h, state_of(desk, TRIAL), desk, k + 5)
+    for p in range(4):
+        total = A[6, 0] * desk[k, p] + A[6, 3] * desk[k + 3, p] + A[6, 4] * desk[k + 4, p] + A[6, 5] * desk[k + 5, p]
+        desk[TRIAL, p] = desk[STATE, p] + h * total
+    slopes(impact, phase, s + C[6] * h, state_of(desk, TRIAL), desk, k + 6)
+    late_stage(impact, phase, s, h, desk, 7)
+    late_stage(impact, phase, s, h, desk, 8)
+    late_stage(impact, phase, s, h, desk, 9)
+    late_stage(impact, phase, s, h, desk, 10)
+    late_stage(impact, phase, s, h, desk, 11)
+    for p in range(7):
+        total = B[0] * desk[k, p]
+        for stage in range(5, 12):
+            total += B[stage] * desk[k + stage, p]
+        desk[END, p] = desk[STATE, p] + h * total
+    fifth, third = 0.0, 0.0
+    for p in range(4):
+        five, three = E[0, 0] * desk[k, p], E[1, 0] * desk[k, p]
+        for stage in range(5, 12):
+            five += E[0, stage] * desk[k + stage, p]
+            three += E[1, stage] * desk[k + stage, p]
+        scale = h / impact.depth if p < 2 else h / impact.speed
+        fifth += (five * scale) ** 2
+        third += (three * scale) ** 2
+    if fifth == 0.0:
+        return 0.0
+    return fifth / sqrt(4.0 * (fifth + 0.01 * third))
+
+
+@kernel
+def late_stage(impact, phase, s, h, desk, stage):
+    """A stage past the sixth, whose coefficients a_i1 and a_i2 are zero."""
+    k = STAGES
+    for p in range(4):
+        total = A[stage, 0] * desk[k, p]
+        for earlier in range(3, stage):
+            total += A[stage, earlier] * desk[k + earlier, p]
+        desk[TRIAL, p] = desk[STATE, p] + h * total
+    slopes(impact, phase, s + C[stage] * h, state_of(desk, TRIAL), desk, k + stage)
+
+
+@kernel
+def nudged(state, desk, row, nudge):
+    """The state a little further along its slopes."""
+    return (
+        state[0] + nudge * desk[row, 0],
+        state[1] + nudge * desk[row, 1],
+        state[2] + nudge * desk[row, 2],
+        state[3] + nudge * desk[row, 3],
+    )
+
+
+@kernel
+def margin(kind, impact, phase, state):
+    """A function that is positive on the branch and negative past the event."""
+    if kind == TURN:
+        rate = state[2] - state[3]
+        return rate if phase.approaching else -rate
+    if kind == PART:
+        return state[0] - state[1] - impact.gap
+    force = uncapped(impact, phase, state)
+    if kind == YIELD:
+        return force - impact.strength if phase.region == YIELDING else impact.strength - force
+    return -force if phase.region == SLACK else force
+
+
+@kernel
+def margin_slope(kind, impact, phase, state, desk, row, h):
+    """Derivative of `margin` along the slopes of a row, per unit of s, over a ten-millionth of the step."""
+    if kind == TURN:
+        change = desk[row, 2] - desk[row, 3]
+        return change if phase.approaching else -change
+    if kind == PART:
+        return desk[row, 0] - desk[row, 1]
+    nudge = 1e-7 * h
+    ahead = nudged(state, desk, row, nudge)
+    return (margin(kind, impact, phase, ahead) - margin(kind, impact, phase, state)) / nudge
+
+
+@kernel
+def cubic(start, start_slope, stop, stop_slope, x):
+    """Cubic through two values and slopes on [0, 1]."""
+    rise = stop - start
+    bend = 3.0 * rise - 2.0 * start_slope - stop_slope
+    twist = start_slope + stop_slope - 2.0 * rise
+    return start + x * (start_slope + x * (bend + x * twist))
+
+
+@kernel
+def first_dip(start, start_slope, stop, stop_slope):
+    """Where on (0, 1] the cubic first falls below zero, or 2 where it does not; a start at zero is above it."""
+    low = 0.0
+    for part in range(1, 9):
+        x = 0.125 * part
+        if cubic(start, start_slope, stop, stop_slope, x) < 0.0:
+            high = x
+            for _ in range(12):
+                middle = 0.5 * (low + high)
+                if cubic(start, start_slope, stop, stop_slope, middle) < 0.0:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low = x
+    return 2.0
+
+
+@kernel
+def dip_of(kind, impact, phase, span, desk):
+    """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
+    s, h = span
+    end = state_of(desk, END)
+    stop = margin(kind, impact, phase, end)
+    if kind == TURN and abs(stop) <= 1e-14 * impact.speed:
+        return 2.0
+    state = state_of(desk, STATE)
+    start = max(margin(kind, impact, phase, state), 0.0)
+    stop_slope = h * margin_slope(kind, impact, phase, end, desk, LAST, h)
+    if stop >= 0.0 and stop_slope <= 0.0:
+        return 2.0
+    # At the touch δ^(1/4) has no slope in t and a finite one in s; where it rises from there is all that counts.
+    start_slope = stop - start
+    if s > 0.0:
+        start_slope = h * margin_slope(kind, impact, phase, state, desk, STAGES, h)
+    if stop >= 0.0 and start_slope >= 0.0:
+        return 2.0
+    dip = first_dip(start, start_slope, stop, stop_slope)
+    return min(dip, 1.0) if stop < 0.0 else dip
+
+
+@kernel
+def first_event(impact, phase, span, desk):
+    """Which event the step from row STATE to row END meets first, and where on it (0 to 1)."""
+    kind, place = NONE, 2.0
+    for candidate in range(TURN, PART + 1):
+        if candidate == YIELD and impact.strength == inf:
+            continue
+        if candidate == CUT and (impact.least == -inf or phase.region == YIELDING):
+            continue
+        if candidate == PART and phase.approaching:
+            continue
+        dip = dip_of(candidate, impact, phase, span, desk)
+        if dip < place:
+            kind, place = candidate, dip
+    return kind, place
+
+
+@kernel
+def land(kind, place, impact, phase, span, desk):
+    """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
+
+    Returns the length of the step, whose end is left in row END and its slopes in row LAST.
+    """
+    s, h = span
+    low, high = 0.0, h
+    length = place * h
+    # Branches join continuously, so that a landing this close costs its square in the state; where the bodies
+    # part a law may drop a force that it still had.
+    close = 1e-13 if kind == PART else 1e-8
+    for _ in range(50):
+        attempt(impact, phase, s, length, desk)
+        end = state_of(desk, END)
+        slopes(impact, phase, s + length, end, desk, LAST)
+        value = margin(kind, impact, phase, end)
+        if value > 0.0:
+            low = length
+        else:
+            high = length
+        slope = margin_slope(kind, impact, phase, end, desk, LAST, h)
+        new = length - value / slope if slope < 0.0 else low
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        if abs(new - length) <= close * h or high - low <= 1e-13 * h:
+            break
+        length = new
+    return length
+
+
+@kernel
+def reading(watch, impact, phase, state):
+    """A watched quantity in contact: uncapped force, displacement or absolute acceleration of a building."""
+    if watch == FORCE:
+        return uncapped(impact, phase, state)
+    if watch == PLACE_LEFT:
+        return state[0]
+    if watch == PLACE_RIGHT:
+        return state[1]
+    force = transmitted(impact, phase, state)
+    if watch == SHAKE_LEFT:
+        left = impact.left
+        return (-left.fade * state[2] - left.spring * state[0]) - left.inverse_mass * force
+    right = impact.right
+    return (-right.fade * state[3] - right.spring * state[1]) + right.inverse_mass * force
+
+
+@kernel
+def reading_slope(watch, impact, phase, state, desk, row, h):
+    """Its derivative along the slopes of a row, per unit of s, over a ten-millionth of the step."""
+    nudge = 1e-7 * h
+    ahead = nudged(state, desk, row, nudge)
+    return (reading(watch, impact, phase, ahead) - reading(watch, impact, phase, state)) / nudge
+
+
+@kernel
+def crest(watch, sign, ends, impact, phase, span, desk):
+    """The largest sign × reading inside the step, where its slope turns; found on repeated steps.
+
+    ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois). Rows END
+    and LAST are overwritten.
+    """
+    s, h = span
+    low, high = 0.0, h
+    low_slope, high_slope = ends
+    best = -inf
+    side = 0
+    for _ in range(60):
+        length = low + (high - low) * low_slope / (low_slope - high_slope)
+        if not low < length < high:
+            length = 0.5 * (low + high)
+        attempt(impact, phase, s, length, desk)
+        state = state_of(desk, END)
+        slopes(impact, phase, s + length, state, desk, LAST)
+        best = max(best, sign * reading(watch, impact, phase, state))
+        slope = sign * reading_slope(watch, impact, phase, state, desk, LAST, h)
+        if slope > 0.0:
+            moved = length - low
+            low, low_slope = length, slope
+            high_slope = 0.5 * high_slope if side == 1 else high_slope
+            side = 1
+        else:
+            moved = high - length
+            high, high_slope = length, slope
+            low_slope = 0.5 * low_slope if side == -1 else low_slope
+            side = -1
+        # The reading is flat at its crest: a place good to 1e-5 of the step gives it to 1e-10.
+        if moved <= 1e-5 * h or high - low <= 1e-5 * h:
+            break
+    return best
+
+
+@kernel
+def hides_crest(watch, sign, best, impact, phase, span, desk):
+    """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
+    s, h = span
+    begin, end = state_of(desk, STATE), state_of(desk, END)
+    start = sign * reading(watch, impact, phase, begin)
+    stop = sign * reading(watch, impact, phase, end)
+    # Error control keeps a step from hiding a crest twice as high as both its ends.
+    if 2.0 * max(start, stop) <= best:
+        return 0.0, 0.0
+    stop_slope = sign * reading_slope(watch, impact, phase, end, desk, LAST, h)
+    if stop_slope >= 0.0:
+        return 0.0, 0.0
+    if s == 0.0:
+        # The slope at the touch itself may be infinite and is no measure of what follows.
+        return -stop_slope, stop_slope
+    start_slope = sign * reading_slope(watch, impact, phase, begin, desk, STAGES, h)
+    if start_slope <= 0.0:
+        return 0.0, 0.0
+    # A concave stretch stays under the crossing of its end tangents.
+    reach = h * start_slope * stop_slope / (stop_slope - start_slope)
+    if max(start, stop) + reach < best:
+        return 0.0, 0.0
+    return start_slope, stop_slope
+
+
+@kernel
+def depth_of(law, energy, guess):
+    """Penetration at which an uncapped law has stored ``energy``: a scale, good to a tenth."""
+    depth = guess
+    for _ in range(200):
+        stored = law.stored(depth, inf)
+        if not stored > 0.0:
+            depth *= 1e3
+            continue
+        ratio = energy / stored
+        if 0.8 < ratio < 1.25:
+            break
+        depth *= sqrt(ratio)
+    return depth
+
+
+@kernel
+def energy_of(pair, state):
+    """Kinetic and strain energy of both buildings [J]."""
+    left, right = pair
+    kinetic = left.mass * state[2] ** 2 + right.mass * state[3] ** 2
+    strain = left.mass * left.spring * state[0] ** 2 + right.mass * right.spring * state[1] ** 2
+    return 0.5 * (kinetic + strain)
+
+
+@kernel
+def switched(kind, phase):
+    """The phase after an event."""
+    approaching, region = phase.approaching, phase.region
+    if kind == TURN:
+        approaching = not approaching
+    elif kind == YIELD:
+        region = ELASTIC if region == YIELDING else YIELDING
+    elif kind == CUT:
+        region = ELASTIC if region == SLACK else SLACK
+    return Phase(approaching, region, phase.ground, phase.ramp)
+
+
+@kernel
+def next_step(h, error, rtol):
+    """Step length from the last one: 0.9 (rtol / error)^(1/8), kept within 1/5 and 5."""
+    if error == 0.0:
+        return 5.0 * h
+    return h * min(5.0, max(0.2, 0.9 * sqrt(sqrt(sqrt(rtol / error)))))
+
+
+@kernel
+def take_step(impact, phase, span, rtol, desk):
+    """One accepted step within ``span`` = (s, length to try, length left), shortened to the first event on it.
+
+    The end is left in row END, its slopes on this branch in row LAST. Returns (length, event, next length to
+    try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
+    is not finite.
+    """
+    s, h, left = span
+    attempts = 0
+    while True:
+        # A sliver at the end of the span would cost a step of its own: split what is left evenly instead.
+        if h >= left:
+            h = left
+        elif 2.0 * h > left:
+            h = 0.5 * left
+        error = attempt(impact, phase, s, h, desk)
+        attempts += 1
+        if error <= rtol:
+            break
+        if not error >= 0.0 and attempts > 60:
+            return -1.0, NONE, h, attempts
+        h = next_step(h, error, rtol) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * left:
+            return 0.0, NONE, h, attempts
+    slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
+    following = next_step(h, error, rtol)
+    event, place = first_event(impact, phase, (s, h), desk)
+    if event != NONE:
+        following = h
+        h = land(event, place, impact, phase, (s, h), desk)
+    return h, event, following, attempts
+
+
+@kernel
+def begin(pair, fastest, law, limits, state):
+    """Freeze what a contact remembers of its start; returns the `Impact` and the approach speed."""
+    left, right = pair
+    gap, yield_force, restitution = limits
+    speed = max(state[2] - state[3], 0.0)
+    mass = 1.0 / (left.inverse_mass + right.inverse_mass)
+    memory = law.begin(restitution.at(speed), speed, mass)
+    # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
+    scale = max(speed, 1e-3 * fastest, 1e-12)
+    depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+    return Impact(left, right, law, gap, law.ceiling(yield_force), law.floor(), memory, scale, depth), speed

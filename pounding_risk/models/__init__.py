@@ -1,0 +1,1 @@
+"""The physics, in scalars: contact laws, restitution, structures, the integration tableau."""

@@ -1,0 +1,345 @@
+"""Units at the door: a field's unit and bounds, stated once beside the field, and text to SI.
+
+Inside the package everything is kg, m, s, N. Text with a unit ("44.36 t", "25 mm", "4.2e7 kN/m^1.5")
+becomes a number here and nowhere else.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from decimal import Decimal, InvalidOperation
+from difflib import get_close_matches
+from functools import lru_cache
+from math import inf, isfinite, isnan
+from typing import Any, NamedTuple
+
+from pounding_risk.errors import PoundingError
+
+STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
+
+
+class QuantityError(PoundingError, ValueError):
+    """Text that is not the quantity asked for; the sentence says what was found, what would do, and how."""
+
+
+class Quantity(NamedTuple):
+    """What a number means: SI unit, the closed or open range it may lie in, and words for it.
+
+    A bound is exclusive where its ``open_low`` or ``open_high`` flag is set. ``example`` is what a message
+    suggests to write; without it a usual value of that unit is shown.
+    """
+
+    unit: str
+    low: float
+    high: float
+    words: str
+    open_low: bool = False
+    open_high: bool = False
+    example: str = ""
+
+    def allows(self, value: float) -> bool:
+        """True where ``value`` lies in the range; NaN never does."""
+        above = value > self.low if self.open_low else value >= self.low
+        below = value < self.high if self.open_high else value <= self.high
+        return above and below
+
+
+MASS = Quantity("kg", 0.0, inf, "mass", open_low=True, open_high=True)
+PERIOD = Quantity("s", 0.0, inf, "period of vibration", open_low=True, open_high=True)
+STIFFNESS = Quantity("N/m", 0.0, inf, "lateral stiffness", open_low=True, open_high=True, example="40.5 MN/m")
+DAMPING = Quantity("1", 0.0, 1.0, "damping ratio", open_high=True, example="0.05")
+GAP = Quantity("m", 0.0, inf, "clear distance at rest")
+YIELD_FORCE = Quantity("N", 0.0, inf, "yield force F_E", open_low=True)
+RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")
+SPEED = Quantity("m/s", 0.0, inf, "approach speed", open_low=True, open_high=True)
+PGA = Quantity("m/s^2", 0.0, inf, "peak ground acceleration", open_low=True, open_high=True)
+SCALE = Quantity("1", 0.0, inf, "scale factor", open_low=True, open_high=True, example="1.5")
+TIME = Quantity("s", 0.0, inf, "time from the record's start", open_high=True, example="6 s")
+TAIL = Quantity("s", 0.0, inf, "duration of free vibration", open_high=True, example="5 s")
+RTOL = Quantity("1", 1e-12, 1e-2, "relative tolerance", example="1e-6")
+
+# Usual units of the trade per SI unit, largest first, with their exact size: what `say` chooses from.
+USUAL: dict[str, tuple[tuple[str, float], ...]] = {
+    "kg": (("t", 1e3), ("kg", 1.0)),
+    "s": (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)),
+    "m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6)),
+    "N": (("MN", 1e6), ("kN", 1e3), ("N", 1.0)),
+    "N/m": (("GN/m", 1e9), ("MN/m", 1e6), ("kN/m", 1e3), ("N/m", 1.0)),
+    "N/m^1.5": (("kN/m^1.5", 1e3), ("N/m^1.5", 1.0)),
+    "m/s": (("m/s", 1.0), ("mm/s", 1e-3)),
+    "m/s^2": (("g", STANDARD_GRAVITY),),
+    "J": (("MJ", 1e6), ("kJ", 1e3), ("J", 1.0)),
+}
+# The trade says 450 kN and 1300 kN, 350 mm and 0.007 s: a unit is left below this many of it.
+FEWEST = {"m": 1.0, "mm": 0.01, "s": 0.001, "MN": 10.0, "GN/m": 10.0, "kN/m^1.5": 0.01, "g": 0.0}
+
+EXAMPLES = {
+    "kg": "44.36 t",
+    "s": "0.208 s",
+    "m": "25 mm",
+    "N": "450 kN",
+    "N/m": "8.9e5 kN/m",
+    "N/m^1.5": "4.2e7 kN/m^1.5",
+    "m/s": "0.5 m/s",
+    "m/s^2": "0.5 g",
+    "1": "0.5",
+}
+# What a unit measures, so that a wrong dimension can be named; the first match wins.
+DIMENSIONS = {
+    "kg": "a mass",
+    "s": "a time",
+    "m": "a length",
+    "N": "a force",
+    "m/s^2": "an acceleration",
+    "m/s": "a speed",
+    "N/m": "a linear stiffness (force/length)",
+    "N/m^1.5": "an impact stiffness (force/length^1.5)",
+    "Hz": "a frequency",
+    "kg/s": "a mass flow",
+    "Pa": "a pressure",
+    "J": "an energy or a moment",
+    "W": "a power",
+    "N*s": "an impulse",
+    "m^2": "an area",
+    "m^3": "a volume",
+    "kg/m^3": "a density",
+    "kg/m": "a mass per length",
+    "K": "a temperature",
+    "A": "an electric current",
+    "V": "a voltage",
+    "tesla": "a magnetic field",
+}
+# Spellings offered when a unit is not known.
+FAMILIAR = (
+    *(
+        "kg",
+        "t",
+        "s",
+        "ms",
+        "min",
+        "m",
+        "cm",
+        "mm",
+        "km",
+        "N",
+        "kN",
+        "MN",
+        "kN/m",
+        "MN/m",
+        "N/m",
+        "kN/m^1.5",
+        "N/m^1.5",
+    ),
+    *("m/s", "mm/s", "m/s^2", "cm/s^2", "g", "Gal", "lb", "kip", "in", "ft", "J", "kJ"),
+)
+
+_NUMBER = re.compile(
+    r"\s*([+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?![a-z])|nan(?![a-z])))(.*)", re.DOTALL
+)
+# Names that pint would read one way and an engineer another.
+AMBIGUOUS = {
+    "ton": '1000, 907 or 1016 kg: write "t" for 1000 kg',
+    "tons": '1000, 907 or 1016 kg: write "t" for 1000 kg',
+    "mt": 'a thousandth of a tonne or a "metric ton": write "kg" or "t"',
+}
+
+# A unit is a product of names with plain exponents: nothing that could hide a second number.
+_UNIT = re.compile(r"[A-Za-zµμΩ_][A-Za-zµμΩ_0-9²³ .*·/^()-]*")
+_POWER = re.compile(r"(\^|\*\*)\s*\(?\s*(-?\d+(?:\.\d+)?(?:/[1-9]\d*)?)\s*\)?")
+
+
+def parse(text: object, quantity: Quantity) -> float:
+    """The value of ``text`` in the SI unit of ``quantity``.
+
+    ``text`` is a number with a unit ("44.36 t", "0.5 g", "4.2e7 kN/m^1.5"), or "inf" where no limit is meant.
+    "g" is standard gravity where an acceleration is asked for, a gram anywhere else. A dimensionless quantity
+    takes a plain number (0.05, "0.05") or a percentage ("5 %"), nothing else. The conversion is decimal and
+    rounded once: "25 mm" is the float 0.025.
+
+    Raises QuantityError for a missing, unknown or wrong unit, for what is no number, and out of range.
+    """
+    number, unit = _split(text, quantity)
+    if quantity.unit == "1":
+        value = _plain(number, unit, text, quantity)
+    elif unit:
+        value = _converted(number, unit, text, quantity)
+    elif not number.is_infinite():
+        needs = f"{article(quantity.words)} needs one"
+        raise QuantityError(f"{shown(text)} has no unit, and {needs}; {repair(quantity)}")
+    else:
+        value = float(number)
+    if not quantity.allows(value):
+        raise QuantityError(
+            f"{shown(text)} is out of range: {article(quantity.words)} must be {bounds(quantity)}; "
+            f"{repair(quantity)}"
+        )
+    return value + 0.0  # no minus zero
+
+
+def repair(quantity: Quantity) -> str:
+    """What to write instead: `write a mass such as "44.36 t"`."""
+    example = quantity.example or EXAMPLES.get(quantity.unit, f"1 {quantity.unit}")
+    quoted = example if quantity.unit == "1" else f'"{example}"'
+    return f"write {article(quantity.words)} such as {quoted}"
+
+
+def bounds(quantity: Quantity) -> str:
+    """The range in words: "greater than 0 kg and finite", "at least 0 and less than 1"."""
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    words = []
+    if quantity.low > -inf:
+        words.append(f"{'greater than' if quantity.open_low else 'at least'} {quantity.low:g}{unit}")
+    if quantity.high < inf:
+        words.append(f"{'less than' if quantity.open_high else 'at most'} {quantity.high:g}{unit}")
+    elif quantity.open_high:
+        words.append("finite")
+    return " and ".join(words) or "a number"
+
+
+def say(value: float, quantity: Quantity, digits: int = 4) -> str:
+    """``value`` (SI) as an engineer writes it: 44.36 t, 450 kN, 25 mm, 0.5 g; inf stays inf."""
+    units = USUAL.get(quantity.unit, ((quantity.unit, 1.0),))
+    if quantity.unit == "1" or not isfinite(value):
+        return _digits(value, digits)
+    if value == 0.0:
+        return f"0 {'mm' if quantity.unit == 'm' else units[-1][0] if len(units) < 3 else quantity.unit}"
+    for unit, size in units:
+        if abs(value) >= size * FEWEST.get(unit, 1.0):
+            break
+    return f"{_digits(value / size, digits)} {unit}"
+
+
+def exact(value: float, quantity: Quantity) -> str | float:
+    """``value`` as text that `parse` turns into the very same float; a plain number where dimensionless."""
+    if quantity.unit == "1":
+        return value
+    return f"{value!r} {quantity.unit}" if isfinite(value) else repr(value)
+
+
+def article(words: str) -> str:
+    """The words with "a" or "an" before them."""
+    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+
+
+def shown(value: Any) -> str:
+    """A value as it stands in a scene file, shortened to 60 characters."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, str):
+        text = f'"{value}"'
+    elif isinstance(value, dict):
+        text = "{" + ", ".join(f"{key} = {shown(item)}" for key, item in value.items()) + "}"
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(shown(item) for item in value[:8]) + (", ..." if len(value) > 8 else "") + "]"
+    elif isinstance(value, int) and abs(value) >= 10**40:
+        text = "an integer of more than 40 digits"
+    else:
+        text = str(value)
+    text = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text[:61])
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _digits(value: float, digits: int) -> str:
+    """Significant digits without a padded exponent: 4.2e7, not 4.2e+07; whole numbers up to 99999 in full."""
+    text = f"{value:.{digits}g}"
+    if "e" in text and 1.0 <= abs(value) < 1e5:
+        text = f"{float(text):.0f}"
+    mantissa, _, exponent = text.partition("e")
+    return f"{mantissa}e{int(exponent)}" if exponent else text
+
+
+def _split(text: object, quantity: Quantity) -> tuple[Decimal, str]:
+    """Number and unit of ``text``, or of a bare number."""
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        raise QuantityError(f"{shown(text)} is not {article(quantity.words)}; {repair(quantity)}")
+    found = _NUMBER.fullmatch(text if isinstance(text, str) else shown(text))
+    if not found or (isinstance(text, str) and re.match(r"\s*[+-]?\d+,\d", text)):
+        comma = " (write a decimal point, not a comma)" if found else ""
+        kind = "a number" if quantity.unit == "1" else "a number with a unit"
+        raise QuantityError(f"{shown(text)} is not {kind}{comma}; {repair(quantity)}")
+    try:
+        number = Decimal(found[1])
+    except InvalidOperation:  # an exponent of more than eighteen digits
+        number = Decimal("inf")
+    if number.is_nan():
+        raise QuantityError(f"{shown(text)} is not a number; {repair(quantity)}")
+    return number, found[2].strip()
+
+
+def _plain(number: Decimal, unit: str, text: object, quantity: Quantity) -> float:
+    """A dimensionless value: a plain number or a percentage."""
+    if unit not in ("", "%"):
+        raise QuantityError(
+            f"{shown(text)} has a unit, but {article(quantity.words)} is a plain number; {repair(quantity)}"
+        )
+    return float(number / 100 if unit else number)
+
+
+def _converted(number: Decimal, unit: str, text: object, quantity: Quantity) -> float:
+    """The number in the SI unit of the quantity."""
+    size, wrong = _size(unit, quantity.unit)
+    if wrong:
+        raise QuantityError(f"{shown(text)} {wrong}; {repair(quantity)}")
+    if number.is_infinite():
+        return float(number)
+    try:
+        value = float(number * size)
+    except ArithmeticError:  # past the range of a Decimal, far past that of a float
+        value = inf
+    return value if not isnan(value) else inf
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    """The one registry of units. pint takes 0.4 s to load, hence here; Decimal keeps 25 mm exact."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+def _spelling(unit: str, target: str) -> str:
+    """The unit in pint's spelling: m2, m^(3/2) and · are understood, g and gal follow what is asked for."""
+    unit = unit.replace("·", "*")
+    unit = re.sub(r"(?<=[A-Za-zµμ])(?=\d)", "^", unit)
+    if target == "m/s^2":
+        unit = {"g": "standard_gravity", "gal": "Gal"}.get(unit, unit)
+    return unit
+
+
+@lru_cache(maxsize=256)
+def _size(unit: str, target: str) -> tuple[Decimal, str]:
+    """How many ``target`` one ``unit`` is, or what is wrong with it."""
+    spelling = _spelling(unit, target)
+    if unit == "%":
+        return Decimal(0), "is a percentage, not " + _kind(target)
+    if unit in AMBIGUOUS:
+        return Decimal(0), f'has the unit "{unit}", which could be {AMBIGUOUS[unit]}'
+    if not _UNIT.fullmatch(spelling) or re.search(r"\d", _POWER.sub("", spelling).replace("g_0", "")):
+        return Decimal(0), f'has "{unit}" after the number, which is not a unit'
+    registry = _registry()
+    try:
+        one = registry.Quantity(Decimal(1), registry.parse_units(spelling))
+        wanted = registry.parse_units(target)
+        if one.dimensionality == wanted.dimensionality:
+            return one.to(wanted).magnitude, ""
+        measure = one.dimensionality
+    except Exception:  # noqa: BLE001  pint lets its own, tokenizer, syntax and arithmetic errors out
+        return Decimal(0), f'has the unit "{unit}", which is not known{_meant(unit, FAMILIAR)}'
+    for known, words in DIMENSIONS.items():
+        if registry.parse_units(known).dimensionality == measure:
+            fitting = [known for known, _ in USUAL.get(target, ()) if known.lower() == unit.lower()]
+            return Decimal(0), f"is {words}, not {_kind(target)}{_meant(unit, fitting)}"
+    kind = "a plain number or an angle" if not measure else f"of dimension {measure}"
+    return Decimal(0), f"is {kind}, not {_kind(target)}"
+
+
+def _meant(unit: str, known: Iterable[str]) -> str:
+    """A likely spelling: the same letters in another case first, then the nearest."""
+    known = list(known)
+    near = [name for name in known if name.lower() == unit.lower()] or get_close_matches(unit, known, 1, 0.5)
+    return f' (did you mean "{near[0]}"?)' if near else ""
+
+
+def _kind(unit: str) -> str:
+    return DIMENSIONS.get(unit, f"a quantity in {unit}")

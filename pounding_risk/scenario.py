@@ -1,0 +1,352 @@
+"""Scene files: TOML with quantities in, a `Study` out, and every fault of a file told at once.
+
+Keys are declared once, in the tables below, and pydantic walks them. ``scene_keys`` reads their values,
+``scene_checks`` knows what more than one key takes part in, ``scene_text`` deals with the text itself.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from math import inf, pi, sqrt
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, core_schema
+
+from pounding_risk import scene_keys
+from pounding_risk.errors import SceneError
+from pounding_risk.models.contact import EXPONENT, LAWS, stiffness_quantity
+from pounding_risk.models.restitution import NAMED, Restitution, constant
+from pounding_risk.models.structures import Building
+from pounding_risk.quantities import (
+    DAMPING,
+    GAP,
+    MASS,
+    PERIOD,
+    PGA,
+    RTOL,
+    SCALE,
+    SPEED,
+    STIFFNESS,
+    TAIL,
+    YIELD_FORCE,
+    Quantity,
+    parse,
+    shown,
+)
+from pounding_risk.scene_checks import LATER, across_keys, later_words, missing_files
+from pounding_risk.scene_overrides import ARRAYS, override
+from pounding_risk.scene_text import (
+    Fault,
+    KeyPath,
+    key_lines,
+    nearest,
+    parse_toml,
+    read_text,
+    sentences,
+)
+from pounding_risk.study import (
+    AS_RECORDED,
+    EQUAL_TERMS,
+    POLARITIES,
+    EqualTerms,
+    Grid,
+    RecordRequest,
+    Study,
+)
+
+__all__ = [
+    "EqualTerms",
+    "Grid",
+    "RecordRequest",
+    "Study",
+    "parse_scene",
+    "read_scene",
+    "scene_schema",
+    "study_from",
+]
+
+
+class Reads:
+    """A key's reader for pydantic, with the JSON schema that editors get."""
+
+    def __init__(self, read: Callable[[Any], Any], schema: dict[str, Any]):
+        self.read, self.schema = read, schema
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return self.schema
+
+
+def measured(quantity: Quantity) -> Reads:
+    """A quantity: text with a unit, or a plain number where it is dimensionless."""
+    plain = quantity.unit == "1"
+    kind = {"type": ["number", "string"]} if plain else {"type": "string"}
+    return Reads(
+        partial(parse, quantity=quantity), {**kind, "description": f"{quantity.words} [{quantity.unit}]"}
+    )
+
+
+def gridded(quantity: Quantity) -> Reads:
+    """The values of a grid key."""
+    return Reads(scene_keys.axis(quantity), {"type": ["array", "object"], "description": quantity.words})
+
+
+_STRINGS = {"type": "array", "items": {"type": "string"}}
+_LAW = {"enum": list(LAWS)}
+
+
+class Section(BaseModel):
+    """A table of a scene: no key that is not declared."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SceneTable(Section):
+    name: Annotated[str, Reads(scene_keys.words("Frame beside masonry"), {"type": "string"})] = ""
+
+
+class BuildingTable(Section):
+    name: Annotated[str, Reads(scene_keys.words("frame"), {"type": "string"})]
+    mass: Annotated[float, measured(MASS)] = inf
+    period: Annotated[float, measured(PERIOD)] = 0.0
+    stiffness: Annotated[float, measured(STIFFNESS)] = inf
+    rigid: Annotated[bool, Reads(scene_keys.flag, {"type": "boolean"})] = False
+    damping: Annotated[float, measured(DAMPING)] = 0.05
+
+
+class EqualTermsTable(Section):
+    same: Annotated[str, Reads(scene_keys.same, {"enum": list(EQUAL_TERMS)})]
+    speed: Annotated[float, measured(SPEED)]
+
+
+class InterfaceTable(Section):
+    gap: Annotated[float | None, measured(GAP)] = None
+    contact_model: Annotated[str | None, Reads(scene_keys.law_name, _LAW)] = None
+    stiffness: Annotated[
+        Any, Field(json_schema_extra={"type": "string"})
+    ]  # its unit depends on the contact model
+    restitution: Annotated[
+        tuple[Restitution, str],
+        Reads(scene_keys.restitution, {"anyOf": [{"type": ["number", "string"]}, {"enum": list(NAMED)}]}),
+    ] = (constant(1.0), "1.0")
+    yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
+    plastic_exponent: Annotated[float, measured(EXPONENT)] = 0.0
+    equal_terms: EqualTermsTable | None = None
+
+
+class EffectsTable(Section):
+    """This version has none; the names of later ones are known to ``scene_checks``."""
+
+
+class RecordsTable(Section):
+    names: Annotated[tuple[str, ...], Reads(scene_keys.record_names, _STRINGS)] = ()
+    files: Annotated[tuple[str, ...], Reads(scene_keys.record_files, _STRINGS)] = ()
+    window: Annotated[tuple[float, float] | None, Reads(scene_keys.window, _STRINGS)] = None
+    pga: Annotated[float | None, measured(PGA)] = None
+    scale: Annotated[float | None, measured(SCALE)] = None
+    polarity: Annotated[
+        tuple[str, ...], Reads(scene_keys.polarity, {"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]})
+    ] = (AS_RECORDED,)
+    processing: Annotated[str, Reads(scene_keys.processing, {"enum": ["auto", "none"]})] = "auto"
+    tail: Annotated[float, measured(TAIL)] = 0.0
+
+
+class GridTable(Section):
+    gap: Annotated[tuple[float, ...], gridded(GAP)] = ()
+    yield_force: Annotated[tuple[float, ...], gridded(YIELD_FORCE)] = ()
+    contact_model: Annotated[tuple[str, ...], Reads(scene_keys.law_names, _STRINGS)] = ()
+    pga: Annotated[tuple[float, ...], gridded(PGA)] = ()
+
+
+class SolverTable(Section):
+    rtol: Annotated[float, measured(RTOL)] = 1e-6
+
+
+class SceneTables(Section):
+    scene: SceneTable = SceneTable()
+    building: list[BuildingTable]
+    interface: list[InterfaceTable]
+    effects: EffectsTable = EffectsTable()
+    records: RecordsTable
+    grid: GridTable = GridTable()
+    solver: SolverTable = SolverTable()
+
+
+TABLES: Mapping[str, type[Section]] = {
+    "scene": SceneTable,
+    "building": BuildingTable,
+    "interface": InterfaceTable,
+    "effects": EffectsTable,
+    "records": RecordsTable,
+    "grid": GridTable,
+    "solver": SolverTable,
+}
+KNOWN = {section: [*table.model_fields, *LATER.get(section, {})] for section, table in TABLES.items()}
+ABSENT = {
+    "building": "missing; write two [[building]] tables, left and right, each with name, mass and period",
+    "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
+    "records": 'missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
+    "name": 'missing; write name = "frame"',
+    "stiffness": 'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
+    "same": f'missing; write same = "{EQUAL_TERMS[0]}"',
+    "speed": 'missing; write speed = "0.5 m/s"',
+}
+
+
+class _Origin(NamedTuple):
+    """Where the tables of a scene come from."""
+
+    source: str
+    text: str
+    lines: Mapping[KeyPath, int]
+    overrides: tuple[str, ...]
+
+
+def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+    """The study of a scene file, with ``--set``-like ``overrides`` ('interface.gap="20 mm"') applied.
+
+    Raises SceneError that tells every fault with its line, its key and the likely repair.
+    """
+    path = Path(path)
+    return parse_scene(read_text(path), str(path), overrides)
+
+
+def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Study:
+    """The study of a scene's TOML text. As `read_scene`; record files are relative to ``source``'s folder."""
+    raw = parse_toml(text, source)
+    return _study(raw, _Origin(source, text, key_lines(text), tuple(overrides)))
+
+
+def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Study:
+    """The study of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
+    study = _study(dict(tables), _Origin(source, "", {}, tuple(overrides)))
+    return replace(study, text=study.to_toml())
+
+
+def scene_schema() -> dict[str, Any]:
+    """JSON schema of a scene file, for the completion of an editor; it knows keys and kinds, not units."""
+    return SceneTables.model_json_schema()
+
+
+def _study(raw: dict[str, Any], origin: _Origin) -> Study:
+    raw = copy.deepcopy(raw)
+    outside = [path for text in origin.overrides for path in override(raw, text, KNOWN, origin.source)]
+    written = copy.deepcopy(raw)
+    faults = later_words(raw)
+    incomplete = {fault.path[:-1] for fault in faults}  # what replaces a later word is told with it
+    tables: SceneTables | None = None
+    try:
+        tables = SceneTables.model_validate(raw)
+    except ValidationError as error:
+        faults += _faults(error)
+    faults += across_keys(raw)
+    faults += missing_files(raw, Path(origin.source).parent)
+    faults = [fault for fault in faults if not (fault.absent and fault.path[:-1] in incomplete)]
+    if faults or tables is None:
+        raise SceneError(origin.source, sentences(faults, written, origin.lines, outside))
+    return _assembled(tables, origin)
+
+
+def _assembled(tables: SceneTables, origin: _Origin) -> Study:
+    """The study of tables without a fault."""
+    interface, grid, records = tables.interface[0], tables.grid, tables.records
+    gap = grid.gap[0] if interface.gap is None else interface.gap
+    law_name = interface.contact_model or grid.contact_model[0]
+    left, right = (_building(building) for building in tables.building)
+    return Study(
+        name=tables.scene.name or Path(origin.source).stem,
+        buildings=(left, right),
+        gap=gap,
+        law_name=law_name,
+        stiffness=parse(interface.stiffness, stiffness_quantity(LAWS[law_name])),
+        plastic_exponent=interface.plastic_exponent,
+        restitution=interface.restitution[0],
+        restitution_words=interface.restitution[1],
+        yield_force=interface.yield_force,
+        equal_terms=EqualTerms(**dict(interface.equal_terms)) if interface.equal_terms else None,
+        records=RecordRequest(
+            records.names,
+            records.files,
+            records.window,
+            records.pga,
+            records.scale,
+            records.polarity,
+            records.processing,
+            records.tail,
+        ),
+        grid=Grid(
+            grid.gap or (gap,),
+            grid.yield_force or (interface.yield_force,),
+            grid.contact_model or (law_name,),
+            grid.pga or (records.pga,),
+        ),
+        rtol=tables.solver.rtol,
+        text=origin.text,
+        source=origin.source,
+        overrides=origin.overrides,
+    )
+
+
+def _building(table: BuildingTable) -> Building:
+    if table.rigid:
+        return Building.rigid(table.name, table.mass)
+    period = table.period or 2.0 * pi * sqrt(table.mass / table.stiffness)
+    return Building(table.name, table.mass, period, table.damping)
+
+
+def _faults(error: ValidationError) -> Iterator[Fault]:
+    """What pydantic found, in this package's words."""
+    for found in error.errors(include_url=False):
+        path, kind, value = found["loc"], found["type"], found["input"]
+        cause = found.get("ctx", {}).get("error")
+        if isinstance(cause, scene_keys.Several):
+            yield from (Fault((*path, *below), sentence) for below, sentence in cause.faults)
+        elif isinstance(cause, ValueError):
+            yield Fault(path, str(cause))
+        elif kind == "extra_forbidden":
+            yield Fault(path, _unknown(path))
+        elif kind == "missing":
+            yield Fault(path, ABSENT[str(path[-1])], absent=True)
+        else:
+            yield Fault(path, _not_a_table(path, value))
+
+
+def _unknown(path: KeyPath) -> str:
+    """An unknown key: the nearest known one, the section that has it, or all that there are."""
+    key, parent = str(path[-1]), path[:-1]
+    if not parent:
+        return f"unknown section{nearest(key, KNOWN)}; sections are {', '.join(KNOWN)}"
+    section = str(parent[0])
+    inner = parent[-1] == "equal_terms"
+    known = list(EqualTermsTable.model_fields) if inner else KNOWN[section]
+    homes = [_header(other) for other in TABLES if key in TABLES[other].model_fields]
+    if homes and not nearest(key, known, 0.75):
+        return f"unknown key; it belongs in {' or '.join(homes)}"
+    label = "equal_terms" if inner else _header(section)
+    taken = EqualTermsTable.model_fields if inner else TABLES[section].model_fields
+    return f"unknown key{nearest(key, known)}; {label} takes {', '.join(taken) or 'no keys in this version'}"
+
+
+def _header(section: str) -> str:
+    return f"[[{section}]]" if section in ARRAYS else f"[{section}]"
+
+
+def _not_a_table(path: KeyPath, value: Any) -> str:
+    """Something else where a table, or an array of tables, stands."""
+    section = str(path[0])
+    if path[-1] == "equal_terms":
+        return f'{shown(value)} is not a table; write {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}'
+    if section in ARRAYS and isinstance(value, dict):
+        return (
+            f"one table, where each {section} is a table of a list; write [[{section}]] with double brackets"
+        )
+    return f"{shown(value)} is not a table; write {_header(section)} and its keys below"

@@ -1,0 +1,283 @@
+"""What no single key can tell: keys that exclude, need or count each other, and words of later versions.
+
+Every check reads the tables as written and yields its faults, whatever else is wrong with the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.quantities import QuantityError, parse, shown
+from pounding_risk.scene_text import Fault, nearest
+from pounding_risk.study import EQUAL_TERMS, matching
+
+_STOREYS = (
+    "buildings of several storeys are not in this version; write mass and period (or stiffness) instead"
+)
+_CODE_PERIOD = 'code periods are not in this version; write the period itself, such as period = "0.208 s"'
+_EFFECT = "this effect is not in this version; remove it: the scene then runs as if the effect did not act"
+_NOT_YET = "not in this version"
+EFFECTS = (
+    "permanent_set",
+    "unloading_stiffness",
+    "strain_rate",
+    "wave_passage",
+    "inelastic_storeys",
+    "p_delta",
+    "soil_flexibility",
+)
+
+# Words that a scene may use one day, by section: each with what this version offers instead.
+LATER: Mapping[str, Mapping[str, str]] = {
+    "building": {
+        "floor_masses": _STOREYS,
+        "storey_stiffnesses": _STOREYS,
+        "storey_heights": _STOREYS,
+        "storeys": _STOREYS,
+        "typology": _CODE_PERIOD,
+        "height": _CODE_PERIOD,
+    },
+    "interface": {
+        "contact": "contact points by storey are not in this version; remove it: the masses meet at one",
+    },
+    "effects": dict.fromkeys(EFFECTS, _EFFECT),
+    "records": {
+        "set": "record sets by name are not in this version; list the records in names or files instead",
+        "components": 'rotated components are not in this version; name one, such as names = ["RSN6-180"]',
+    },
+    "grid": {
+        "scale": "a grid of scale factors is not in this version; write a grid of pga instead",
+        "stiffness": "a grid of stiffnesses is not in this version; run one scene for each",
+        "restitution": "a grid of restitutions is not in this version; run one scene for each",
+    },
+}
+LATER_LAWS = ("bilinear", "stereomechanical", "merged", "distributed_mass")
+LATER_RESTITUTION = ("steel",)
+
+
+def tables(raw: Mapping[str, Any], section: str) -> list[tuple[int, dict[str, Any]]]:
+    """The tables of an array of tables with their indices; nothing where it is not one."""
+    elements = raw.get(section)
+    if not isinstance(elements, list):
+        return []
+    return [(index, element) for index, element in enumerate(elements) if isinstance(element, dict)]
+
+
+def table(raw: Mapping[str, Any], section: str) -> dict[str, Any]:
+    """A section's table; empty where it is absent or not a table."""
+    found = raw.get(section)
+    return found if isinstance(found, dict) else {}
+
+
+def later_words(raw: dict[str, Any]) -> list[Fault]:
+    """Take the words of later versions out of the tables; one fault each."""
+    faults = []
+    for section, words in LATER.items():
+        found = tables(raw, section) if isinstance(raw.get(section), list) else [(None, table(raw, section))]
+        for index, keys in found:
+            base = (section,) if index is None else (section, index)
+            for word in [key for key in keys if key in words]:
+                del keys[word]
+                faults.append(Fault((*base, word), words[word]))
+    return faults
+
+
+def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    """All faults that more than one key takes part in."""
+    yield from _buildings(raw)
+    yield from _interfaces(raw)
+    yield from _records(raw)
+
+
+def _buildings(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    buildings = tables(raw, "building")
+    first: dict[str, int] = {}
+    for index, keys in buildings:
+        name = keys.get("name")
+        if isinstance(name, str) and name and first.setdefault(name, index) != index:
+            yield Fault(
+                ("building", index, "name"),
+                f"{shown(name)} is the name of building {first[name] + 1} too; "
+                "give every building a name of its own",
+            )
+        yield from _dynamics(index, keys)
+    count = len(raw["building"]) if isinstance(raw.get("building"), list) else 2
+    if count > 2:
+        yield Fault(
+            ("building", 2),
+            f"{count} buildings: rows of more than two are {_NOT_YET}; "
+            "write one scene for each neighbouring pair",
+        )
+    elif count < 2:
+        yield Fault(
+            ("building",),
+            f"{count} building{'s' * (count != 1)}: a scene has two, left and right; "
+            "write a second [[building]] (rigid = true for a wall that moves with the ground)",
+        )
+    if count == 2 and len(buildings) == 2 and all(keys.get("rigid") is True for _, keys in buildings):
+        yield Fault(
+            ("building", 1, "rigid"),
+            "both buildings are rigid, so nothing can move; give one of them a mass and a period",
+        )
+
+
+def _dynamics(index: int, keys: dict[str, Any]) -> Iterator[Fault]:
+    """Exactly one of period, stiffness and rigid says how a building vibrates."""
+    base = ("building", index)
+    if keys.get("rigid") is True:
+        for key in ("period", "stiffness", "damping"):
+            if key in keys:
+                yield Fault(
+                    (*base, key),
+                    f"a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true",
+                )
+        return
+    if "period" in keys and "stiffness" in keys:
+        yield Fault(
+            (*base, "stiffness"),
+            "period and stiffness are both given, and one follows from the other; remove one",
+        )
+    if "mass" not in keys:
+        yield Fault((*base, "mass"), 'missing; write mass = "44.36 t", or rigid = true', absent=True)
+    if "period" not in keys and "stiffness" not in keys:
+        yield Fault(
+            (*base, "period"),
+            'missing; write period = "0.208 s", or stiffness = "40.5 MN/m", or rigid = true',
+            absent=True,
+        )
+
+
+def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    if isinstance(raw.get("interface"), list) and isinstance(raw.get("building"), list):
+        count, buildings = len(raw["interface"]), len(raw["building"])
+        if count != max(buildings - 1, 1) and buildings <= 2:
+            yield Fault(
+                ("interface", count - 1) if count else ("interface",),
+                f"{count} interfaces for {buildings} buildings: there is one between two neighbours; "
+                f"{'remove ' + str(count - 1) if count else 'write one [[interface]]'}",
+            )
+    grid = table(raw, "grid")
+    for index, keys in tables(raw, "interface")[:1]:
+        base = ("interface", index)
+        if "gap" not in keys and "gap" not in grid:
+            yield Fault((*base, "gap"), 'missing; write gap = "25 mm"', absent=True)
+        if "contact_model" not in keys and "contact_model" not in grid:
+            yield Fault(
+                (*base, "contact_model"),
+                f'missing; write contact_model = "jankowski", or another of {", ".join(LAWS)}',
+                absent=True,
+            )
+        yield from _laws(index, keys, grid)
+
+
+def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fault]:
+    """What the contact models of a scene ask of the interface's other keys."""
+    base = ("interface", index)
+    gridded = [name for name in _as_list(grid.get("contact_model")) if isinstance(name, str) and name in LAWS]
+    named = keys.get("contact_model", gridded[0] if gridded else None)
+    own = named if isinstance(named, str) and named in LAWS else None
+    used = dict.fromkeys([*([own] if own else []), *gridded])
+    damped = [name for name in used if LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+    if damped and "restitution" not in keys:
+        yield Fault(
+            (*base, "restitution"),
+            f'missing, and {damped[0]} needs it; write restitution = 0.65, or restitution = "concrete"',
+            absent=True,
+        )
+    if "plastic_exponent" in keys and used and "van_mier" not in used:
+        yield Fault((*base, "plastic_exponent"), f"only van_mier has one, not {', '.join(used)}; remove it")
+    if "stiffness" in keys:
+        yield from _stiffness(index, keys["stiffness"], own)
+    if not own:
+        return
+    for position, name in enumerate(_as_list(grid.get("contact_model"))):
+        if name in gridded and _unit(name) != _unit(own) and "equal_terms" not in keys:
+            yield Fault(
+                ("grid", "contact_model", position),
+                f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(own)} for "
+                f'{own}; write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in '
+                "[[interface]], from which its stiffness follows",
+            )
+
+
+def _stiffness(index: int, stiffness: object, law: str | None) -> Iterator[Fault]:
+    """A stiffness that is none, or of the other family than its law."""
+    fitting = [name for name in LAWS if _fits(stiffness, name)]
+    if law in fitting or (law is None and fitting):
+        return
+    try:
+        parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))
+    except QuantityError as error:
+        others = (
+            f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}"
+            if fitting
+            else ""
+        )
+        yield Fault(("interface", index, "stiffness"), f"{error}{others}")
+
+
+def _fits(stiffness: object, law: str) -> bool:
+    try:
+        parse(stiffness, stiffness_quantity(LAWS[law]))
+    except QuantityError:
+        return False
+    return True
+
+
+def _unit(law: str) -> str:
+    return stiffness_quantity(LAWS[law]).unit
+
+
+def _as_list(value: object) -> list[Any]:
+    return value if isinstance(value, list) else []
+
+
+def _records(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    if not isinstance(raw.get("records"), dict):
+        return
+    keys, grid = raw["records"], table(raw, "grid")
+    given = [key for key in ("names", "files") if key in keys]
+    if not given:
+        yield Fault(
+            ("records", "names"), 'missing; write names = ["RSN6-180"], or files = ["my/*.AT2"]', absent=True
+        )
+    if len(given) == 2:
+        yield Fault(
+            ("records", "files"),
+            "names and files are both given; keep one (the file of a record in the "
+            "catalogue can stand in files)",
+        )
+    if "pga" in keys and "scale" in keys:
+        yield Fault(
+            ("records", "scale"), "pga and scale are both given, and each sets the amplitude; remove one"
+        )
+    elif "pga" in grid and "scale" in keys:
+        yield Fault(
+            ("records", "scale"),
+            "the grid has a pga, which sets the amplitude; remove scale, or pga from [grid]",
+        )
+
+
+def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
+    """Names and patterns of ``records.files`` that no file answers to."""
+    for index, pattern in enumerate(_as_list(table(raw, "records").get("files"))):
+        if not isinstance(pattern, str) or not pattern.strip() or matching(folder, pattern):
+            continue
+        beside = (folder / pattern).parent
+        others = [entry.name for entry in beside.iterdir()] if beside.is_dir() else []
+        hint = nearest(Path(pattern).name, others)
+        yield Fault(
+            ("records", "files", index),
+            f"no file answers to {shown(pattern)} in {folder.resolve()}{hint}; "
+            "files are relative to the scene file's folder",
+        )
+
+
+def unknown_law(name: str) -> str:
+    """A sentence for a contact model that is not there."""
+    if name in LATER_LAWS:
+        return f"{shown(name)} is {_NOT_YET}; choose one of {', '.join(LAWS)}"
+    return f"{shown(name)} is not a contact model{nearest(name, LAWS)}; it may be {', '.join(LAWS)}"

@@ -1,0 +1,269 @@
+"""How the value of each kind of scene key is read: text, lists and tables in, SI numbers and names out.
+
+A reader takes what stands in the file and returns what the study needs, or raises `Unreadable` (or
+QuantityError) with a sentence; `Several` where more than one part of a value is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from pounding_risk.models.contact import LAWS
+from pounding_risk.models.restitution import NAMED, Restitution, constant
+from pounding_risk.quantities import EXAMPLES, RESTITUTION, TIME, Quantity, parse, shown
+from pounding_risk.scene_checks import LATER_RESTITUTION, unknown_law
+from pounding_risk.scene_text import nearest
+from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES
+
+LONGEST_AXIS = 10_000  # values of one grid key
+RANGE_KEYS = ("start", "stop", "num")
+
+
+class Unreadable(ValueError):
+    """A value that a key cannot take; the sentence says what was found, what is allowed and the repair."""
+
+
+class Several(Unreadable):
+    """More than one fault in a value: the path below the key, and the sentence, of each."""
+
+    def __init__(self, faults: list[tuple[tuple[str | int, ...], str]]):
+        self.faults = faults
+        super().__init__("; ".join(sentence for _, sentence in faults))
+
+
+def catalogue_ids() -> list[str]:
+    """The ids of the records that come with the project."""
+    from pounding_risk.catalogue import entries
+
+    return [entry.id for entry in entries()]
+
+
+def words(example: str) -> Callable[[Any], str]:
+    """A reader of text that is not blank."""
+
+    def read(value: Any) -> str:
+        if not isinstance(value, str) or not value.strip():
+            raise Unreadable(f'{shown(value)} is not a name; write text in quotes, such as "{example}"')
+        return value
+
+    return read
+
+
+def flag(value: Any) -> bool:
+    """true or false."""
+    if not isinstance(value, bool):
+        raise Unreadable(f"{shown(value)} is not true or false; write rigid = true, or remove it")
+    return value
+
+
+def law_name(value: Any) -> str:
+    """The name of a contact model."""
+    if not isinstance(value, str) or value not in LAWS:
+        if isinstance(value, str):
+            raise Unreadable(unknown_law(value))
+        raise Unreadable(f"{shown(value)} is not the name of a contact model; it may be {', '.join(LAWS)}")
+    return value
+
+
+def restitution(value: Any) -> tuple[Restitution, str]:
+    """A number in (0, 1], or the name of a relation e(v); with the words for it."""
+    if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
+        if value in NAMED:
+            return NAMED[value], value
+        names = ", ".join(f'"{name}"' for name in NAMED)
+        if value in LATER_RESTITUTION:
+            raise Unreadable(
+                f"{shown(value)} is not in this version; write a number such as 0.6, or one of {names}"
+            )
+        raise Unreadable(
+            f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
+            f"write a number such as 0.65, or one of {names}"
+        )
+    e = parse(value, RESTITUTION)
+    return constant(e), f"{e!r}"
+
+
+def window(value: Any) -> tuple[float, float]:
+    """Start and end of the part of a record that is kept [s]."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise Unreadable(f'{shown(value)} is not a start and an end; write window = ["0 s", "6 s"]')
+    start, end = _each(value, lambda item: parse(item, TIME))
+    if end <= start:
+        what = "is empty" if end == start else "ends before it starts"
+        raise Unreadable(
+            f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]'
+        )
+    return start, end
+
+
+def polarity(value: Any) -> tuple[str, ...]:
+    """ "as recorded", "reversed", or both as a list."""
+    asked = value if isinstance(value, list) else [value]
+    if not asked:
+        raise Unreadable(f'the list is empty; write polarity = ["{AS_RECORDED}"]')
+
+    def read(item: Any) -> str:
+        if not isinstance(item, str) or item not in POLARITIES:
+            hint = nearest(item, POLARITIES) if isinstance(item, str) else ""
+            raise Unreadable(
+                f'{shown(item)} is not a polarity{hint}; it may be "as recorded", "reversed", '
+                'or ["as recorded", "reversed"]'
+            )
+        return item
+
+    return tuple(_each(asked, read, distinct=True))
+
+
+def processing(value: Any) -> str:
+    """ "auto" or "none"."""
+    if isinstance(value, dict):
+        raise Unreadable(
+            'a table of processing steps is not in this version; write processing = "auto" or "none"'
+        )
+    if value not in ("auto", "none"):
+        raise Unreadable(
+            f'{shown(value)} is not a processing; it may be "auto" (raw records get the default chain, '
+            'processed ones are left alone) or "none"'
+        )
+    return str(value)
+
+
+def same(value: Any) -> str:
+    """What the laws of both families have in common."""
+    if value not in EQUAL_TERMS:
+        known = ", ".join(f'"{terms}"' for terms in EQUAL_TERMS)
+        hint = nearest(value, EQUAL_TERMS) if isinstance(value, str) else ""
+        raise Unreadable(f"{shown(value)} is not a common ground of contact models{hint}; it may be {known}")
+    return str(value)
+
+
+def record_names(value: Any) -> tuple[str, ...]:
+    """Ids of the catalogue."""
+    asked = _list(value, 'names = ["RSN6-180"]')
+    known = catalogue_ids()
+
+    def read(item: Any) -> str:
+        if not isinstance(item, str) or item not in known:
+            hint = nearest(item, known, 0.4) if isinstance(item, str) else ""
+            raise Unreadable(
+                f"{shown(item)} is not a record of the catalogue{hint}; "
+                "`pounding-risk records` lists them, and a file of your own goes into files"
+            )
+        return item
+
+    return tuple(_each(asked, read, distinct=True))
+
+
+def record_files(value: Any) -> tuple[str, ...]:
+    """Names or patterns of files."""
+    asked = _list(value, 'files = ["my/*.AT2"]')
+    return tuple(_each(asked, words("my/*.AT2"), distinct=True))
+
+
+def law_names(value: Any) -> tuple[str, ...]:
+    """The contact models of a grid, in the order written."""
+    asked = _list(value, 'contact_model = ["jankowski", "hertz"]')
+    return tuple(_each(asked, law_name, distinct=True))
+
+
+def axis(quantity: Quantity) -> Callable[[Any], tuple[float, ...]]:
+    """A reader of grid values: an ascending list, or {start, stop, num}."""
+    example = EXAMPLES[quantity.unit]
+
+    def read(value: Any) -> tuple[float, ...]:
+        if isinstance(value, dict):
+            return _spaced(value, quantity)
+        if not isinstance(value, list):
+            raise Unreadable(
+                f"{shown(value)} is not a list; write a list such as [{shown(example)}], "
+                f"or {{start = ..., stop = {shown(example)}, num = 11}}"
+            )
+        asked = _list(value, f"a list such as [{shown(example)}]")
+        values = _each(asked, lambda item: parse(item, quantity), distinct=True)
+        if any(after < before for before, after in pairwise(values)):
+            order = [text for _, text in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
+            raise Unreadable(f"the values are not in ascending order; write {shown(order)}")
+        return tuple(values)
+
+    return read
+
+
+def _spaced(value: dict[str, Any], quantity: Quantity) -> tuple[float, ...]:
+    """``num`` values from start to stop, both included, evenly spaced."""
+
+    def number(item: Any) -> int:
+        if isinstance(item, bool) or not isinstance(item, int) or not 2 <= item <= LONGEST_AXIS:
+            raise Unreadable(
+                f"{shown(item)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}"
+            )
+        return item
+
+    def finite(item: Any) -> float:
+        found = parse(item, quantity)
+        if found == float("inf"):
+            raise Unreadable(
+                f'{shown(item)} cannot bound even steps; write a list that ends with "inf" instead'
+            )
+        return found
+
+    readers: dict[str, Callable[[Any], Any]] = {"start": finite, "stop": finite, "num": number}
+    faults: list[tuple[tuple[str | int, ...], str]] = []
+    for key in value:
+        if key not in readers:
+            faults.append(((key,), f"unknown key{nearest(key, RANGE_KEYS)}; a range has start, stop and num"))
+    found: dict[str, Any] = {}
+    for key, reader in readers.items():
+        try:
+            if key not in value:
+                raise Unreadable("missing; a range has start, stop and num")
+            found[key] = reader(value[key])
+        except ValueError as error:
+            faults.append(((key,), str(error)))
+    if not faults and found["stop"] <= found["start"]:
+        sentence = (
+            f"{shown(value['stop'])} is not above start {shown(value['start'])}; "
+            "swap them, or write a list with one value"
+        )
+        faults.append((("stop",), sentence))
+    if faults:
+        raise Several(faults)
+    # In decimal fractions: the third of 51 values from 0 to 0.1 is 0.004, and no neighbour of it.
+    start, stop, steps = Fraction(repr(found["start"])), Fraction(repr(found["stop"])), found["num"] - 1
+    return tuple(float(start + (stop - start) * step / steps) for step in range(steps + 1))
+
+
+def _list(value: Any, example: str) -> list[Any]:
+    """A list that is neither empty nor absurdly long."""
+    if not isinstance(value, list):
+        raise Unreadable(f"{shown(value)} is not a list; write {example}")
+    if not value:
+        raise Unreadable(f"the list is empty; write {example}, or remove it")
+    if len(value) > LONGEST_AXIS:
+        raise Unreadable(
+            f"the list has {len(value)} values, more than {LONGEST_AXIS}; split the scene in several"
+        )
+    return value
+
+
+def _each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
+    """Every element read; all that fail, and where asked all that repeat another, are told at once."""
+    found: list[Any] = []
+    faults: list[tuple[tuple[str | int, ...], str]] = []
+    first: dict[Any, Any] = {}
+    for index, value in enumerate(values):
+        try:
+            found.append(read(value))
+        except ValueError as error:
+            faults.append(((index,), str(error)))
+            continue
+        if distinct and found[-1] in first:
+            other = first[found[-1]]
+            also = "" if other == value else f", first as {shown(other)}"
+            faults.append(((index,), f"{shown(value)} stands twice{also}; remove one"))
+        first.setdefault(found[-1], value)
+    if faults:
+        raise Several(faults)
+    return found

@@ -1,0 +1,99 @@
+"""`--set building.frame.mass="50 t"`: a value of a scene changed from outside the file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Container, Mapping
+from typing import Any
+
+from pounding_risk.errors import SceneError
+from pounding_risk.quantities import shown
+from pounding_risk.scene_text import KeyPath, element_names, nearest
+
+ARRAYS = ("building", "interface")
+
+
+def override(
+    raw: dict[str, Any], text: str, known: Mapping[str, Container[str]], source: str
+) -> list[KeyPath]:
+    """Set what ``text`` (path=value) says in the tables of a scene, and return the paths that were set.
+
+    The path is dotted, as in TOML. In an array of tables the part after its name chooses an element, by its
+    ``name`` or its number from 1 (left to right); without that part every element is meant. ``known`` holds
+    the keys of each section. The value is TOML; what is not TOML is text, since a shell strips the quotes.
+
+    Raises SceneError where the path does not lead anywhere.
+    """
+    parts, value = _assignment(text, source)
+    label = f"--set {'.'.join(parts)}"
+    if len(parts) < 2:
+        advice = 'write section.key=value, such as interface.gap="20 mm"'
+        raise SceneError(source, [f"{label}: a section is not a value; {advice}"])
+    section, *keys = parts
+    if section not in known:
+        advice = f"{nearest(section, known)}; sections are {', '.join(known)}"
+        raise SceneError(source, [f'{label}: there is no section "{section}"{advice}'])
+    if section in ARRAYS and not raw.get(section):
+        raise SceneError(source, [f"{label}: the scene has no [[{section}]] to change"])
+    elements = raw.setdefault(section, {})
+    paths: list[KeyPath] = [(section,)]
+    if isinstance(elements, list):
+        chosen = _chosen(section, elements, keys, known[section])
+        if isinstance(chosen, str):
+            raise SceneError(source, [f"{label}: {chosen}"])
+        indices, keys = chosen
+        paths = [(section, index) for index in indices]
+    for path in paths:
+        target = elements[path[1]] if len(path) > 1 else elements
+        wrong = _assign(target, keys, value)
+        if wrong:
+            raise SceneError(source, [f"{label}: {wrong}"])
+    return [(*path, *keys) for path in paths]
+
+
+def _assignment(text: str, source: str) -> tuple[list[str], Any]:
+    """Path and value of path=value."""
+    left, equals, right = text.partition("=")
+    try:
+        table = tomllib.loads(f"{left} = 0") if equals and "\n" not in left else {}
+    except ValueError:
+        table = {}
+    parts = []
+    while isinstance(table, dict) and len(table) == 1:
+        ((part, table),) = table.items()
+        parts.append(part)
+    if not parts:
+        advice = 'write for example --set interface.gap="20 mm"'
+        raise SceneError(source, [f"--set {shown(text)} is not path=value; {advice}"])
+    try:
+        return parts, tomllib.loads(f"value = {right}")["value"]
+    except (ValueError, RecursionError):
+        return parts, right.strip()
+
+
+def _chosen(
+    section: str, elements: list[Any], keys: list[str], known: Container[str]
+) -> tuple[range | list[int], list[str]] | str:
+    """Which elements of an array of tables are meant, and the keys below them; or what is wrong."""
+    first, *rest = keys
+    names = element_names(elements)
+    if rest and first in names:
+        return [index for index, name in enumerate(names) if name == first], rest
+    if rest and first.isdecimal() and 1 <= int(first) <= len(elements):
+        return [int(first) - 1], rest
+    if not rest or first in known:
+        return range(len(elements)), keys
+    called = [name for name in names if name] or [str(index + 1) for index in range(len(elements))]
+    return f'there is no {section} "{first}"{nearest(first, called)}; it may be {", ".join(called)}'
+
+
+def _assign(target: Any, keys: list[str], value: Any) -> str:
+    """Set a key below a table; what is wrong, if anything."""
+    for key in keys[:-1]:
+        if not isinstance(target, dict):
+            break
+        target = target.setdefault(key, {})
+    if not isinstance(target, dict):
+        return f"{shown(target)} is not a table, so it has no key {keys[-1]}"
+    target[keys[-1]] = value
+    return ""

@@ -1,0 +1,184 @@
+"""A scene once it is read: numbers in SI, every default filled in, ready to be run or written down again."""
+
+from __future__ import annotations
+
+import glob
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pounding_risk.errors import SceneError
+from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.restitution import NAMED, Restitution
+from pounding_risk.models.structures import Building
+from pounding_risk.quantities import GAP, MASS, PERIOD, PGA, SPEED, TAIL, TIME, YIELD_FORCE, exact
+from pounding_risk.scene_text import write_toml
+
+AS_RECORDED, REVERSED = "as recorded", "reversed"
+POLARITIES = (AS_RECORDED, REVERSED)
+EQUAL_TERMS = ("peak force",)  # what laws with a k and laws with a β can be made to agree in
+
+
+class EqualTerms(NamedTuple):
+    """How the stiffness of a law of the other family follows: equal ``same`` in an impact at ``speed``."""
+
+    same: str
+    speed: float  # m/s
+
+
+class RecordRequest(NamedTuple):
+    """Which ground motions, and what is done to them before a run."""
+
+    names: tuple[str, ...]  # ids of the catalogue
+    files: tuple[str, ...]  # names or patterns, relative to the scene file's folder
+    window: tuple[float, float] | None  # s; None keeps the whole record
+    pga: float | None  # m/s²; None leaves the amplitude to ``scale``
+    scale: float | None  # factor; None where neither is given: as recorded
+    polarities: tuple[str, ...]  # of POLARITIES
+    processing: str  # "auto" or "none"
+    tail: float  # s of free vibration after the record
+
+
+class Grid(NamedTuple):
+    """The values of each dimension; one value, the scene's own, where the scene names no grid for it.
+
+    ``pgas`` is ``(None,)`` where the records keep their amplitude or are scaled by a factor.
+    """
+
+    gaps: tuple[float, ...]  # m, ascending
+    yield_forces: tuple[float, ...]  # N, ascending, inf last
+    contact_models: tuple[str, ...]  # in the order written
+    pgas: tuple[float | None, ...]  # m/s², ascending
+
+
+@dataclass(frozen=True)
+class Study:
+    """One scene: two buildings, what stands between them, the ground motions and the grid of cases.
+
+    Two studies are equal where they ask for the same runs; ``text``, ``source`` and ``overrides`` say where
+    one came from and do not count.
+    """
+
+    name: str
+    buildings: tuple[Building, Building]  # left, right
+    gap: float  # m
+    law_name: str
+    stiffness: float  # N/m or N/m^1.5, as the law has it
+    plastic_exponent: float  # of van_mier
+    restitution: Restitution
+    restitution_words: str  # the relation's name, or the number
+    yield_force: float  # N, inf without yielding
+    equal_terms: EqualTerms | None
+    records: RecordRequest
+    grid: Grid
+    rtol: float
+    text: str = field(default="", compare=False, repr=False)
+    source: str = field(default="scene", compare=False)
+    overrides: tuple[str, ...] = field(default=(), compare=False)
+
+    def law(self, name: str | None = None, stiffness: float | None = None) -> Any:
+        """The contact law ``name`` (the scene's own by default) with the scene's stiffness.
+
+        A law whose stiffness has the other unit (k in N/m against β in N/m^1.5) has no value of its own in
+        the scene: pass the ``stiffness`` that the scene's equal terms lead to. Raises SceneError without it.
+        """
+        name = name or self.law_name
+        law = LAWS[name]
+        if stiffness is None and self.needs_equal_terms(name):
+            unit, own = stiffness_quantity(law).unit, stiffness_quantity(LAWS[self.law_name]).unit
+            sentence = (
+                f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.law_name}; "
+                "pass the stiffness that follows from equal_terms"
+            )
+            raise SceneError(self.source, [sentence])
+        values = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
+        if "plastic_exponent" in law._fields:  # type: ignore[attr-defined]
+            values["plastic_exponent"] = self.plastic_exponent
+        return law(**values)
+
+    def needs_equal_terms(self, name: str) -> bool:
+        """True where the law's stiffness is of the other family than the scene's."""
+        return stiffness_quantity(LAWS[name]).unit != stiffness_quantity(LAWS[self.law_name]).unit
+
+    @property
+    def folder(self) -> Path:
+        """The folder that record files are relative to: the scene file's."""
+        return Path(self.source).parent
+
+    def record_paths(self) -> tuple[Path, ...]:
+        """The files that ``records.files`` stands for now, in the order written, patterns sorted by name."""
+        found = [path for pattern in self.records.files for path in matching(self.folder, pattern)]
+        return tuple(dict.fromkeys(found))
+
+    def resolved(self) -> dict[str, Any]:
+        """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
+        grid = {
+            "gap": [exact(gap, GAP) for gap in self.grid.gaps],
+            "yield_force": [exact(force, YIELD_FORCE) for force in self.grid.yield_forces],
+            "contact_model": list(self.grid.contact_models),
+        }
+        pgas = [exact(pga, PGA) for pga in self.grid.pgas if pga is not None]
+        return {
+            "scene": {"name": self.name},
+            "building": [_building(building) for building in self.buildings],
+            "interface": [self._interface()],
+            "records": _records(self.records),
+            "grid": {**grid, "pga": pgas} if pgas else grid,
+            "solver": {"rtol": self.rtol},
+        }
+
+    def to_toml(self) -> str:
+        """`resolved` as the text of a scene file; reading it gives an equal study."""
+        return write_toml(self.resolved())
+
+    def _interface(self) -> dict[str, Any]:
+        table: dict[str, Any] = {
+            "gap": exact(self.gap, GAP),
+            "contact_model": self.law_name,
+            "stiffness": exact(self.stiffness, stiffness_quantity(LAWS[self.law_name])),
+            "restitution": self.restitution_words if self.restitution_words in NAMED else self.restitution.c0,
+            "yield_force": exact(self.yield_force, YIELD_FORCE),
+        }
+        if "van_mier" in (self.law_name, *self.grid.contact_models):
+            table["plastic_exponent"] = self.plastic_exponent
+        if self.equal_terms:
+            table["equal_terms"] = {
+                "same": self.equal_terms.same,
+                "speed": exact(self.equal_terms.speed, SPEED),
+            }
+        return table
+
+
+def matching(folder: Path, pattern: str) -> list[Path]:
+    """The files that a name or pattern stands for, sorted; a file of that very name wins over a pattern."""
+    literal = folder / pattern
+    if literal.is_file():
+        return [literal]
+    found = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
+    return sorted(path for path in found if path.is_file())
+
+
+def _building(building: Building) -> dict[str, Any]:
+    if building.is_rigid:
+        mass = {"mass": exact(building.mass, MASS)} if MASS.allows(building.mass) else {}
+        return {"name": building.name, "rigid": True, **mass}
+    return {
+        "name": building.name,
+        "mass": exact(building.mass, MASS),
+        "period": exact(building.period, PERIOD),
+        "damping": building.damping,
+    }
+
+
+def _records(request: RecordRequest) -> dict[str, Any]:
+    chosen = {
+        "names": list(request.names) or None,
+        "files": list(request.files) or None,
+        "window": [exact(time, TIME) for time in request.window] if request.window else None,
+        "pga": None if request.pga is None else exact(request.pga, PGA),
+        "scale": request.scale,
+        "polarity": list(request.polarities),
+        "processing": request.processing,
+        "tail": exact(request.tail, TAIL),
+    }
+    return {key: value for key, value in chosen.items() if value is not None}
