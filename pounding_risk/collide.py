@@ -14,20 +14,20 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from pounding_risk._jit import kernel
-from pounding_risk.flight import END, STAGES, STATE, TRIAL
 from pounding_risk.models.structures import Oscillator
 from pounding_risk.models.tableau import DOP853
+from pounding_risk.series import END, STAGES, STATE
 
-A, B, C, E = DOP853.a, DOP853.b, DOP853.c, DOP853.e
 LAST = STAGES + len(DOP853.nodes)  # row of the slopes at the end of a step
+TABLE = LAST + 1  # the tableau: a row for each stage, then these three; a stage's node stands in column NODE
+WEIGHTS, FIFTH, THIRD, NODE = 12, 13, 14, 15
+DESK = (TABLE + 15, 64)
 
 SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
-# What is watched for its peak; past the force, the numbers are those of the signals watched in flight.
-FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
-
-FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE = 0, 1, 2, 3, 4  # how a contact phase ends
 
 
 class Impact(NamedTuple):
@@ -51,6 +51,17 @@ class Phase(NamedTuple):
     region: int
     ground: float  # a_g extrapolated to the touch [m/s²]
     ramp: float  # its slope [m/s³]
+
+
+def make_desk() -> np.ndarray:
+    """A desk with the tableau on it, for one thread."""
+    desk = np.zeros(DESK)
+    stages = len(DOP853.nodes)
+    desk[TABLE : TABLE + stages, :stages] = DOP853.a
+    desk[TABLE : TABLE + stages, NODE] = DOP853.c
+    desk[TABLE + WEIGHTS, :stages] = DOP853.b
+    desk[TABLE + FIFTH : TABLE + THIRD + 1, :stages] = DOP853.e
+    return desk
 
 
 @kernel
@@ -100,65 +111,44 @@ def state_of(desk, row):
 def attempt(impact, phase, s, h, desk):
     """One step of the tableau from row STATE, whose slopes are in row STAGES, to row END; returns its error.
 
-    The error is that of Hairer's 8(5,3) pair, in units of the contact's scales of penetration and speed. The sums
-    are written out for the nonzero coefficients: a loop over the table takes three times as long.
+    The error is that of Hairer's 8(5,3) pair, in units of the contact's scales of penetration and speed. The
+    table stands on the desk, not in the code: unrolled it is no faster and takes ten times as long to compile.
     """
     k = STAGES
-    for p in range(4):
-        desk[TRIAL, p] = desk[STATE, p] + h * (A[1, 0] * desk[k, p])
-    slopes(impact, phase, s + C[1] * h, state_of(desk, TRIAL), desk, k + 1)
-    for p in range(4):
-        desk[TRIAL, p] = desk[STATE, p] + h * (A[2, 0] * desk[k, p] + A[2, 1] * desk[k + 1, p])
-    slopes(impact, phase, s + C[2] * h, state_of(desk, TRIAL), desk, k + 2)
-    for p in range(4):
-        desk[TRIAL, p] = desk[STATE, p] + h * (A[3, 0] * desk[k, p] + A[3, 2] * desk[k + 2, p])
-    slopes(impact, phase, s + C[3] * h, state_of(desk, TRIAL), desk, k + 3)
-    for p in range(4):
-        total = A[4, 0] * desk[k, p] + A[4, 2] * desk[k + 2, p] + A[4, 3] * desk[k + 3, p]
-        desk[TRIAL, p] = desk[STATE, p] + h * total
-    slopes(impact, phase, s + C[4] * h, state_of(desk, TRIAL), desk, k + 4)
-    for p in range(4):
-        total = A[5, 0] * desk[k, p] + A[5, 3] * desk[k + 3, p] + A[5, 4] * desk[k + 4, p]
-        desk[TRIAL, p] = desk[STATE, p] + h * total
-    slopes(impact, phase, s + C[5] * h, state_of(desk, TRIAL), desk, k + 5)
-    for p in range(4):
-        total = A[6, 0] * desk[k, p] + A[6, 3] * desk[k + 3, p] + A[6, 4] * desk[k + 4, p] + A[6, 5] * desk[k + 5, p]
-        desk[TRIAL, p] = desk[STATE, p] + h * total
-    slopes(impact, phase, s + C[6] * h, state_of(desk, TRIAL), desk, k + 6)
-    late_stage(impact, phase, s, h, desk, 7)
-    late_stage(impact, phase, s, h, desk, 8)
-    late_stage(impact, phase, s, h, desk, 9)
-    late_stage(impact, phase, s, h, desk, 10)
-    late_stage(impact, phase, s, h, desk, 11)
-    for p in range(7):
-        total = B[0] * desk[k, p]
-        for stage in range(5, 12):
-            total += B[stage] * desk[k + stage, p]
-        desk[END, p] = desk[STATE, p] + h * total
-    fifth, third = 0.0, 0.0
-    for p in range(4):
-        five, three = E[0, 0] * desk[k, p], E[1, 0] * desk[k, p]
-        for stage in range(5, 12):
-            five += E[0, stage] * desk[k + stage, p]
-            three += E[1, stage] * desk[k + stage, p]
-        scale = h / impact.depth if p < 2 else h / impact.speed
-        fifth += (five * scale) ** 2
-        third += (three * scale) ** 2
+    for stage in range(1, 12):
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        for earlier in range(stage):
+            weight = desk[TABLE + stage, earlier]
+            a += weight * desk[k + earlier, 0]
+            b += weight * desk[k + earlier, 1]
+            c += weight * desk[k + earlier, 2]
+            d += weight * desk[k + earlier, 3]
+        u, w, v, z = state_of(desk, STATE)
+        trial = (u + h * a, w + h * b, v + h * c, z + h * d)
+        slopes(impact, phase, s + desk[TABLE + stage, NODE] * h, trial, desk, k + stage)
+    a, b, c, d, work, impulse, power = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    a5, b5, c5, d5, a3, b3, c3, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for stage in range(12):
+        weight, fifth, third = (
+            desk[TABLE + WEIGHTS, stage],
+            desk[TABLE + FIFTH, stage],
+            desk[TABLE + THIRD, stage],
+        )
+        u, w, v, z = state_of(desk, k + stage)
+        a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
+        a5, b5, c5, d5 = a5 + fifth * u, b5 + fifth * w, c5 + fifth * v, d5 + fifth * z
+        a3, b3, c3, d3 = a3 + third * u, b3 + third * w, c3 + third * v, d3 + third * z
+        work += weight * desk[k + stage, 4]
+        impulse += weight * desk[k + stage, 5]
+        power += weight * desk[k + stage, 6]
+    for part, change in enumerate((a, b, c, d, work, impulse, power)):
+        desk[END, part] = desk[STATE, part] + h * change
+    deep, fast = h / impact.depth, h / impact.speed
+    fifth = deep * deep * (a5 * a5 + b5 * b5) + fast * fast * (c5 * c5 + d5 * d5)
+    third = deep * deep * (a3 * a3 + b3 * b3) + fast * fast * (c3 * c3 + d3 * d3)
     if fifth == 0.0:
         return 0.0
     return fifth / sqrt(4.0 * (fifth + 0.01 * third))
-
-
-@kernel
-def late_stage(impact, phase, s, h, desk, stage):
-    """A stage past the sixth, whose coefficients a_i1 and a_i2 are zero."""
-    k = STAGES
-    for p in range(4):
-        total = A[stage, 0] * desk[k, p]
-        for earlier in range(3, stage):
-            total += A[stage, earlier] * desk[k + earlier, p]
-        desk[TRIAL, p] = desk[STATE, p] + h * total
-    slopes(impact, phase, s + C[stage] * h, state_of(desk, TRIAL), desk, k + stage)
 
 
 @kernel
@@ -296,94 +286,6 @@ def land(kind, place, impact, phase, span, desk):
             break
         length = new
     return length
-
-
-@kernel
-def reading(watch, impact, phase, state):
-    """A watched quantity in contact: uncapped force, displacement or absolute acceleration of a building."""
-    if watch == FORCE:
-        return uncapped(impact, phase, state)
-    if watch == PLACE_LEFT:
-        return state[0]
-    if watch == PLACE_RIGHT:
-        return state[1]
-    force = transmitted(impact, phase, state)
-    if watch == SHAKE_LEFT:
-        left = impact.left
-        return (-left.fade * state[2] - left.spring * state[0]) - left.inverse_mass * force
-    right = impact.right
-    return (-right.fade * state[3] - right.spring * state[1]) + right.inverse_mass * force
-
-
-@kernel
-def reading_slope(watch, impact, phase, state, desk, row, h):
-    """Its derivative along the slopes of a row, per unit of s, over a ten-millionth of the step."""
-    nudge = 1e-7 * h
-    ahead = nudged(state, desk, row, nudge)
-    return (reading(watch, impact, phase, ahead) - reading(watch, impact, phase, state)) / nudge
-
-
-@kernel
-def crest(watch, sign, ends, impact, phase, span, desk):
-    """The largest sign × reading inside the step, where its slope turns; found on repeated steps.
-
-    ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois). Rows END
-    and LAST are overwritten.
-    """
-    s, h = span
-    low, high = 0.0, h
-    low_slope, high_slope = ends
-    best = -inf
-    side = 0
-    for _ in range(60):
-        length = low + (high - low) * low_slope / (low_slope - high_slope)
-        if not low < length < high:
-            length = 0.5 * (low + high)
-        attempt(impact, phase, s, length, desk)
-        state = state_of(desk, END)
-        slopes(impact, phase, s + length, state, desk, LAST)
-        best = max(best, sign * reading(watch, impact, phase, state))
-        slope = sign * reading_slope(watch, impact, phase, state, desk, LAST, h)
-        if slope > 0.0:
-            moved = length - low
-            low, low_slope = length, slope
-            high_slope = 0.5 * high_slope if side == 1 else high_slope
-            side = 1
-        else:
-            moved = high - length
-            high, high_slope = length, slope
-            low_slope = 0.5 * low_slope if side == -1 else low_slope
-            side = -1
-        # The reading is flat at its crest: a place good to 1e-5 of the step gives it to 1e-10.
-        if moved <= 1e-5 * h or high - low <= 1e-5 * h:
-            break
-    return best
-
-
-@kernel
-def hides_crest(watch, sign, best, impact, phase, span, desk):
-    """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
-    s, h = span
-    begin, end = state_of(desk, STATE), state_of(desk, END)
-    start = sign * reading(watch, impact, phase, begin)
-    stop = sign * reading(watch, impact, phase, end)
-    # Error control keeps a step from hiding a crest twice as high as both its ends.
-    if 2.0 * max(start, stop) <= best:
-        return 0.0, 0.0
-    stop_slope = sign * reading_slope(watch, impact, phase, end, desk, LAST, h)
-    if stop_slope >= 0.0:
-        return 0.0, 0.0
-    if s == 0.0:
-        # The slope at the touch itself may be infinite and is no measure of what follows.
-        return -stop_slope, stop_slope
-    start_slope = sign * reading_slope(watch, impact, phase, begin, desk, STAGES, h)
-    if start_slope <= 0.0:
-        return 0.0, 0.0
-    # A concave stretch stays under the crossing of its end tangents.
-    reach = h * start_slope * stop_slope / (stop_slope - start_slope)
-    if max(start, stop) + reach < best:
-        return 0.0, 0.0
-    return start_slope, stop_slope
 
 
 @kernel

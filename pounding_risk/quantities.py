@@ -316,7 +316,7 @@ def _size(unit: str, target: str) -> tuple[Decimal, str]:
     if unit in AMBIGUOUS:
         return Decimal(0), f'has the unit "{unit}", which could be {AMBIGUOUS[unit]}'
     if not _UNIT.fullmatch(spelling) or re.search(r"\d", _POWER.sub("", spelling).replace("g_0", "")):
-        return Decimal(0), f'has "{unit}" after the number, which is not a unit'
+        return Decimal(0), f"has {shown(unit)} after the number, which is not a unit"
     registry = _registry()
     try:
         one = registry.Quantity(Decimal(1), registry.parse_units(spelling))

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 from pounding_risk.models.contact import LAWS
@@ -19,7 +21,6 @@ from pounding_risk.scene_text import nearest
 from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES
 
 LONGEST_AXIS = 10_000  # values of one grid key
-RANGE_KEYS = ("start", "stop", "num")
 
 
 class Unreadable(ValueError):
@@ -191,29 +192,29 @@ def axis(quantity: Quantity) -> Callable[[Any], tuple[float, ...]]:
     return read
 
 
+def _count(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= LONGEST_AXIS:
+        raise Unreadable(
+            f"{shown(value)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}"
+        )
+    return value
+
+
+def _bound(value: Any, quantity: Quantity) -> float:
+    found = parse(value, quantity)
+    if found == inf:
+        raise Unreadable(f'{shown(value)} cannot bound even steps; write a list that ends with "inf" instead')
+    return found
+
+
 def _spaced(value: dict[str, Any], quantity: Quantity) -> tuple[float, ...]:
     """``num`` values from start to stop, both included, evenly spaced."""
-
-    def number(item: Any) -> int:
-        if isinstance(item, bool) or not isinstance(item, int) or not 2 <= item <= LONGEST_AXIS:
-            raise Unreadable(
-                f"{shown(item)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}"
-            )
-        return item
-
-    def finite(item: Any) -> float:
-        found = parse(item, quantity)
-        if found == float("inf"):
-            raise Unreadable(
-                f'{shown(item)} cannot bound even steps; write a list that ends with "inf" instead'
-            )
-        return found
-
-    readers: dict[str, Callable[[Any], Any]] = {"start": finite, "stop": finite, "num": number}
+    bound = partial(_bound, quantity=quantity)
+    readers: dict[str, Callable[[Any], Any]] = {"start": bound, "stop": bound, "num": _count}
     faults: list[tuple[tuple[str | int, ...], str]] = []
     for key in value:
         if key not in readers:
-            faults.append(((key,), f"unknown key{nearest(key, RANGE_KEYS)}; a range has start, stop and num"))
+            faults.append(((key,), f"unknown key{nearest(key, readers)}; a range has start, stop and num"))
     found: dict[str, Any] = {}
     for key, reader in readers.items():
         try:

@@ -43,8 +43,6 @@ def ridgecrest_traces(text: str) -> list[Trace]:
 
 def _component(lines: list[str]) -> Trace:
     """One block: a fixed text header, then columns of nine characters."""
-    if lines[0].lstrip().startswith("---"):
-        lines = lines[1:]  # the rest of the line that ended the block before
     direction = next(line for line in lines if line.startswith("Chan ")).split(":")[1].split()[0]
     at = next(number for number, line in enumerate(lines) if "Accelerogram points" in line)
     points, rate = int(lines[at].split()[0]), float(lines[at].split()[4])

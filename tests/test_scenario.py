@@ -28,7 +28,7 @@ name = "Frame beside masonry, El Centro 1940"
 [[building]]                     # left to right
 name = "frame"
 mass = "44.36 t"                 # or floor_masses with storey_stiffnesses or storey_heights
-period = "0.208 s"               # or stiffness = "40.5 MN/m"; rigid = true; or typology/height for a code period
+period = "0.208 s"               # or stiffness = "40.5 MN/m"; rigid = true; or a code period
 damping = 0.05
 
 [[building]]
@@ -257,9 +257,9 @@ WHOLE = [
     (
         "x = 1\n",
         [
-            "line 1, x: unknown section; sections are scene, building, "
-            "interface, effects, records, grid, solver",
-            "building: missing; write two [[building]] tables, left and right, each with name, mass and period",
+            f"line 1, x: unknown section; sections are {', '.join(scenario.TABLES)}",
+            "building: missing; "
+            + "write two [[building]] tables, left and right, each with name, mass and period",
             "interface: missing; write one [[interface]] with gap, contact_model and stiffness",
             'records: missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
         ],
@@ -447,7 +447,9 @@ JUNK = st.recursive(
         st.text(max_size=6),
         st.sampled_from(["1 mm", "2 t", "hertz", "linear", "inf", "reversed", "RSN6-180", "as recorded"]),
     ),
-    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=4), inner, max_size=3)),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=4), inner, max_size=3)
+    ),
     max_leaves=4,
 )
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from math import exp, inf, log, pi, sqrt
+from math import inf, log, pi, sqrt
 from typing import Annotated, NamedTuple, Protocol, get_type_hints
 
 from pounding_risk._jit import kernel, speaks
