@@ -31,8 +31,9 @@ PER = {"g": STANDARD_GRAVITY, "m/s^2": 1.0}  # m/s²
 class Entry:
     """One component of one recording, and what its file must look like.
 
-    ``pga_g`` is max|a| as recorded [standard gravity]: of the samples where they are processed, of the samples
-    less their mean where they are raw. ``sensitivity`` is counts per m/s², 1 for a file of physical values.
+    ``pga_g`` is max|a| as recorded [standard gravity]: of the samples where they are processed, of the
+    samples less their mean where they are raw. ``sensitivity`` is counts per m/s², 1 for a file of
+    physical values.
     """
 
     id: str
@@ -73,7 +74,7 @@ class Entry:
 
 
 def records_folder() -> Path:
-    """The folder with the catalogue and the shipped records: in the installed package, or beside it in a checkout.
+    """The folder of the catalogue and the shipped records: in the installed package, or beside it.
 
     Raises RecordError where neither is there.
     """
@@ -197,7 +198,7 @@ def _entry(facts: dict[str, Any]) -> Entry:
 
 
 def _near(asked: str, known: list[str]) -> list[str]:
-    """Ids that look like the one asked for, best first: the same letters in another case, then similar ones."""
+    """Ids that look like the one asked for, best first: another case of the same letters, then similar."""
     same = [name for name in known if name.lower() == asked.lower()]
     folded = {name.lower(): name for name in known}
     return same or [folded[name] for name in get_close_matches(asked.lower(), list(folded), 3, 0.6)]

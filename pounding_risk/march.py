@@ -41,7 +41,7 @@ from pounding_risk.tally import (
     VISCOUS,
     YIELDS,
     Log,
-    no_log,
+    make_log,
 )
 
 
@@ -135,7 +135,7 @@ def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = N
     """`march` for one interface; returns the desk."""
     desk = make_desk()
     limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
-    march(pair, free, interface.law, limits, float(rtol), desk, log or no_log())
+    march(pair, free, interface.law, limits, float(rtol), desk, log or make_log(0, 0, np.zeros(0)))
     return desk
 
 

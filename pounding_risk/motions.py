@@ -7,37 +7,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from hashlib import sha256
-from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
-from pounding_risk.formats import read_file, single_trace
 from pounding_risk.processing import (
     DEFAULT_CHAIN,
     Done,
-    Samples,
     Step,
     read_steps,
     si,
-    velocity_displacement,
     window,
 )
 from pounding_risk.quantities import PGA, SCALE, STANDARD_GRAVITY, TAIL, TIME, QuantityError, shown
+from pounding_risk.signals import Samples, velocity_displacement
+from pounding_risk.sources import RAW, Source, check_samples, open_source
 
 if TYPE_CHECKING:
     from obspy import Trace
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
-RAW, PROCESSED = "raw", "processed"
 LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
 LONGEST_STEP = 0.02  # s; longer steps miss peaks
 FIRST_OF_PEAK, OFFSET_OF_PEAK, CHANGE_OF_PEAK = 0.02, 0.05, 0.02
+WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 USUAL_FACTORS = (0.25, 4.0)
 
 
@@ -53,7 +48,7 @@ class Motion:
     """
 
     name: str
-    acceleration: NDArray[np.float64]
+    acceleration: Samples
     dt: float
     record: dict[str, Any]
     processing: tuple[str, ...] = ()
@@ -61,7 +56,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         samples = np.array(self.acceleration, dtype=np.float64)
-        _check(samples, self.dt, self.name)
+        check_samples(samples, self.dt, self.name)
         samples.flags.writeable = False
         object.__setattr__(self, "acceleration", samples)
 
@@ -76,7 +71,7 @@ class Motion:
         return (len(self.acceleration) - 1) * self.dt
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Samples:
         """When each sample is [s], from zero, shape (n,)."""
         return np.arange(len(self.acceleration)) * self.dt
 
@@ -96,8 +91,8 @@ class Motion:
         """The motion with zeros of that duration [s] after it: the buildings swing freely."""
         return self._after(_extend(self.acceleration, self.dt, _asked("tail", seconds, TAIL)))
 
-    def velocity_displacement(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, each of shape (n,)."""
+    def velocity_displacement(self) -> tuple[Samples, Samples]:
+        """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, shape (n,)."""
         return velocity_displacement(self.acceleration, self.dt)
 
     def _after(self, done: Done) -> Motion:
@@ -107,15 +102,6 @@ class Motion:
             processing=(*self.processing, *([done.sentence] if done.sentence else [])),
             flags=tuple(dict.fromkeys((*self.flags, *done.flags))),
         )
-
-
-class _Source(NamedTuple):
-    """A record before anything is done to it: trace in m/s², where it is from, raw or processed."""
-
-    name: str
-    trace: Trace
-    record: dict[str, Any]
-    units: str
 
 
 def read_motion(
@@ -171,12 +157,12 @@ def _prepared(
         raise RecordError(
             f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"'
         )
-    found = _found(source)
+    found = open_source(source)
     chain = _chain(processing, found.record["state"])
     log = _Log(found)
     _process(log, chain)
-    # The window comes after the chain and not before: the offset is seen in the quiet before the earthquake and
-    # the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
+    # The window comes after the chain and not before: the offset is seen in the quiet before the earthquake
+    # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
     # earlier, such as one of two earthquakes in a file, is a step of the chain.
     if span is not None:
         log.add(_cut(log.samples, log.dt, span))
@@ -194,7 +180,7 @@ def _prepared(
 class _Log:
     """Samples on their way through the steps, with the sentence and the doubts of each."""
 
-    def __init__(self, found: _Source):
+    def __init__(self, found: Source):
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
         self.start, self.flags = 0, list(_unit_doubts(found.record["pga_recorded"], "as recorded"))
@@ -231,108 +217,19 @@ def _process(log: _Log, chain: Sequence[Step]) -> None:
         log.flags.append(f"the mean of the record is {100.0 * offset / after:.0f} % of its PGA: subtract it")
 
 
-def _chain(processing: str | Sequence[Mapping[str, Any]], state: str) -> Sequence[Step]:
+def _chain(processing: Any, state: str) -> Sequence[Step]:
     """The steps that ``processing`` stands for."""
-    if processing == "none":
-        return ()
+    if not isinstance(processing, str) and isinstance(processing, Sequence):
+        return read_steps(processing)
     if processing == "auto":
         # Filtering a processed record again is the commonest way to damage one.
         return DEFAULT_CHAIN if state == RAW else ()
-    if isinstance(processing, str) or not isinstance(processing, Sequence):
+    if processing != "none":
         raise RecordError(
-            f'processing: {shown(processing)} is not one; it may be "auto", "none" or a list of steps such as '
-            '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
+            f'processing: {shown(processing)} is not one; it may be "auto", "none" or a list of steps such '
+            'as [{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
         )
-    return read_steps(processing)
-
-
-def _found(source: str | Path | Trace) -> _Source:
-    """The record that ``source`` stands for, its samples checked."""
-    if isinstance(source, str) and _is_id(source):
-        found = _of_catalogue(source)
-    elif isinstance(source, str | Path):
-        found = _of_file(Path(source))
-    else:
-        found = _of_trace(source)
-    _check(found.trace.data, found.trace.stats.delta, found.name)
-    samples = np.asarray(found.trace.data, dtype=np.float64)
-    offset = samples.mean() if found.record["state"] == RAW else 0.0
-    found.record["pga_recorded"] = float(np.abs(samples - offset).max())
-    return found
-
-
-def _is_id(source: str) -> bool:
-    """True for an id of the catalogue, and for a word that looks like one rather than like a path."""
-    if any(found.id == source for found in catalogue.entries()):
-        return True
-    return not (Path(source).suffix or "/" in source or "\\" in source or Path(source).exists())
-
-
-def _of_catalogue(id: str) -> _Source:
-    found = catalogue.entry(id)
-    trace = catalogue.load(id)[0]
-    keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
-    more = ("package", "version", "sha256", "origin", "terms", "note")
-    record = {key: getattr(found, key) for key in (*keys, *more)}
-    counts = f"counts, divided by {found.sensitivity:.10g} counts per m/s²"
-    return _Source(
-        id, trace, record, f"units: {'g, times 9.80665 m/s²' if found.sensitivity == 1.0 else counts}"
-    )
-
-
-def _of_file(path: Path) -> _Source:
-    read = read_file(path)
-    record = {**_told(read.trace), "id": path.stem, "state": read.state, "format": read.format}
-    record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
-    return _Source(str(path), read.trace, record, read.units)
-
-
-def _of_trace(source: Any) -> _Source:
-    """A trace in memory: its samples are m/s² by contract, and processed by whoever made it."""
-    from obspy import Stream, Trace
-
-    if isinstance(source, Stream):
-        source = single_trace(source, "the ObsPy stream")
-    if not isinstance(source, Trace):
-        raise RecordError(
-            f"{shown(source)} is not a record; give an id of the catalogue, a path, or an ObsPy trace in m/s²"
-        )
-    name = source.id if source.id.strip(".") else "trace"
-    if source.stats.calib != 1.0:
-        raise RecordError(
-            f"{name}: the trace has calib {source.stats.calib:g}, so its samples are no m/s² yet; multiply them "
-            "by it and set stats.calib = 1"
-        )
-    record = {**_told(source), "id": name, "state": PROCESSED, "format": "ObsPy trace", "file": ""}
-    digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
-    record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
-    return _Source(name, source, record, "units: m/s², as given")
-
-
-def _told(trace: Trace) -> dict[str, Any]:
-    """What a trace's header says about the recording."""
-    at2 = trace.stats.get("peer_at2", {})
-    told = {key: at2.get(key, "") for key in ("event", "date")}
-    date = str(trace.stats.starttime.date) if told["date"] or not at2 else ""
-    return {**told, "date": date, "station": trace.stats.station, "component": trace.stats.channel}
-
-
-def _check(samples: Any, dt: float, name: str) -> None:
-    """Refuse what no run could use."""
-    if not (isfinite(dt) and dt > 0.0):
-        raise RecordError(f"{name}: the time step is {dt:g} s; it must be greater than 0: check the record")
-    if np.ma.isMaskedArray(samples) and np.ma.count_masked(samples):
-        gaps = int(np.ma.count_masked(samples))
-        raise RecordError(f"{name}: has gaps ({gaps} samples are missing); cut or fill them before")
-    if np.ndim(samples) != 1 or len(samples) < 2:
-        count = np.size(samples)
-        raise RecordError(f"{name}: has {count} sample{'s' if count != 1 else ''}; a record needs at least 2")
-    wrong = np.flatnonzero(~np.isfinite(samples))
-    if len(wrong):
-        raise RecordError(
-            f"{name}: {len(wrong)} sample{'s are' if len(wrong) > 1 else ' is'} not finite, the first at index "
-            f"{wrong[0]} (t = {wrong[0] * dt:g} s); repair or replace the record"
-        )
+    return ()
 
 
 def _asked(key: str, value: Any, quantity: Any) -> float:
@@ -351,7 +248,13 @@ def _span(asked: Any) -> tuple[float, float]:
 
 
 def _cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
-    return window(samples, dt, start=span[0], end=span[1])
+    """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
+    done = window(samples, dt, start=span[0], end=span[1])
+    peak, kept = float(np.abs(samples).max()), float(np.abs(done.samples).max())
+    if kept >= WEAK_WINDOW * peak:
+        return done
+    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * kept / peak:.2g} % of the record's"
+    return done._replace(flags=(*done.flags, flag))
 
 
 def _reverse(samples: Samples) -> Done:
@@ -375,7 +278,8 @@ def _scale(samples: Samples, target: float | None, factor: float | None, name: s
     flags = list(_unit_doubts(pga, "after scaling"))
     if not USUAL_FACTORS[0] <= factor <= USUAL_FACTORS[1]:
         flags.append(f"the scale factor {factor:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
-    sentence = f"scale: times {factor:.10g}, from PGA {peak / STANDARD_GRAVITY:.5g} g to {pga / STANDARD_GRAVITY:.5g} g"
+    before, after = peak / STANDARD_GRAVITY, pga / STANDARD_GRAVITY
+    sentence = f"scale: times {factor:.10g}, from PGA {before:.5g} g to {after:.5g} g"
     return Done(scaled, sentence, tuple(flags))
 
 
@@ -399,7 +303,8 @@ def _doubts(samples: Samples, dt: float) -> tuple[str, ...]:
     peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
     if first > FIRST_OF_PEAK * peak:
         flags.append(
-            f"the motion starts at {100.0 * first / peak:.1f} % of its PGA: late trigger, or cut in mid-shaking"
+            f"the motion starts at {100.0 * first / peak:.1f} % of its PGA: a late trigger, or a cut in "
+            f"motion"
         )
     if dt > LONGEST_STEP:
         flags.append(f"the time step {dt:g} s is longer than {LONGEST_STEP:g} s: peaks may be missed")

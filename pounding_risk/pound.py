@@ -13,17 +13,21 @@ from pounding_risk.collide import (
     TURN,
     YIELD,
     YIELDING,
+    Impact,
     Phase,
+    attempt,
     begin,
+    dip_of,
     energy_of,
+    land,
     slopes,
     state_of,
     switched,
     take_step,
     transmitted,
 )
-from pounding_risk.peaks import watch_step
-from pounding_risk.series import END, HIGH, STAGES, STATE, TALLY
+from pounding_risk.peaks import FORCE, watch_step
+from pounding_risk.series import END, HERE, HIGH, STAGES, STATE, TALLY
 from pounding_risk.tally import (
     APPROACH,
     AT_END,
@@ -108,6 +112,24 @@ def write_contact(log, values, desk):
 
 
 @kernel
+def mark_levels(impact, phase, span, peak, desk, log):
+    """Time the levels that the uncapped force reaches first on this step, ``span`` = (s, length, time of touch)."""
+    s, h, touched = span
+    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= peak:
+        level = log.levels[log.used[2]]
+        length = 0.0
+        if desk[HERE, FORCE] < level:
+            i = impact
+            watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth)
+            place = min(dip_of(YIELD, watched, phase, (s, h), desk), 1.0)
+            length = land(YIELD, place, watched, phase, (s, h), desk)
+            attempt(impact, phase, s, h, desk)
+            slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
+        log.first[log.used[2]] = touched + (s + length) ** 4
+        log.used[2] += 1
+
+
+@kernel
 def ramp_at(free, node, since):
     """a_g = a + b τ over one node interval that began ``since`` after the touch: (a, b)."""
     slope = (free.ground[node + 1] - free.ground[node]) / free.step
@@ -127,7 +149,10 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         desk[STATE, part] = state[part]
     touched = node * free.step + offset
     energy = touch_down(impact, limits[2].beyond(speed), touched, speed, desk)
-    peak, plateau, depth, yielded, stalled = 0.0, 0.0, 0.0, 0, 0
+    # Where nobody asks for this contact's own peak, only one above the run's peak so far is worth the search.
+    each = log.levels.size > 0 or log.contacts.shape[0] > 0
+    peak = 0.0 if each else desk[TALLY, DEMAND]
+    plateau, depth, yielded, stalled = 0.0, 0.0, 0, 0
     since = -offset  # of the current node, after the touch
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
     ramp = ramp_at(free, node, since)
@@ -153,6 +178,8 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
             finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
             break
         peak = watch_step(impact, phase, (s, moved), peak, desk)
+        if log.levels.size > 0:
+            mark_levels(impact, phase, (s, moved, touched), peak, desk, log)
         s += moved
         for part in range(7):
             desk[STATE, part] = desk[END, part]
@@ -184,7 +211,9 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
             slopes(impact, phase, s, state, desk, STAGES)
     depth = max(depth, state[0] - state[1] - impact.gap)
     duration = s * s * s * s
-    force = plateau if yielded > 0 else peak
+    force = plateau if yielded > 0 else min(peak, impact.strength)
+    for level in range(log.levels.size):
+        log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
     lift_off(impact, energy, (peak, force, depth), duration, desk)
     e = limits[2].at(speed)
     write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), desk)

@@ -1,6 +1,6 @@
 """The steps that turn a recorded acceleration into the input of a run: one function each, in one registry.
 
-A step takes samples [m/s²] and the time step [s] and gives new samples and one sentence that says what it did.
+A step takes samples [m/s²] and the time step [s] and gives new samples and a sentence that says what it did.
 A scene or a script asks for steps by name, ``[{"step": "mean"}, {"step": "bandpass", "low": "0.1 Hz"}]``;
 `read_steps` turns that into steps with options in SI, or says what is wrong. To add a step is to write one
 function under ``@step``.
@@ -16,7 +16,6 @@ from math import ceil, floor, inf
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pounding_risk.errors import RecordError
 from pounding_risk.quantities import (
@@ -30,8 +29,7 @@ from pounding_risk.quantities import (
     say,
     shown,
 )
-
-Samples = NDArray[np.float64]
+from pounding_risk.signals import Samples, butterworth, cosine_rise, onset, velocity_displacement
 
 CORNER = Quantity("Hz", 0.0, inf, "corner frequency", example="0.1 Hz")
 ORDER = Quantity("1", 1.0, 20.0, "order", example="5")
@@ -96,7 +94,7 @@ def step(
 
 
 def read_steps(asked: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
-    """The steps of a list of tables, each with the key ``step`` and options as text with a unit or SI numbers.
+    """The steps of a list of tables: the key ``step``, and options as text with a unit or SI numbers.
 
     Raises RecordError for an unknown step or option, and for a value that an option cannot take.
     """
@@ -124,7 +122,7 @@ def _read_step(number: int, table: Mapping[str, Any]) -> Step:
 
 
 def _option(place: str, value: Any, kind: Quantity | tuple[str, ...]) -> Any:
-    if isinstance(kind, tuple):
+    if not isinstance(kind, Quantity):
         if value not in kind:
             words = " or ".join(f'"{word}"' for word in kind)
             raise RecordError(f"{place}: {shown(value)} is not a choice; it may be {words}")
@@ -137,7 +135,7 @@ def _option(place: str, value: Any, kind: Quantity | tuple[str, ...]) -> Any:
 
 def si(value: Any, quantity: Quantity) -> float:
     """A number in SI as it is, text with a unit converted; raises QuantityError out of range."""
-    if isinstance(value, str) or isinstance(value, bool):
+    if isinstance(value, str | bool):
         return parse(value, quantity)
     try:
         number = float(value)
@@ -145,28 +143,10 @@ def si(value: Any, quantity: Quantity) -> float:
         raise QuantityError(f"{shown(value)} is not {article(quantity.words)}; {repair(quantity)}") from None
     if not quantity.allows(number):
         raise QuantityError(
-            f"{number:g} is out of range: {article(quantity.words)} must be {bounds(quantity)}; {repair(quantity)}"
+            f"{number:g} is out of range: {article(quantity.words)} must be {bounds(quantity)}; "
+            f"{repair(quantity)}"
         )
     return number
-
-
-def velocity_displacement(samples: Samples, dt: float) -> tuple[Samples, Samples]:
-    """Velocity [m/s] and displacement [m] from rest, by the trapezoidal rule twice."""
-    velocity = _integral(samples, dt)
-    return velocity, _integral(velocity, dt)
-
-
-def onset(samples: Samples, dt: float) -> float:
-    """When the earthquake arrives [s after the first sample], by the Akaike criterion of two noises.
-
-    The samples up to the peak are split where two stationary noises of different variance explain them best:
-    least k ln var(a[:k]) + (n - k - 1) ln var(a[k:]) (Maeda 1985). A second pass up to shortly after the first
-    split finds the P wave where the first found the S wave. 0 where the record is too short to tell.
-    """
-    end = int(np.argmax(np.abs(samples - samples.mean()))) + 1
-    pick = _split(samples[:end])
-    pick = _split(samples[: min(end, pick + max(1, round(2.0 / dt)))])
-    return pick * dt
 
 
 @step("window", start=TIME, end=TIME)
@@ -183,9 +163,9 @@ def window(samples: Samples, dt: float, *, start: float = 0.0, end: float = inf)
     stop = min(len(samples), floor(min(end, last) / dt + 1e-6) + 1)
     if stop - first < 2:
         raise RecordError(
-            f"the window {start:g} s to {end:g} s holds fewer than 2 samples, {dt:g} s apart; write a longer one"
+            f"the window {start:g} s to {end:g} s has fewer than 2 samples, {dt:g} s apart; write a later end"
         )
-    flags = ()
+    flags: tuple[str, ...] = ()
     if last + dt / 2 < end < inf:
         flags = (f"the window asked for ends at {end:g} s, the record already at {last:g} s",)
     sentence = f"window: kept {first * dt:g} s to {(stop - 1) * dt:g} s ({stop - first} samples)"
@@ -235,14 +215,14 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
         tail = min(LONGEST_TAIL, duration / 10)
     if lead + tail > duration:
         raise RecordError(
-            f"a taper of {lead:g} s and {tail:g} s does not fit a record of {duration:g} s; write shorter ones"
+            f"a taper of {lead:g} s and {tail:g} s does not fit a record of {duration:g} s; write shorter"
         )
     time = np.arange(len(samples)) * dt
     weight = np.ones(len(samples))
     if lead > 0.0:
-        weight *= _rise(time / lead)
+        weight *= cosine_rise(time / lead)
     if tail > 0.0:
-        weight *= _rise((duration - time) / tail)
+        weight *= cosine_rise((duration - time) / tail)
     return Done(samples * weight, f"taper: cosine, first {lead:.3g} s and last {tail:.3g} s")
 
 
@@ -261,13 +241,13 @@ def bandpass(
     upper = min(HIGHEST_CORNER, NYQUIST_SHARE * nyquist) if high is None else high
     if not (low < upper and (upper < nyquist or (upper == inf and low > 0.0))):
         raise RecordError(
-            f"the corners {low:g} and {upper:g} Hz do not fit a time step of {dt:g} s; they must rise and stay "
-            f"below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
+            f"the corners {low:g} and {upper:g} Hz do not fit a time step of {dt:g} s; they must rise and "
+            f"stay below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
         )
     pad = ceil(0.75 * order / (low or upper) / dt)
     padded = np.pad(samples, pad)
     size = 1 << (len(padded) - 1).bit_length()  # more zeros still, and a fast transform
-    gain = _response(np.fft.rfftfreq(size, dt), low, upper, order)
+    gain = butterworth(np.fft.rfftfreq(size, dt), low, upper, order)
     filtered = np.fft.irfft(np.fft.rfft(padded, size) * gain, size)[pad : pad + len(samples)]
     return Done(filtered, _filter_words(low, upper, order, pad * dt), _filter_flags(samples, dt, low))
 
@@ -296,7 +276,7 @@ def baseline(samples: Samples, dt: float, *, order: float = 6) -> Done:
 
 
 def _ends(samples: Samples, dt: float) -> tuple[str, tuple[str, ...]]:
-    """Peaks and last values of velocity and displacement, in words, and flags where they do not come to rest."""
+    """Peaks and last values of velocity and displacement in words; flags where they do not come to rest."""
     flags, words = [], []
     for name, trace, unit in zip(
         ("velocity", "displacement"), velocity_displacement(samples, dt), ("cm/s", "cm"), strict=True
@@ -317,7 +297,8 @@ def _filter_words(low: float, high: float, order: float, pad: float) -> str:
         if low
         else f"below {high:g} Hz"
     )
-    return f"bandpass: acausal Butterworth of order {order:g}, {corners} (-3 dB), {pad:.4g} s of zeros at both ends"
+    pads = f"{pad:.4g} s of zeros at both ends"
+    return f"bandpass: acausal Butterworth of order {order:g}, {corners} (-3 dB), {pads}"
 
 
 def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:
@@ -332,43 +313,6 @@ def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:
     if 0.0 < low < 1.0 / duration:
         flags.append(f"the lower corner {low:g} Hz is below one cycle in the record of {say(duration, TIME)}")
     return tuple(flags)
-
-
-def _response(frequency: Samples, low: float, high: float, order: float) -> Samples:
-    """Amplitude of a Butterworth high-pass and low-pass in a row; nothing of the mean passes a high-pass."""
-    gain: Samples = 1.0 / np.sqrt(1.0 + (frequency / high) ** (2.0 * order))
-    if low > 0.0:
-        gain[0] = 0.0
-        gain[1:] /= np.sqrt(1.0 + (low / frequency[1:]) ** (2.0 * order))
-    return gain
-
-
-def _integral(samples: Samples, dt: float) -> Samples:
-    """From zero at the first sample, trapezoidal."""
-    whole = np.zeros(len(samples))
-    np.cumsum(0.5 * dt * (samples[1:] + samples[:-1]), out=whole[1:])
-    return whole
-
-
-def _split(samples: Samples) -> int:
-    """The number of samples before the change of variance; 0 where there are too few to tell."""
-    n = len(samples)
-    if n < 20:
-        return 0
-    centred = samples - samples[: n // 10 + 1].mean()
-    tiny = np.finfo(float).tiny + 1e-30 * float(np.max(np.abs(centred))) ** 2
-    before = np.arange(1, n + 1)
-    head, squares = np.cumsum(centred), np.cumsum(centred**2)
-    after = np.maximum(n - before, 1)
-    var_before = np.maximum(squares / before - (head / before) ** 2, tiny)
-    var_after = np.maximum((squares[-1] - squares) / after - ((head[-1] - head) / after) ** 2, tiny)
-    criterion = before * np.log(var_before) + (n - before - 1) * np.log(var_after)
-    return int(np.argmin(criterion[5:-5])) + 6
-
-
-def _rise(place: Samples) -> Samples:
-    """Half a cosine from 0 at 0 to 1 at 1."""
-    return 0.5 - 0.5 * np.cos(np.pi * np.clip(place, 0.0, 1.0))
 
 
 def _meant(name: Any, known: Mapping[str, Any]) -> str:

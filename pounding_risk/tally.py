@@ -50,14 +50,28 @@ STEP_COLUMNS = ("time", "u_left", "u_right", "v_left", "v_right", "force")
 
 
 class Log(NamedTuple):
-    """Where a run writes what `simulate` shows; arrays without rows switch it off."""
+    """What a run writes down besides its tally; arrays without rows switch each part off.
+
+    ``levels`` are forces [N, ascending] whose first reaching is timed and whose contacts are counted: a law
+    without a cap runs once and answers for every yield force.
+    """
 
     contacts: np.ndarray  # (rows, CONTACT_COLUMNS)
     steps: np.ndarray  # (rows, STEP_COLUMNS)
-    used: np.ndarray  # (2,) rows written
+    levels: np.ndarray  # (L,) N
+    first: np.ndarray  # (L,) time at which the force first reaches a level, NaN for never [s]
+    reached: np.ndarray  # (L,) contacts in which it does
+    used: np.ndarray  # (3,) rows written; levels reached
 
 
 @kernel
-def no_log():
-    """A log that writes nothing."""
-    return Log(np.zeros((0, 11)), np.zeros((0, 6)), np.zeros(2, dtype=np.int64))
+def make_log(contacts, steps, levels):
+    """A log with room for so many contacts and steps, timing these levels."""
+    return Log(
+        np.zeros((contacts, 11)),
+        np.zeros((steps, 6)),
+        levels,
+        np.full(levels.size, np.nan),
+        np.zeros(levels.size),
+        np.zeros(3, dtype=np.int64),
+    )

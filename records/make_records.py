@@ -24,7 +24,7 @@ import h5py
 import numpy as np
 from obspy import Trace, UTCDateTime
 from obspy.core.inventory import Channel, Inventory, Network, Response, Site, Station
-from obspy.core.inventory.response import InstrumentSensitivity
+from obspy.core.inventory.response import InstrumentSensitivity, ResponseStage
 
 RIDGECREST = "gmprocess/data/demo/ci38457511/raw/CICCC.RAW"
 NAPA = "gmprocess/data/demo/nc72282711/workspace.h5"
@@ -62,13 +62,15 @@ def _component(lines: list[str]) -> Trace:
 def ridgecrest_inventory() -> Inventory:
     """The sensitivity of the integers above, as StationXML."""
     place = {"latitude": 35.524950, "longitude": -117.364500, "elevation": 670.0}
-    sensitivity = InstrumentSensitivity(COUNTS_PER_G / STANDARD_GRAVITY, 1.0, "M/S**2", "COUNTS")
+    gain = (COUNTS_PER_G / STANDARD_GRAVITY, 1.0, "M/S**2", "COUNTS")  # at 1 Hz
+    sensitivity = InstrumentSensitivity(*gain)
+    stage = ResponseStage(1, *gain)
     channels = [
         Channel(code, "", depth=0.0, azimuth=azimuth, dip=dip, sample_rate=100.0, **place)
         for code, azimuth, dip in CHANNELS.values()
     ]
     for channel in channels:
-        channel.response = Response(instrument_sensitivity=sensitivity)
+        channel.response = Response(instrument_sensitivity=sensitivity, response_stages=[stage])
     site = Site("China Lake NWC, Christmas Canyon Rd.")
     station = Station("CCC", site=site, channels=channels, creation_date=CCC_START, **place)
     network = Network("CI", [station], description="Southern California Seismic Network")

@@ -23,10 +23,10 @@ from difflib import get_close_matches
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.errors import RecordError
-from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.quantities import STANDARD_GRAVITY, shown
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
@@ -76,15 +76,15 @@ def read_file(path: Path) -> FileRead:
 
 
 def single_trace(stream: Stream, name: str) -> Trace:
-    """The one trace of a stream; raises RecordError for none, several components, gaps, and mixed time steps."""
+    """The one trace of a stream; raises RecordError for none, several components, gaps, mixed time steps."""
     traces = list(stream)
     if not traces:
         raise RecordError(f"{name}: holds no samples; check the file")
     components = list(dict.fromkeys(trace.id for trace in traces))
     if len(components) > 1:
         raise RecordError(
-            f"{name}: holds {len(components)} components ({', '.join(components)}), one is needed; read it with "
-            "ObsPy and hand over one trace in m/s², or split the file"
+            f"{name}: holds {len(components)} components ({', '.join(components)}), one is needed; read it "
+            "with ObsPy and hand over one trace in m/s², or split the file"
         )
     steps = sorted({trace.stats.delta for trace in traces})
     if len(steps) > 1:
@@ -98,6 +98,19 @@ def single_trace(stream: Stream, name: str) -> Trace:
     return traces[0]
 
 
+def one_trace(source: Any) -> Trace:
+    """The trace that an ObsPy trace or stream in memory is; raises RecordError for anything else."""
+    from obspy import Stream, Trace
+
+    if isinstance(source, Stream):
+        return single_trace(source, "the ObsPy stream")
+    if not isinstance(source, Trace):
+        raise RecordError(
+            f"{shown(source)} is not a record; give an id of the catalogue, a path, or an ObsPy trace in m/s²"
+        )
+    return source
+
+
 def _bytes(path: Path) -> bytes:
     """The bytes of a file, at most ``LARGEST``."""
     if path.is_dir():
@@ -105,7 +118,9 @@ def _bytes(path: Path) -> bytes:
     try:
         size = path.stat().st_size
         if size > LARGEST:
-            raise RecordError(f"{path}: has {size >> 20} MiB, at most {LARGEST >> 20} are read; cut the record before")
+            raise RecordError(
+                f"{path}: has {size >> 20} MiB, at most {LARGEST >> 20} are read; cut the record before"
+            )
         raw = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
         others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
@@ -127,26 +142,41 @@ def _format(path: Path, raw: bytes) -> str:
     if start.startswith((b"<!doctype html", b"<html")):
         raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
     if raw[:1] == b"\x80" or b"obspy.core.stream" in raw[:100]:
-        raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {READ} are read")
+        raise RecordError(
+            f"{path}: is a Python pickle, which can run code and is never read; {READ} are read"
+        )
     if _is_at2(BytesIO(raw)):
         return "PEER_AT2"
     if _MSEED2.match(raw) or raw.startswith(b"MS\x03"):
         return "MSEED"
     if path.suffix.lower() == ".at2":
         return "PEER_AT2"  # its reader says which line is missing
-    raise RecordError(f"{path}: is not a known record format; {READ} are read: convert the record to one of them")
+    if path.suffix.lower() in (".mseed", ".ms", ".miniseed"):
+        raise RecordError(f"{path}: does not hold MiniSEED, whatever its name says; fetch the record again")
+    raise RecordError(
+        f"{path}: is not a known record format; {READ} are read: convert the record to one of them"
+    )
 
 
 def _read_mseed(path: Path, raw: bytes) -> Stream:
     import obspy
+    from obspy.io.mseed import InternalMSEEDWarning
 
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # a cut or damaged MiniSEED file is read in part, with a warning
+        warnings.simplefilter("error", InternalMSEEDWarning)  # or damaged files are read in part
         try:
-            return obspy.read(BytesIO(raw), format="MSEED")
-        except Exception as error:  # noqa: BLE001  ObsPy's readers raise anything at damaged bytes
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise RecordError(f"{path}: cannot be read as MiniSEED ({reason[:200]}); fetch the record again") from None
+            stream = obspy.read(BytesIO(raw), format="MSEED")
+        except Exception as error:
+            raise RecordError(
+                f"{path}: cannot be read as MiniSEED ({_reason(error)}); fetch the record again"
+            ) from None
+    block = min((trace.stats.mseed.record_length for trace in stream), default=1)
+    if len(raw) % block:
+        raise RecordError(
+            f"{path}: is cut short, {len(raw)} bytes are no whole number of blocks of {block}; fetch the "
+            "record again"
+        )
+    return stream
 
 
 def _sensitivity(path: Path, trace: Trace) -> tuple[float, str]:
@@ -158,23 +188,27 @@ def _sensitivity(path: Path, trace: Trace) -> tuple[float, str]:
     beside = next((path.parent / name for name in names if (path.parent / name).is_file()), None)
     if beside is None:
         raise RecordError(
-            f"{path}: the unit is unknown, a MiniSEED file holds counts; put the StationXML of {trace.id} beside "
-            f"it as {names[1]}, or hand over an ObsPy trace in m/s²"
+            f"{path}: the unit is unknown, a MiniSEED file holds counts; put the StationXML of {trace.id} "
+            f"beside it as {names[1]}, or hand over an ObsPy trace in m/s²"
         )
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")
         sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
         counts, unit = float(sensitivity.value), str(sensitivity.input_units).upper()
-    except Exception as error:  # noqa: BLE001  ObsPy and lxml raise anything at damaged text
-        reason = " ".join(str(error).split()) or type(error).__name__
+    except Exception as error:
         raise RecordError(
-            f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({reason[:200]}); fetch the "
-            "StationXML of this channel with its response"
+            f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({_reason(error)}); fetch "
+            "the StationXML of this channel with its response"
         ) from None
     if unit not in ACCELERATIONS or not counts:
         raise RecordError(
-            f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take an '
-            "accelerometer's channel (such as HN or BN)"
+            f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take '
+            "an accelerometer's channel (such as HN or BN)"
         )
     per_si = counts / ACCELERATIONS[unit]
     return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})"
+
+
+def _reason(error: Exception) -> str:
+    """The first words of another library's error, on one line."""
+    return (" ".join(str(error).split()) or type(error).__name__)[:200]

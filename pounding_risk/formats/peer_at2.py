@@ -50,7 +50,7 @@ class Header(NamedTuple):
 
     title: str  # the line with event, date, station and component
     unit_line: str
-    count: int
+    npts: int
     dt: float  # s
     lines: int  # of the file, up to the first sample
 
@@ -66,13 +66,13 @@ def _is_at2(file: Any) -> bool:
             start = file.read(4096)
             file.seek(place)
         else:
-            with open(file, "rb") as opened:
+            with Path(file).open("rb") as opened:
                 start = opened.read(4096)
         text = start.decode("latin-1") if isinstance(start, bytes) else start
         head = [line.upper() for line in _NEWLINE.split(text)[:HEADER_LINES]]
         of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
         return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
-    except Exception:  # noqa: BLE001  ObsPy asks every format in turn: one that raises stops them all
+    except Exception:
         return False
 
 
@@ -93,7 +93,7 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     header = _header(name, lines)
     stats = _stats(header)
     if headonly:
-        return Stream([Trace(header={**stats, "npts": header.count})])
+        return Stream([Trace(header={**stats, "npts": header.npts})])
     values = _samples(name, lines, header)
     return Stream([Trace(values * STANDARD_GRAVITY, header=stats)])
 
@@ -107,7 +107,7 @@ def _text(file: Any, name: str) -> tuple[str, str]:
     else:
         name = name or str(file)
         try:
-            with open(file, "rb") as opened:
+            with Path(file).open("rb") as opened:
                 raw = opened.read(LARGEST + 1)
         except OSError as error:
             raise RecordError(f"{name}: cannot be read ({error.strerror}); check name and folder") from None
@@ -197,11 +197,11 @@ def _samples(name: str, lines: list[str], header: Header) -> NDArray[np.float64]
                     "file again"
                 )
             values.append(value)
-    if len(values) != header.count:
-        fewer = len(values) < header.count
+    if len(values) != header.npts:
+        fewer = len(values) < header.npts
         repair = "the file is cut short: fetch it again" if fewer else "correct NPTS, or fetch the file again"
         raise RecordError(
-            f"{name}, line {header.lines}: the header promises {header.count} samples, {len(values)} found; "
+            f"{name}, line {header.lines}: the header promises {header.npts} samples, {len(values)} found; "
             f"{repair}"
         )
     return np.array(values)

@@ -1,0 +1,69 @@
+"""Numerics of a sampled acceleration: integrals, the arrival of an earthquake, a filter's response.
+
+Arrays in, arrays out; the steps of `pounding_risk.processing` put them to use.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Samples = NDArray[np.floating[Any]]
+
+
+def velocity_displacement(samples: Samples, dt: float) -> tuple[Samples, Samples]:
+    """Velocity [m/s] and displacement [m] from rest, by the trapezoidal rule twice."""
+    velocity = _integral(samples, dt)
+    return velocity, _integral(velocity, dt)
+
+
+def onset(samples: Samples, dt: float) -> float:
+    """When the earthquake arrives [s after the first sample], by the Akaike criterion of two noises.
+
+    The samples up to the peak are split where two stationary noises of different variance explain them best:
+    least k ln var(a[:k]) + (n - k - 1) ln var(a[k:]) (Maeda 1985). A second pass up to shortly after the
+    first split finds the P wave where the first found the S wave. 0 where the record is too short to tell.
+    """
+    end = int(np.argmax(np.abs(samples - samples.mean()))) + 1
+    pick = _split(samples[:end])
+    pick = _split(samples[: min(end, pick + max(1, round(2.0 / dt)))])
+    return pick * dt
+
+
+def butterworth(frequency: Samples, low: float, high: float, order: float) -> Samples:
+    """Amplitude of a Butterworth high-pass and low-pass in a row; nothing of the mean passes a high-pass."""
+    gain: Samples = 1.0 / np.sqrt(1.0 + (frequency / high) ** (2.0 * order))
+    if low > 0.0:
+        gain[0] = 0.0
+        gain[1:] /= np.sqrt(1.0 + (low / frequency[1:]) ** (2.0 * order))
+    return gain
+
+
+def cosine_rise(place: Samples) -> Samples:
+    """Half a cosine from 0 at 0 to 1 at 1."""
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(place, 0.0, 1.0))
+
+
+def _integral(samples: Samples, dt: float) -> Samples:
+    """From zero at the first sample, trapezoidal."""
+    whole = np.zeros(len(samples))
+    np.cumsum(0.5 * dt * (samples[1:] + samples[:-1]), out=whole[1:])
+    return whole
+
+
+def _split(samples: Samples) -> int:
+    """The number of samples before the change of variance; 0 where there are too few to tell."""
+    n = len(samples)
+    if n < 20:
+        return 0
+    centred = samples - samples[: n // 10 + 1].mean()
+    tiny = np.finfo(float).tiny + 1e-30 * float(np.max(np.abs(centred))) ** 2
+    before = np.arange(1, n + 1)
+    head, squares = np.cumsum(centred), np.cumsum(centred**2)
+    after = np.maximum(n - before, 1)
+    var_before = np.maximum(squares / before - (head / before) ** 2, tiny)
+    var_after = np.maximum((squares[-1] - squares) / after - ((head[-1] - head) / after) ** 2, tiny)
+    criterion = before * np.log(var_before) + (n - before - 1) * np.log(var_after)
+    return int(np.argmin(criterion[5:-5])) + 6

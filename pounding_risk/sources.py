@@ -1,0 +1,111 @@
+"""What a motion is made from: a record of the catalogue, a file, or an ObsPy trace, checked, in m/s².
+
+Each gives a trace and the facts that go with it into the results: where it is from, its checksum, whether it
+is raw or processed.
+"""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk import catalogue
+from pounding_risk.errors import RecordError
+from pounding_risk.formats import one_trace, read_file
+
+RAW, PROCESSED = "raw", "processed"
+
+
+class Source(NamedTuple):
+    """A record before anything is done to it: trace in m/s², where it is from, raw or processed."""
+
+    name: str
+    trace: Any  # obspy.Trace, float samples, calib 1
+    record: dict[str, Any]
+    units: str
+
+
+def open_source(source: Any) -> Source:
+    """The record that ``source`` stands for, its samples checked."""
+    if isinstance(source, str) and _is_id(source):
+        found = _of_catalogue(source)
+    elif isinstance(source, str | Path):
+        found = _of_file(Path(source))
+    else:
+        found = _of_trace(source)
+    check_samples(found.trace.data, found.trace.stats.delta, found.name)
+    samples = np.asarray(found.trace.data, dtype=np.float64)
+    offset = samples.mean() if found.record["state"] == RAW else 0.0
+    found.record["pga_recorded"] = float(np.abs(samples - offset).max())
+    return found
+
+
+def _is_id(source: str) -> bool:
+    """True for an id of the catalogue, and for a word that looks like one rather than like a path."""
+    if any(found.id == source for found in catalogue.entries()):
+        return True
+    return not (Path(source).suffix or "/" in source or "\\" in source or Path(source).exists())
+
+
+def _of_catalogue(id: str) -> Source:
+    found = catalogue.entry(id)
+    trace = catalogue.load(id)[0]
+    keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
+    more = ("package", "version", "sha256", "origin", "terms", "note")
+    record = {key: getattr(found, key) for key in (*keys, *more)}
+    units = f"counts, divided by {found.sensitivity:.10g} counts per m/s²"
+    if found.format == "PEER_AT2":
+        units = "g, times 9.80665 m/s²"
+    return Source(id, trace, record, f"units: {units}")
+
+
+def _of_file(path: Path) -> Source:
+    read = read_file(path)
+    record = {**_told(read.trace), "id": path.stem, "state": read.state, "format": read.format}
+    record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
+    return Source(str(path), read.trace, record, read.units)
+
+
+def _of_trace(source: Any) -> Source:
+    """A trace in memory: its samples are m/s² by contract, and processed by whoever made it."""
+    source = one_trace(source)
+    name = source.id if source.id.strip(".") else "trace"
+    if source.stats.calib != 1.0:
+        raise RecordError(
+            f"{name}: the trace has calib {source.stats.calib:g}, so its samples are no m/s² yet; multiply "
+            "them by it and set stats.calib = 1"
+        )
+    record = {**_told(source), "id": name, "state": PROCESSED, "format": "ObsPy trace", "file": ""}
+    digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
+    record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
+    return Source(name, source, record, "units: m/s², as given")
+
+
+def _told(trace: Any) -> dict[str, Any]:
+    """What a trace's header says about the recording."""
+    at2 = trace.stats.get("peer_at2", {})
+    told = {key: at2.get(key, "") for key in ("event", "date")}
+    date = str(trace.stats.starttime.date) if told["date"] or not at2 else ""
+    return {**told, "date": date, "station": trace.stats.station, "component": trace.stats.channel}
+
+
+def check_samples(samples: Any, dt: float, name: str) -> None:
+    """Refuse what no run could use."""
+    if not (isfinite(dt) and dt > 0.0):
+        raise RecordError(f"{name}: the time step is {dt:g} s; it must be greater than 0: check the record")
+    if np.ma.isMaskedArray(samples) and np.ma.count_masked(samples):
+        gaps = int(np.ma.count_masked(samples))
+        raise RecordError(f"{name}: has gaps ({gaps} samples are missing); cut or fill them before")
+    if np.ndim(samples) != 1 or len(samples) < 2:
+        count = np.size(samples)
+        raise RecordError(f"{name}: has {count} sample{'s' if count != 1 else ''}; a record needs at least 2")
+    wrong = np.flatnonzero(~np.isfinite(samples))
+    if len(wrong):
+        raise RecordError(
+            f"{name}: {len(wrong)} sample{'s are' if len(wrong) > 1 else ' is'} not finite, the first at "
+            f"index {wrong[0]} (t = {wrong[0] * dt:g} s); repair or replace the record"
+        )
