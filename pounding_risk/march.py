@@ -6,7 +6,7 @@ one law. Both work on the response without contact (`free_response`), which is c
 
 from __future__ import annotations
 
-from math import ceil, cos, exp, inf, nan, sin, sqrt
+from math import ceil, cos, exp, inf, isfinite, nan, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,29 +16,22 @@ from pounding_risk.collide import make_desk
 from pounding_risk.flight import BLOCK, SIGNALS, Free, fly, survey
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures import Building, Oscillator
+from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pound import pound
 from pounding_risk.series import HIGH, LOW, MAX_TERMS, TALLY
 from pounding_risk.tally import (
-    APPROACH,
     AT_END,
-    CONTACT_TIME,
     COUNT,
-    DEMAND,
-    ENERGY,
     FINISHED,
     FIRST_TOUCH,
     FIRST_YIELD,
     IMPULSE,
-    LOWEST_FORCE,
     MAX_CONTACTS,
     NOT_FINITE,
-    PEAK_FORCE,
-    PENETRATION,
-    RESIDUAL,
     STATUS,
     STEPS,
+    TALLIED,
     TOO_MANY_CONTACTS,
-    VISCOUS,
     YIELDS,
     Log,
     make_log,
@@ -132,48 +125,30 @@ def free_response(pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray,
 
 
 def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:
-    """`march` for one interface; returns the desk."""
+    """`march` for one interface; returns its raw columns (see `outputs`)."""
     desk = make_desk()
     limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
     march(pair, free, interface.law, limits, float(rtol), desk, log or make_log(0, 0, np.zeros(0)))
-    return desk
+    return np.concatenate([desk[TALLY, :TALLIED], desk[HIGH, :SIGNALS], desk[LOW, :SIGNALS]])
 
 
 def solve(
     left: Building, right: Building, interface: Interface, acceleration, dt: float, *, rtol: float = 1e-6
-):
-    """One run of a pair: every output by name, SI units; NaN where a run failed (its status says why)."""
+) -> dict[str, float]:
+    """One run of a pair under a_g [m/s²] sampled every ``dt`` [s]: every output by name, in SI units.
+
+    Outputs per building carry ``_left`` or ``_right``. A failed run is NaN, or −1 in counts; ``status`` says why.
+    A law without a cap counts its yielding too: its force reaches the yield force.
+    """
+    ground = np.asarray(acceleration, dtype=np.float64)
     pair = oscillators(left, right)
-    free = free_response(pair, np.asarray(acceleration, dtype=np.float64), float(dt))
-    return outputs(run(pair, free, interface, rtol), interface.yield_force)
-
-
-def outputs(desk: np.ndarray, yield_force: float) -> dict[str, float]:
-    """The named outputs of one run."""
-    tally, high, low = desk[TALLY], desk[HIGH], desk[LOW]
-    return {
-        "peak_closing": high[0],
-        "peak_opening": -low[0],
-        "peak_relative_displacement": max(high[0], -low[0]),
-        "peak_penetration": tally[PENETRATION],
-        "impact_count": tally[COUNT],
-        "first_impact_time": tally[FIRST_TOUCH],
-        "contact_time": tally[CONTACT_TIME],
-        "peak_approach_speed": tally[APPROACH],
-        "peak_contact_force": tally[PEAK_FORCE],
-        "lowest_contact_force": tally[LOWEST_FORCE],
-        "impulse": tally[IMPULSE],
-        "yield_demand": tally[DEMAND] / yield_force,
-        "yield_exceedance": float(tally[DEMAND] >= yield_force),
-        "yield_count": tally[YIELDS],
-        "first_yield_time": tally[FIRST_YIELD],
-        "energy_viscous": tally[VISCOUS],
-        "energy_plastic": 0.0,
-        "energy_residual": tally[RESIDUAL] / tally[ENERGY] if tally[ENERGY] > 0.0 else 0.0,
-        "peak_displacement_left": max(high[1], -low[1]),
-        "peak_displacement_right": max(high[2], -low[2]),
-        "peak_floor_acceleration_left": max(high[3], -low[3]),
-        "peak_floor_acceleration_right": max(high[4], -low[4]),
-        "status": tally[STATUS],
-        "steps": tally[STEPS],
-    }
+    capped = isfinite(interface.law.ceiling(1.0))
+    log = make_log(0, 0, np.zeros(0) if capped else np.array([float(interface.yield_force)]))
+    raw = run(pair, free_response(pair, ground, float(dt)), interface, rtol, log)
+    if not capped:
+        raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
+    named = {name: float(value) for name, value in run_outputs(raw, interface.yield_force).items()}
+    sides = building_outputs(raw, (left, right), float(np.abs(ground).max()))
+    for name, values in sides.items():
+        named[f"{name}_left"], named[f"{name}_right"] = float(values[0]), float(values[1])
+    return {**named, "status": float(raw[STATUS]), "steps": float(raw[STEPS])}

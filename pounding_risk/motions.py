@@ -302,10 +302,8 @@ def _doubts(samples: Samples, dt: float) -> tuple[str, ...]:
     flags = []
     peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
     if first > FIRST_OF_PEAK * peak:
-        flags.append(
-            f"the motion starts at {100.0 * first / peak:.1f} % of its PGA: a late trigger, or a cut in "
-            f"motion"
-        )
+        share = f"{100.0 * first / peak:.1f} %"
+        flags.append(f"the motion starts at {share} of its PGA: a late trigger, or a cut in motion")
     if dt > LONGEST_STEP:
         flags.append(f"the time step {dt:g} s is longer than {LONGEST_STEP:g} s: peaks may be missed")
     return tuple(flags)

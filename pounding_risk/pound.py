@@ -54,14 +54,16 @@ from pounding_risk.tally import (
 
 
 @kernel
-def write_step(log, time, state, force):
+def write_step(log, time, force, desk):
     """Append one row of the time history in contact."""
     row = log.used[1]
     if row < log.steps.shape[0]:
         log.steps[row, 0] = time
         for part in range(4):
-            log.steps[row, 1 + part] = state[part]
+            log.steps[row, 1 + part] = desk[STATE, part]
         log.steps[row, 5] = force
+        log.steps[row, 6] = desk[STATE, 4]
+        log.steps[row, 7] = desk[STATE, 5]
     log.used[1] = row + 1
 
 
@@ -158,7 +160,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     ramp = ramp_at(free, node, since)
     phase = Phase(True, ELASTIC, ramp[0], ramp[1])
     slopes(impact, phase, s, state, desk, STAGES)
-    write_step(log, touched, state, transmitted(impact, phase, state))
+    write_step(log, touched, transmitted(impact, phase, state), desk)
     finish = EXHAUSTED
     while desk[TALLY, STEPS] < MAX_STEPS:
         left = sqrt(sqrt(since + free.step)) - s
@@ -188,7 +190,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         delta = state[0] - state[1] - impact.gap
         if phase.region == YIELDING:
             plateau = max(plateau, transmitted(impact, phase, state))
-        write_step(log, time, state, transmitted(impact, phase, state))
+        write_step(log, time, transmitted(impact, phase, state), desk)
         # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
         if event == PART or stalled > 50:

@@ -142,10 +142,8 @@ def si(value: Any, quantity: Quantity) -> float:
     except (TypeError, ValueError):
         raise QuantityError(f"{shown(value)} is not {article(quantity.words)}; {repair(quantity)}") from None
     if not quantity.allows(number):
-        raise QuantityError(
-            f"{number:g} is out of range: {article(quantity.words)} must be {bounds(quantity)}; "
-            f"{repair(quantity)}"
-        )
+        allowed = f"{article(quantity.words)} must be {bounds(quantity)}"
+        raise QuantityError(f"{number:g} is out of range: {allowed}; {repair(quantity)}")
     return number
 
 

@@ -171,8 +171,7 @@ def parse(text: object, quantity: Quantity) -> float:
         value = float(number)
     if not quantity.allows(value):
         raise QuantityError(
-            f"{shown(text)} is out of range: {article(quantity.words)} must be {bounds(quantity)}; "
-            f"{repair(quantity)}"
+            f"{shown(text)} is out of range: {article(quantity.words)} must be {bounds(quantity)}; {repair(quantity)}"
         )
     return value + 0.0  # no minus zero
 

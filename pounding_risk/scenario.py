@@ -80,9 +80,7 @@ class Reads:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return self.schema
 
 
@@ -90,9 +88,7 @@ def measured(quantity: Quantity) -> Reads:
     """A quantity: text with a unit, or a plain number where it is dimensionless."""
     plain = quantity.unit == "1"
     kind = {"type": ["number", "string"]} if plain else {"type": "string"}
-    return Reads(
-        partial(parse, quantity=quantity), {**kind, "description": f"{quantity.words} [{quantity.unit}]"}
-    )
+    return Reads(partial(parse, quantity=quantity), {**kind, "description": f"{quantity.words} [{quantity.unit}]"})
 
 
 def gridded(quantity: Quantity) -> Reads:
@@ -131,9 +127,7 @@ class EqualTermsTable(Section):
 class InterfaceTable(Section):
     gap: Annotated[float | None, measured(GAP)] = None
     contact_model: Annotated[str | None, Reads(scene_keys.law_name, _LAW)] = None
-    stiffness: Annotated[
-        Any, Field(json_schema_extra={"type": "string"})
-    ]  # its unit depends on the contact model
+    stiffness: Annotated[Any, Field(json_schema_extra={"type": "string"})]  # its unit depends on the contact model
     restitution: Annotated[
         tuple[Restitution, str],
         Reads(scene_keys.restitution, {"anyOf": [{"type": ["number", "string"]}, {"enum": list(NAMED)}]}),
@@ -346,7 +340,5 @@ def _not_a_table(path: KeyPath, value: Any) -> str:
     if path[-1] == "equal_terms":
         return f'{shown(value)} is not a table; write {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}'
     if section in ARRAYS and isinstance(value, dict):
-        return (
-            f"one table, where each {section} is a table of a list; write [[{section}]] with double brackets"
-        )
+        return f"one table, where each {section} is a table of a list; write [[{section}]] with double brackets"
     return f"{shown(value)} is not a table; write {_header(section)} and its keys below"

@@ -14,9 +14,7 @@ from pounding_risk.quantities import QuantityError, parse, shown
 from pounding_risk.scene_text import Fault, nearest
 from pounding_risk.study import EQUAL_TERMS, matching
 
-_STOREYS = (
-    "buildings of several storeys are not in this version; write mass and period (or stiffness) instead"
-)
+_STOREYS = "buildings of several storeys are not in this version; write mass and period (or stiffness) instead"
 _CODE_PERIOD = 'code periods are not in this version; write the period itself, such as period = "0.208 s"'
 _EFFECT = "this effect is not in this version; remove it: the scene then runs as if the effect did not act"
 _NOT_YET = "not in this version"
@@ -100,16 +98,14 @@ def _buildings(raw: Mapping[str, Any]) -> Iterator[Fault]:
         if isinstance(name, str) and name and first.setdefault(name, index) != index:
             yield Fault(
                 ("building", index, "name"),
-                f"{shown(name)} is the name of building {first[name] + 1} too; "
-                "give every building a name of its own",
+                f"{shown(name)} is the name of building {first[name] + 1} too; give every building a name of its own",
             )
         yield from _dynamics(index, keys)
     count = len(raw["building"]) if isinstance(raw.get("building"), list) else 2
     if count > 2:
         yield Fault(
             ("building", 2),
-            f"{count} buildings: rows of more than two are {_NOT_YET}; "
-            "write one scene for each neighbouring pair",
+            f"{count} buildings: rows of more than two are {_NOT_YET}; write one scene for each neighbouring pair",
         )
     elif count < 2:
         yield Fault(
@@ -212,9 +208,7 @@ def _stiffness(index: int, stiffness: object, law: str | None) -> Iterator[Fault
         parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))
     except QuantityError as error:
         others = (
-            f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}"
-            if fitting
-            else ""
+            f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}" if fitting else ""
         )
         yield Fault(("interface", index, "stiffness"), f"{error}{others}")
 
@@ -241,19 +235,14 @@ def _records(raw: Mapping[str, Any]) -> Iterator[Fault]:
     keys, grid = raw["records"], table(raw, "grid")
     given = [key for key in ("names", "files") if key in keys]
     if not given:
-        yield Fault(
-            ("records", "names"), 'missing; write names = ["RSN6-180"], or files = ["my/*.AT2"]', absent=True
-        )
+        yield Fault(("records", "names"), 'missing; write names = ["RSN6-180"], or files = ["my/*.AT2"]', absent=True)
     if len(given) == 2:
         yield Fault(
             ("records", "files"),
-            "names and files are both given; keep one (the file of a record in the "
-            "catalogue can stand in files)",
+            "names and files are both given; keep one (the file of a record in the catalogue can stand in files)",
         )
     if "pga" in keys and "scale" in keys:
-        yield Fault(
-            ("records", "scale"), "pga and scale are both given, and each sets the amplitude; remove one"
-        )
+        yield Fault(("records", "scale"), "pga and scale are both given, and each sets the amplitude; remove one")
     elif "pga" in grid and "scale" in keys:
         yield Fault(
             ("records", "scale"),

@@ -76,9 +76,7 @@ def restitution(value: Any) -> tuple[Restitution, str]:
             return NAMED[value], value
         names = ", ".join(f'"{name}"' for name in NAMED)
         if value in LATER_RESTITUTION:
-            raise Unreadable(
-                f"{shown(value)} is not in this version; write a number such as 0.6, or one of {names}"
-            )
+            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {names}")
         raise Unreadable(
             f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
             f"write a number such as 0.65, or one of {names}"
@@ -94,9 +92,7 @@ def window(value: Any) -> tuple[float, float]:
     start, end = _each(value, lambda item: parse(item, TIME))
     if end <= start:
         what = "is empty" if end == start else "ends before it starts"
-        raise Unreadable(
-            f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]'
-        )
+        raise Unreadable(f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]')
     return start, end
 
 
@@ -121,9 +117,7 @@ def polarity(value: Any) -> tuple[str, ...]:
 def processing(value: Any) -> str:
     """ "auto" or "none"."""
     if isinstance(value, dict):
-        raise Unreadable(
-            'a table of processing steps is not in this version; write processing = "auto" or "none"'
-        )
+        raise Unreadable('a table of processing steps is not in this version; write processing = "auto" or "none"')
     if value not in ("auto", "none"):
         raise Unreadable(
             f'{shown(value)} is not a processing; it may be "auto" (raw records get the default chain, '
@@ -194,9 +188,7 @@ def axis(quantity: Quantity) -> Callable[[Any], tuple[float, ...]]:
 
 def _count(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= LONGEST_AXIS:
-        raise Unreadable(
-            f"{shown(value)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}"
-        )
+        raise Unreadable(f"{shown(value)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}")
     return value
 
 
@@ -243,9 +235,7 @@ def _list(value: Any, example: str) -> list[Any]:
     if not value:
         raise Unreadable(f"the list is empty; write {example}, or remove it")
     if len(value) > LONGEST_AXIS:
-        raise Unreadable(
-            f"the list has {len(value)} values, more than {LONGEST_AXIS}; split the scene in several"
-        )
+        raise Unreadable(f"the list has {len(value)} values, more than {LONGEST_AXIS}; split the scene in several")
     return value
 
 

@@ -13,9 +13,7 @@ from pounding_risk.scene_text import KeyPath, element_names, nearest
 ARRAYS = ("building", "interface")
 
 
-def override(
-    raw: dict[str, Any], text: str, known: Mapping[str, Container[str]], source: str
-) -> list[KeyPath]:
+def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]], source: str) -> list[KeyPath]:
     """Set what ``text`` (path=value) says in the tables of a scene, and return the paths that were set.
 
     The path is dotted, as in TOML. In an array of tables the part after its name chooses an element, by its

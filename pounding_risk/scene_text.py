@@ -47,9 +47,7 @@ def read_text(path: Path) -> str:
             [f"line {line}: byte 0x{raw[error.start]:02x} is not UTF-8; save the file with that encoding"],
         ) from None
     if not text.strip():
-        raise SceneError(
-            str(path), ["the file is empty; a scene needs [[building]], [[interface]] and [records]"]
-        )
+        raise SceneError(str(path), ["the file is empty; a scene needs [[building]], [[interface]] and [records]"])
     return text
 
 
@@ -58,9 +56,7 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise SceneError(
-            source, ["lists or tables are nested too deeply; a scene needs three levels"]
-        ) from None
+        raise SceneError(source, ["lists or tables are nested too deeply; a scene needs three levels"]) from None
     except ValueError as error:
         raise SceneError(source, [_syntax(str(error), text)]) from None
 
@@ -74,14 +70,10 @@ def _syntax(message: str, text: str) -> str:
     line = int(found[2]) if found[2] else len(text.splitlines())
     place = f"line {line}, column {found[3]}" if found[2] else f"line {line}, end of the file"
     if "overwrite" in what or "twice" in what or "mutate" in what:
-        advice = (
-            "a key or [table] may stand only once; remove one of the two ([[building]] has double brackets)"
-        )
+        advice = "a key or [table] may stand only once; remove one of the two ([[building]] has double brackets)"
     elif "newline or end of document" in what or "invalid value" in what:
         advice = 'text and quantities stand in quotes, such as gap = "25 mm"'
-    elif (
-        "unclosed" in what or "unterminated" in what or "illegal character" in what or "expected ']'" in what
-    ):
+    elif "unclosed" in what or "unterminated" in what or "illegal character" in what or "expected ']'" in what:
         advice = "close the quote or bracket"
     else:
         advice = 'a line is [table], [[table]] or key = value, such as gap = "25 mm"'
@@ -101,9 +93,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     while start < len(rows):
         statement, length = _statement(rows, start)
         if rows[start].lstrip().startswith("["):
-            names = [
-                part for part in max(_key_paths(statement), key=len, default=()) if isinstance(part, str)
-            ]
+            names = [part for part in max(_key_paths(statement), key=len, default=()) if isinstance(part, str)]
             table = _table(names, rows[start].lstrip().startswith("[["), counts)
             for depth in range(len(table)):
                 lines.setdefault(table[: depth + 1], start + 1)
@@ -169,9 +159,7 @@ def key_name(path: KeyPath, raw: Any) -> str:
     parts: list[str] = []
     for depth, part in enumerate(path):
         if isinstance(part, str):
-            parts.append(
-                part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part, ensure_ascii=False)
-            )
+            parts.append(part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part, ensure_ascii=False))
         elif depth == 1 and isinstance(raw, dict):
             name = _element_name(raw.get(path[0]), part)
             if name != "":

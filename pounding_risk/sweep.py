@@ -16,9 +16,7 @@ from pounding_risk.collide import DESK, TABLE
 from pounding_risk.flight import SIGNALS
 from pounding_risk.march import march
 from pounding_risk.series import HIGH, LOW, TALLY
-from pounding_risk.tally import COMPLETE, DEMAND, FIRST_YIELD, STATUS, YIELDS, make_log
-
-COLUMNS = 17 + 2 * SIGNALS  # the tally, then the largest and the smallest of every watched signal
+from pounding_risk.tally import COMPLETE, DEMAND, FIRST_YIELD, STATUS, TALLIED, YIELDS, make_log
 
 KNOWN, SIMULATED = 0, 1
 
@@ -26,11 +24,11 @@ KNOWN, SIMULATED = 0, 1
 @kernel
 def write_out(desk, out):
     """Copy a run from the desk to its row."""
-    for place in range(17):
+    for place in range(TALLIED):
         out[place] = desk[TALLY, place]
     for signal in range(SIGNALS):
-        out[17 + signal] = desk[HIGH, signal]
-        out[17 + SIGNALS + signal] = desk[LOW, signal]
+        out[TALLIED + signal] = desk[HIGH, signal]
+        out[TALLIED + SIGNALS + signal] = desk[LOW, signal]
 
 
 @kernel
@@ -42,7 +40,7 @@ def answer_levels(log, row, out):
 
 @kernel
 def sweep(pair, free, law, grid, rtol, screening, table, out, how):
-    """Fill ``out`` (gaps, yield forces, COLUMNS) and ``how`` (gaps, yield forces).
+    """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``how`` (gaps, yield forces).
 
     ``grid`` = (gaps, yield forces ascending, restitution); ``table`` is a desk with the tableau on it.
     """

@@ -28,6 +28,7 @@ from pounding_risk._jit import kernel
     STEPS,
     STATUS,
 ) = range(17)
+TALLIED = 17
 
 # How a contact phase, and with it a run, may end.
 FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE, TOO_MANY_CONTACTS = 0, 1, 2, 3, 4, 5
@@ -46,7 +47,7 @@ CONTACT_COLUMNS = (
     "start", "end", "approach_speed", "restitution_asked", "peak_force", "uncapped_force", "peak_penetration",
     "yields", "rebound_speed", "impulse", "work",
 )  # fmt: skip
-STEP_COLUMNS = ("time", "u_left", "u_right", "v_left", "v_right", "force")
+STEP_COLUMNS = ("time", "u_left", "u_right", "v_left", "v_right", "force", "work", "impulse")
 
 
 class Log(NamedTuple):
@@ -69,7 +70,7 @@ def make_log(contacts, steps, levels):
     """A log with room for so many contacts and steps, timing these levels."""
     return Log(
         np.zeros((contacts, 11)),
-        np.zeros((steps, 6)),
+        np.zeros((steps, 8)),
         levels,
         np.full(levels.size, np.nan),
         np.zeros(levels.size),

@@ -172,10 +172,8 @@ def _read_mseed(path: Path, raw: bytes) -> Stream:
             ) from None
     block = min((trace.stats.mseed.record_length for trace in stream), default=1)
     if len(raw) % block:
-        raise RecordError(
-            f"{path}: is cut short, {len(raw)} bytes are no whole number of blocks of {block}; fetch the "
-            "record again"
-        )
+        size = f"{len(raw)} bytes are no whole number of blocks of {block}"
+        raise RecordError(f"{path}: is cut short, {size}; fetch the record again")
     return stream
 
 

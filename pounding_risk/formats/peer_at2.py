@@ -165,10 +165,8 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
         count_found, step_found = _COUNT.search(line), _STEP.search(line)
         if not count_found or not step_found:
             missing = "NPTS" if not count_found else "DT"
-            raise RecordError(
-                f"{place}: no {missing} in {_quoted(line)}; write NPTS= and DT=, such as "
-                '"NPTS= 4000, DT= .0100 SEC"'
-            )
+            repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
+            raise RecordError(f"{place}: no {missing} in {_quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
         raise RecordError(f'{place}: NPTS is "{count_text}"; it must be a whole number of samples')
@@ -200,10 +198,8 @@ def _samples(name: str, lines: list[str], header: Header) -> NDArray[np.float64]
     if len(values) != header.npts:
         fewer = len(values) < header.npts
         repair = "the file is cut short: fetch it again" if fewer else "correct NPTS, or fetch the file again"
-        raise RecordError(
-            f"{name}, line {header.lines}: the header promises {header.npts} samples, {len(values)} found; "
-            f"{repair}"
-        )
+        counts = f"the header promises {header.npts} samples, {len(values)} found"
+        raise RecordError(f"{name}, line {header.lines}: {counts}; {repair}")
     return np.array(values)
 
 

@@ -333,9 +333,7 @@ class HertzDampExact(NamedTuple):
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
-    reference = (
-        "Hunt and Crossley form; exact d by separation of variables; Ye, Li and Zhu (2009) for the need"
-    )
+    reference = "Hunt and Crossley form; exact d by separation of variables; Ye, Li and Zhu (2009) for the need"
     capped = False
     needs_restitution = True
 
@@ -422,9 +420,7 @@ class ViscousElastoplastic(NamedTuple):
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
-    reference = (
-        "Khatiwada et al. (2011), Development of pounding model for adjacent structures, eq. 3, 3a, 3b"
-    )
+    reference = "Khatiwada et al. (2011), Development of pounding model for adjacent structures, eq. 3, 3a, 3b"
     capped = True
     needs_restitution = True
 

@@ -55,7 +55,5 @@ NAMED = {"concrete": CONCRETE}
 def constant(e: float) -> Restitution:
     """The same e at every speed; raises ValueError outside (0, 1]."""
     if not RESTITUTION.allows(e):
-        raise ValueError(
-            f"coefficient of restitution {e:g}: it must lie in (0, 1]; concrete is usually 0.5 to 0.75"
-        )
+        raise ValueError(f"coefficient of restitution {e:g}: it must lie in (0, 1]; concrete is usually 0.5 to 0.75")
     return Restitution(float(e))

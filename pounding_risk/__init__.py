@@ -1,0 +1,38 @@
+"""Seismic pounding of adjacent buildings: from strong-motion records to an assessment of gaps.
+
+Every command of the command line is one function here, under the same name. They are imported on first use, so
+that ``import pounding_risk`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "demo": "demo",
+    "validate": "plan",
+    "impact": "impact",
+    "simulate": "simulate",
+    "scan": "scan",
+    "read_scene": "scenario",
+    "read_motion": "motions",
+    "open_results": "results",
+    "save": "results",
+}
+
+__all__ = ["__version__", *_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
