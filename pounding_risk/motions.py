@@ -78,9 +78,7 @@ class Motion:
     def reversed(self) -> Motion:
         """The motion with the other sign: a pair is not symmetric, so both directions are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
-        turned = replace(
-            self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED}
-        )
+        turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
         return turned._after(_reverse(self.acceleration))
 
     def scaled_to(self, pga: float | str) -> Motion:
@@ -154,9 +152,7 @@ def _prepared(
     if target is not None and factor is not None:
         raise RecordError("pga and scale are both given; a record is scaled by one of them: leave one out")
     if polarity not in (AS_RECORDED, REVERSED):
-        raise RecordError(
-            f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"'
-        )
+        raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
     found = open_source(source)
     chain = _chain(processing, found.record["state"])
     log = _Log(found)
@@ -241,9 +237,7 @@ def _asked(key: str, value: Any, quantity: Any) -> float:
 
 def _span(asked: Any) -> tuple[float, float]:
     if isinstance(asked, str) or not isinstance(asked, Sequence) or len(asked) != 2:
-        raise RecordError(
-            f"window: {shown(asked)} is not a start and an end; give two times such as (0.0, 6.0)"
-        )
+        raise RecordError(f"window: {shown(asked)} is not a start and an end; give two times such as (0.0, 6.0)")
     return _asked("window", asked[0], TIME), _asked("window", asked[1], TIME)
 
 
@@ -267,9 +261,7 @@ def _scale(samples: Samples, target: float | None, factor: float | None, name: s
     if factor is None:
         assert target is not None
         if peak == 0.0:
-            raise RecordError(
-                f"{name}: every sample is zero, which no factor scales; check record and window"
-            )
+            raise RecordError(f"{name}: every sample is zero, which no factor scales; check record and window")
         factor = target / peak
     scaled = samples * factor
     pga = float(np.abs(scaled).max())

@@ -110,6 +110,7 @@ def write_contact(log, values, desk):
         log.contacts[row, 8] = state[3] - state[2]
         log.contacts[row, 9] = desk[STATE, 5]
         log.contacts[row, 10] = desk[STATE, 4]
+        log.contacts[row, 11] = log.used[1]
     log.used[0] = row + 1
 
 

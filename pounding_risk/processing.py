@@ -81,9 +81,7 @@ DEFAULT_CHAIN: tuple[Step, ...] = (
 )
 
 
-def step(
-    name: str, **options: Quantity | tuple[str, ...]
-) -> Callable[[Callable[..., Done]], Callable[..., Done]]:
+def step(name: str, **options: Quantity | tuple[str, ...]) -> Callable[[Callable[..., Done]], Callable[..., Done]]:
     """Enter a function in the registry under ``name``, with the options it takes."""
 
     def enter(function: Callable[..., Done]) -> Callable[..., Done]:
@@ -154,9 +152,7 @@ def window(samples: Samples, dt: float, *, start: float = 0.0, end: float = inf)
     if end <= start:
         raise RecordError(f"the window {start:g} s to {end:g} s is empty; write a start before the end")
     if start >= last:
-        raise RecordError(
-            f"the window starts at {start:g} s, the record ends at {last:g} s; write a start before that"
-        )
+        raise RecordError(f"the window starts at {start:g} s, the record ends at {last:g} s; write a start before that")
     first = ceil(start / dt - 1e-6)
     stop = min(len(samples), floor(min(end, last) / dt + 1e-6) + 1)
     if stop - first < 2:
@@ -288,13 +284,7 @@ def _ends(samples: Samples, dt: float) -> tuple[str, tuple[str, ...]]:
 
 
 def _filter_words(low: float, high: float, order: float, pad: float) -> str:
-    corners = (
-        f"{low:g} to {high:g} Hz"
-        if low and high < inf
-        else f"above {low:g} Hz"
-        if low
-        else f"below {high:g} Hz"
-    )
+    corners = f"{low:g} to {high:g} Hz" if low and high < inf else f"above {low:g} Hz" if low else f"below {high:g} Hz"
     pads = f"{pad:.4g} s of zeros at both ends"
     return f"bandpass: acausal Butterworth of order {order:g}, {corners} (-3 dB), {pads}"
 
@@ -304,9 +294,7 @@ def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:
     flags = []
     peak = float(np.abs(samples).max())
     if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * peak:
-        flags.append(
-            "the record was filtered with ends above 2 % of its peak: subtract the mean and taper before"
-        )
+        flags.append("the record was filtered with ends above 2 % of its peak: subtract the mean and taper before")
     duration = (len(samples) - 1) * dt
     if 0.0 < low < 1.0 / duration:
         flags.append(f"the lower corner {low:g} Hz is below one cycle in the record of {say(duration, TIME)}")

@@ -70,7 +70,9 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
             os.fsync(written.fileno())
         os.replace(partial, target)
     except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); free space or choose another place") from None
+        raise PoundingError(
+            f"{target}: cannot be written ({error.strerror or error}); free space or choose another place"
+        ) from None
     finally:
         partial.unlink(missing_ok=True)
     return target

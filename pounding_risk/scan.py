@@ -144,7 +144,9 @@ def _chunks(shape: tuple[int, ...]) -> Iterator[Chunk]:
                 yield Chunk(motion, law, slice(first, min(first + width, gaps)))
 
 
-def _worker(study: Study, frees: np.ndarray, laws: tuple[Any, ...], arrays: Any, screening: bool) -> Callable[[Chunk], int]:
+def _worker(
+    study: Study, frees: np.ndarray, laws: tuple[Any, ...], arrays: Any, screening: bool
+) -> Callable[[Chunk], int]:
     raw, how = arrays
     pair = oscillators(*study.buildings)
     gaps, strengths = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
@@ -204,7 +206,10 @@ def _dataset(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, array
         axes = ("record", "polarity", "pga") if without else dims
         variables[name] = ((*axes, "building"), values, _described(unit, words + without))
     codes = list(STATUS_SENTENCES)
-    flags = {"flag_values": np.array(codes, dtype=np.int8), "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values()))}
+    flags = {
+        "flag_values": np.array(codes, dtype=np.int8),
+        "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
+    }
     variables["status"] = (dims, raw[..., STATUS].astype(np.int8), {"long_name": "how the run ended", **flags})
     variables["simulated"] = (
         dims,
@@ -250,14 +255,26 @@ def _coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
     return {
         "record": ("record", [motion.name for motion in motions], {"long_name": "ground motion"}),
         "polarity": ("polarity", list(study.records.polarities), {"long_name": "sign of the ground motion"}),
-        "pga": ("pga", [np.nan if pga is None else pga for pga in grid.pgas], _described("m/s2", "peak ground acceleration")),
+        "pga": (
+            "pga",
+            [np.nan if pga is None else pga for pga in grid.pgas],
+            _described("m/s2", "peak ground acceleration"),
+        ),
         "contact_model": ("contact_model", list(grid.contact_models), {"long_name": "contact law"}),
         "gap": ("gap", list(grid.gaps), _described("m", "clear distance at rest")),
         "yield_force": ("yield_force", list(grid.yield_forces), _described("N", "yield force F_E; inf never yields")),
-        "building": ("building", [building.name for building in study.buildings], {"long_name": "building, left to right"}),
+        "building": (
+            "building",
+            [building.name for building in study.buildings],
+            {"long_name": "building, left to right"},
+        ),
         "record_event": ("record", about("event"), {"long_name": "earthquake"}),
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
-        "record_pga": ("record", [motion.pga for motion in motions], _described("m/s2", "peak of the processed record")),
+        "record_pga": (
+            "record",
+            [motion.pga for motion in motions],
+            _described("m/s2", "peak of the processed record"),
+        ),
     }
 
 
@@ -289,5 +306,7 @@ def summary(dataset: xr.Dataset) -> dict[str, int]:
         "simulated": int(dataset["simulated"].sum()),
         "known without a run of their own": int((dataset["simulated"] == 0).sum()),
     }
-    failures = {sentence: int((status == code).sum()) for code, sentence in STATUS_SENTENCES.items() if code != COMPLETE}
+    failures = {
+        sentence: int((status == code).sum()) for code, sentence in STATUS_SENTENCES.items() if code != COMPLETE
+    }
     return counts | {sentence: count for sentence, count in failures.items() if count}

@@ -57,7 +57,7 @@ class Log(NamedTuple):
     without a cap runs once and answers for every yield force.
     """
 
-    contacts: np.ndarray  # (rows, CONTACT_COLUMNS)
+    contacts: np.ndarray  # (rows, CONTACT_COLUMNS and the number of steps written by then)
     steps: np.ndarray  # (rows, STEP_COLUMNS)
     levels: np.ndarray  # (L,) N
     first: np.ndarray  # (L,) time at which the force first reaches a level, NaN for never [s]
@@ -69,7 +69,7 @@ class Log(NamedTuple):
 def make_log(contacts, steps, levels):
     """A log with room for so many contacts and steps, timing these levels."""
     return Log(
-        np.zeros((contacts, 11)),
+        np.zeros((contacts, 12)),
         np.zeros((steps, 8)),
         levels,
         np.full(levels.size, np.nan),
