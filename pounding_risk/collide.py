@@ -246,31 +246,51 @@ def dip_of(kind, impact, phase, span, desk):
 
 
 @kernel
+def is_watched(kind, impact, phase):
+    """True for the kinds of event that this branch of the law can end with."""
+    if kind == YIELD:
+        return impact.strength < inf
+    if kind == CUT:
+        return impact.least > -inf and phase.region != YIELDING
+    return kind != PART or not phase.approaching
+
+
+@kernel
 def first_event(impact, phase, span, desk):
     """Which event the step from row STATE to row END meets first, and where on it (0 to 1)."""
     kind, place = NONE, 2.0
     for candidate in range(TURN, PART + 1):
-        if candidate == YIELD and impact.strength == inf:
-            continue
-        if candidate == CUT and (impact.least == -inf or phase.region == YIELDING):
-            continue
-        if candidate == PART and phase.approaching:
-            continue
-        dip = dip_of(candidate, impact, phase, span, desk)
-        if dip < place:
-            kind, place = candidate, dip
+        if is_watched(candidate, impact, phase):
+            dip = dip_of(candidate, impact, phase, span, desk)
+            if dip < place:
+                kind, place = candidate, dip
     return kind, place
+
+
+@kernel
+def event_passed(landed, impact, phase, desk):
+    """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
+    end = state_of(desk, END)
+    for candidate in range(TURN, PART + 1):
+        if candidate != landed and is_watched(candidate, impact, phase):
+            slack = 1e-14 * impact.speed if candidate == TURN else 0.0
+            if margin(candidate, impact, phase, end) < -slack:
+                return candidate
+    return NONE
 
 
 @kernel
 def land(kind, place, impact, phase, span, desk):
     """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
 
-    Returns the length of the step, whose end is left in row END and its slopes in row LAST.
+    Returns the length of the step, whose end is left in row END and its slopes in row LAST, and whether the event
+    is there: a dip that only the model between the ends had is none.
     """
     s, h = span
     low, high = 0.0, h
     length = place * h
+    crossed = margin(kind, impact, phase, state_of(desk, END)) < 0.0
+    converged = False
     # Branches join continuously, so that a landing this close costs its square in the state; where the bodies
     # part a law may drop a force that it still had.
     close = 1e-13 if kind == PART else 1e-8
@@ -283,14 +303,16 @@ def land(kind, place, impact, phase, span, desk):
             low = length
         else:
             high = length
+            crossed = True
         slope = margin_slope(kind, impact, phase, end, desk, LAST, h)
         new = length - value / slope if slope < 0.0 else low
         if not low <= new <= high:
             new = 0.5 * (low + high)
-        if abs(new - length) <= close * h or high - low <= 1e-13 * h:
+        converged = slope < 0.0 and abs(new - length) <= close * h
+        if converged or high - low <= 1e-13 * h:
             break
         length = new
-    return length
+    return length, crossed or converged
 
 
 @kernel
@@ -370,7 +392,16 @@ def take_step(impact, phase, span, rtol, desk):
     event, place = first_event(impact, phase, (s, h), desk)
     if event != NONE:
         following = h
-        h = land(event, place, impact, phase, (s, h), desk)
+        h, there = land(event, place, impact, phase, (s, h), desk)
+        event = event if there else NONE
+        # The order of two events on one step is a guess of the model between its ends: look again from the landing.
+        for _ in range(PART):
+            earlier = event_passed(event, impact, phase, desk)
+            if earlier == NONE:
+                break
+            event = earlier
+            place = min(dip_of(event, impact, phase, (s, h), desk), 1.0)
+            h, there = land(event, place, impact, phase, (s, h), desk)
     return h, event, following, attempts
 
 

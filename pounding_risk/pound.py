@@ -125,7 +125,7 @@ def mark_levels(impact, phase, span, peak, desk, log):
             i = impact
             watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth)
             place = min(dip_of(YIELD, watched, phase, (s, h), desk), 1.0)
-            length = land(YIELD, place, watched, phase, (s, h), desk)
+            length, _ = land(YIELD, place, watched, phase, (s, h), desk)
             attempt(impact, phase, s, h, desk)
             slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
         log.first[log.used[2]] = touched + (s + length) ** 4
@@ -164,7 +164,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     write_step(log, touched, transmitted(impact, phase, state), desk)
     finish = EXHAUSTED
     while desk[TALLY, STEPS] < MAX_STEPS:
-        left = sqrt(sqrt(since + free.step)) - s
+        left = sqrt(sqrt(max(since + free.step, 0.0))) - s
         if left <= 1e-13 * s:
             node += 1
             if node >= free.ground.size - 1:

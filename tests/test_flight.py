@@ -6,6 +6,7 @@ extended precision and sampled densely, or a matrix exponential.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import ceil, inf, pi
 
 import numpy as np
@@ -38,7 +39,7 @@ from pounding_risk.series import (
     value_at,
 )
 
-ROUNDING = 1e-13  # of a signal's scale
+ROUNDING = 1e-13  # of a signal's size
 LONGEST_TURN = 2.5  # rad of the stiffer building that one series spans
 
 
@@ -61,7 +62,7 @@ def closed_form(oscillator, place, speed, ramp, x):
     if oscillator.inverse_omega == 0.0:
         return np.zeros_like(x), np.zeros_like(x)
     spring, fade = np.longdouble(oscillator.spring), np.longdouble(oscillator.fade) / 2
-    a, b = (np.longdouble(oscillator.ground * part) for part in ramp)
+    a, b = (np.longdouble(oscillator.ground * part) for part in ramp[:2])
     rest, drift = -a / spring + 2 * fade * b / spring**2, -b / spring
     rate = np.sqrt(spring - fade**2)
     first = np.longdouble(place) - rest
@@ -72,18 +73,20 @@ def closed_form(oscillator, place, speed, ramp, x):
     return u, v
 
 
-def size_of(oscillator, place, speed, ramp, span) -> float:
-    """Scale of a stretch of motion, which its rounding errors are measured by."""
+def rounding_of(oscillator, place, speed, ramp, span) -> float:
+    """What rounding may do to u on a stretch: to the series, and to the witness that subtracts larger terms."""
     inverse = oscillator.inverse_omega
     pull = (abs(ramp[0]) + abs(ramp[1]) * span) * min(inverse, span) ** 2
-    return max(abs(place), abs(speed) * min(inverse, span), pull, 1e-300)
+    size = max(abs(place), abs(speed) * min(inverse, span), pull)
+    witness = (abs(ramp[0]) + abs(ramp[1]) * inverse) * inverse**2 + abs(speed) * inverse
+    return ROUNDING * size + 40.0 * float(np.finfo(np.longdouble).eps) * witness + 1e-300
 
 
 # Random stretches of flight: a stiff and a soft building, any state, a ground acceleration up to 3 g.
 
 PERIODS = st.sampled_from([0.005, 0.02, 0.11, 0.208, 0.5, 1.0, 3.0])
 DAMPINGS = st.sampled_from([0.0, 0.02, 0.05, 0.3, 0.9])
-UNIT = st.floats(-1.0, 1.0, allow_subnormal=False)
+UNIT = st.integers(-1_000_000, 1_000_000).map(lambda number: 1e-6 * number)
 
 
 @st.composite
@@ -114,12 +117,12 @@ def laid_out(stretch):
 
 
 def relative(stretch, x):
-    """Relative displacement and its rate at times x, and the scale of their rounding errors."""
+    """Relative displacement and its rate at times x, and what rounding may do to it."""
     pair, state, span, _ = stretch
     u, v = closed_form(pair[0], state[0], state[2], span, x)
     w, z = closed_form(pair[1], state[1], state[3], span, x)
-    scale = sum(size_of(pair[i], state[i], state[2 + i], span, span[2]) for i in range(2))
-    return u - w, v - z, scale
+    slack = sum(rounding_of(pair[i], state[i], state[2 + i], span, span[2]) for i in range(2))
+    return u - w, v - z, 40.0 * slack
 
 
 @given(stretches())
@@ -130,11 +133,11 @@ def test_the_series_is_the_closed_form(stretch):
     x = np.linspace(0.0, span[2], 9)
     for row, side in ((LEFT, 0), (RIGHT, 1)):
         u, v = closed_form(pair[side], state[side], state[2 + side], span, x)
-        scale = size_of(pair[side], state[side], state[2 + side], span, span[2])
+        slack = 20.0 * rounding_of(pair[side], state[side], state[2 + side], span, span[2])
         found = [value_at(desk, row, terms, place) for place in x]
-        assert np.abs(found - u).max() <= 20.0 * ROUNDING * scale
+        assert np.abs(found - u).max() <= slack
         found = [slope_at(desk, row, terms, place) for place in x]
-        assert np.abs(found - v).max() <= 20.0 * ROUNDING * scale / min(pair[side].inverse_omega, span[2])
+        assert np.abs(found - v).max() <= slack / min(pair[side].inverse_omega, span[2])
 
 
 def test_the_witness_is_the_matrix_exponential():
@@ -164,10 +167,7 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
         a_g = span[0] + span[1] * x
         bend = -(a_g + oscillator.fade * v + oscillator.spring * u)  # ü
         twist = -(span[1] + oscillator.fade * bend + oscillator.spring * v)
-        shake = (
-            -oscillator.fade * -(oscillator.fade * twist + oscillator.spring * bend)
-            - oscillator.spring * bend
-        )
+        shake = -oscillator.fade * twist - oscillator.spring * bend
         turn = flight.turn_bound(oscillator, place, speed, span)
         slack = 1.0 + 1e-9
         assert np.abs(bend).max() <= turn * slack
@@ -177,7 +177,7 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
 
 @given(UNIT, UNIT, st.floats(1e-6, 1.0), st.floats(0.0, 1e6))
 def test_the_crest_bound_is_the_crest_of_the_steepest_parabola(start, stop, span, bend):
-    """The extreme f with |f''| ≤ bend is the parabola through both ends; no value of it is larger, one is as large."""
+    """The extreme f with |f''| ≤ bend is the parabola through both ends: its crest is the bound."""
     x = np.linspace(0.0, span, 2001)
     parabola = start + (stop - start) * x / span + 0.5 * bend * x * (span - x)
     bound = crest_bound(start, stop, span, bend)
@@ -193,14 +193,13 @@ MARGINS = st.sampled_from([0.0, 1e-15, 1e-9, 1e-4, 0.01, 0.1, 0.5, 0.9, 0.999999
 @settings(max_examples=400)
 def test_no_touch_is_missed_and_the_first_is_found(stretch, share):
     """Gaps from the value at the start to past the crest, most of all just under and over it."""
-    pair, state, span, terms = stretch
+    _, _, span, terms = stretch
     desk = laid_out(stretch)
     x = np.linspace(0.0, span[2], 4001)
-    value, rate, scale = relative(stretch, x)
+    value, rate, slack = relative(stretch, x)
     level = float(value[0] + share * (value.max() - value[0]))
     level = max(level, float(desk[SIGNAL, 0]))
     touch = first_rise(desk, terms, level, span[2])
-    slack = 40.0 * ROUNDING * scale
     if touch < 0.0:
         assert touch == -1.0
         assert value.max() <= level + slack
@@ -298,7 +297,7 @@ def stepped(building: Building, ground: np.ndarray, dt: float, parts: int = 1) -
     states, here = [(0.0, 0.0)], np.zeros(2)
     if building.is_rigid:
         return np.zeros(((len(ground) - 1) * parts + 1, 2))
-    for start, stop in zip(ground[:-1], ground[1:], strict=True):
+    for start, stop in pairwise(ground):
         full = np.array([*here, start, (stop - start) / dt])
         for exponential in maps:
             states.append(tuple((exponential @ full)[:2]))
@@ -334,8 +333,10 @@ def test_the_free_response_is_exact(pair):
     states = free.states[::parts]
     for side, one in enumerate(pair):
         witness = stepped(one, ground, dt)
-        for part in range(2):
-            scale = max(np.abs(witness[:, part]).max(), 1e-300)
+        # T = 0.005 s divides the step: its u̇ is zero at every sample, so that u must give the scale.
+        size = max(np.abs(witness[:, 0]).max(), 1e-300)
+        omega = 0.0 if one.is_rigid else 2.0 * pi / one.period
+        for part, scale in enumerate((size, max(np.abs(witness[:, 1]).max(), omega * size))):
             assert np.abs(states[:, side + 2 * part] - witness[:, part]).max() <= 1e-10 * scale
 
 
@@ -463,9 +464,7 @@ def agree(one: dict, other: dict, tolerance: float, apart: tuple[str, ...] = ())
 @pytest.mark.parametrize("period", [0.005, 0.3, 2.0])
 def test_twins_never_touch(period, gap):
     """The same building twice moves as one, in bits: a closed gap stays closed without a contact."""
-    found = solve(
-        building(period), building(period), Interface(gap, Hertz(1e9), constant(1.0)), noise(300), 0.01
-    )
+    found = solve(building(period), building(period), Interface(gap, Hertz(1e9), constant(1.0)), noise(300), 0.01)
     assert found["impact_count"] == found["peak_closing"] == found["peak_opening"] == 0.0
     assert found["status"] == 0.0
     assert found["peak_displacement_left"] == found["peak_displacement_right"] > 0.0
@@ -479,7 +478,7 @@ def test_the_mirror_image_is_the_same_run():
     assert one["impact_count"] >= 3.0
     for name, value in one.items():
         twin = name.replace("_left", "_RIGHT").replace("_right", "_left").replace("_RIGHT", "_right")
-        assert value == other[twin], name
+        assert value == other[twin] or np.isnan([value, other[twin]]).all(), name
 
 
 @pytest.mark.parametrize("count", [1, BLOCK, BLOCK + 3, 1000])
@@ -498,9 +497,7 @@ def test_a_record_cut_into_finer_samples_is_the_same_record():
     """a_g is linear between samples: samples laid between them change nothing."""
     ground = noise(200, seed=3)
     fine = np.interp(np.arange(199 * 4 + 1) / 4.0, np.arange(200), ground)
-    one, other = (
-        solve(FRAME, MASONRY, CONTACT, a, dt, rtol=1e-9) for a, dt in ((ground, 0.01), (fine, 0.0025))
-    )
+    one, other = (solve(FRAME, MASONRY, CONTACT, a, dt, rtol=1e-9) for a, dt in ((ground, 0.01), (fine, 0.0025)))
     assert one["impact_count"] >= 3.0
     agree(one, other, 1e-6, apart=("energy_residual",))
 

@@ -1,4 +1,4 @@
-"""The compile cache is never stale and never in the way; compiled numbers are the interpreted ones, in bits."""
+"""The compile cache is never stale, never in the way; compiled numbers are the interpreted ones, in bits."""
 
 from __future__ import annotations
 
@@ -267,9 +267,7 @@ def kernels() -> dict:
 def test_every_kernel_has_the_same_flags():
     """fastmath deletes NaN guards, and flags leak between kernels: one set for all."""
     found = kernels()
-    assert {"pounding_risk.flight.fly", "pounding_risk.pound.pound", "pounding_risk.march.march"} <= set(
-        found
-    )
+    assert {"pounding_risk.flight.fly", "pounding_risk.pound.pound", "pounding_risk.march.march"} <= set(found)
     for name, dispatcher in found.items():
         options = dispatcher.targetoptions
         assert not options.get("fastmath"), name
@@ -317,8 +315,13 @@ def interpreted() -> dict[str, list[dict[str, str]]]:
     return run(INTERPRETED_CASES.format(tests=str(Path(__file__).parent)), NUMBA_DISABLE_JIT="1")
 
 
+# One law of each kind at once; the rest cost a compilation each.
+FIRST = ("viscous_elastoplastic", "kelvin_voigt_tension_cut")
+SPREAD = [pytest.param(name, marks=() if name in FIRST else pytest.mark.slow) for name in LAWS]
+
+
 @compiled
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", SPREAD)
 def test_compiled_and_interpreted_runs_are_the_same_bits(name, interpreted):
     outputs = case(name)
     assert outputs["status"] == 0.0
@@ -329,7 +332,7 @@ def test_compiled_and_interpreted_runs_are_the_same_bits(name, interpreted):
 
 
 @compiled
-@pytest.mark.parametrize("name", ["linear", "viscous_elastoplastic"])
+@pytest.mark.parametrize("name", FIRST)
 def test_whole_numbers_compile_nothing_new(name, interpreted):
     """A stiffness of 10**8 is another type than 1e8: it must not cost a compilation of its own."""
     outputs = exact(case(name))
