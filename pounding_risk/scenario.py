@@ -52,10 +52,12 @@ from pounding_risk.scene_text import (
 from pounding_risk.study import (
     AS_RECORDED,
     EQUAL_TERMS,
+    NO_RESTITUTION,
     POLARITIES,
     EqualTerms,
     Grid,
     RecordRequest,
+    StepTable,
     Study,
 )
 
@@ -98,6 +100,7 @@ def gridded(quantity: Quantity) -> Reads:
 
 _STRINGS = {"type": "array", "items": {"type": "string"}}
 _LAW = {"enum": list(LAWS)}
+_STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
 
 
 class Section(BaseModel):
@@ -131,7 +134,7 @@ class InterfaceTable(Section):
     restitution: Annotated[
         tuple[Restitution, str],
         Reads(scene_keys.restitution, {"anyOf": [{"type": ["number", "string"]}, {"enum": list(NAMED)}]}),
-    ] = (constant(1.0), "1.0")
+    ] = (constant(1.0), NO_RESTITUTION)
     yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
     plastic_exponent: Annotated[float, measured(EXPONENT)] = 0.0
     equal_terms: EqualTermsTable | None = None
@@ -150,7 +153,10 @@ class RecordsTable(Section):
     polarity: Annotated[
         tuple[str, ...], Reads(scene_keys.polarity, {"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]})
     ] = (AS_RECORDED,)
-    processing: Annotated[str, Reads(scene_keys.processing, {"enum": ["auto", "none"]})] = "auto"
+    processing: Annotated[
+        str | tuple[StepTable, ...],
+        Reads(scene_keys.processing, {"anyOf": [{"enum": ["auto", "none"]}, _STEPS]}),
+    ] = "auto"
     tail: Annotated[float, measured(TAIL)] = 0.0
 
 

@@ -52,7 +52,6 @@ LATER: Mapping[str, Mapping[str, str]] = {
         "restitution": "a grid of restitutions is not in this version; run one scene for each",
     },
 }
-LATER_LAWS = ("bilinear", "stereomechanical", "merged", "distributed_mass")
 LATER_RESTITUTION = ("steel",)
 
 
@@ -263,10 +262,3 @@ def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
             f"no file answers to {shown(pattern)} in {folder.resolve()}{hint}; "
             "files are relative to the scene file's folder",
         )
-
-
-def unknown_law(name: str) -> str:
-    """A sentence for a contact model that is not there."""
-    if name in LATER_LAWS:
-        return f"{shown(name)} is {_NOT_YET}; choose one of {', '.join(LAWS)}"
-    return f"{shown(name)} is not a contact model{nearest(name, LAWS)}; it may be {', '.join(LAWS)}"

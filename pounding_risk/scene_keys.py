@@ -13,13 +13,16 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
+from pounding_risk.errors import RecordError
 from pounding_risk.models.contact import LAWS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
+from pounding_risk.processing import STEPS, read_steps
 from pounding_risk.quantities import EXAMPLES, RESTITUTION, TIME, Quantity, parse, shown
-from pounding_risk.scene_checks import LATER_RESTITUTION, unknown_law
+from pounding_risk.scene_checks import LATER_RESTITUTION
 from pounding_risk.scene_text import nearest
-from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES
+from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES, StepTable, unknown_law
 
+STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
 LONGEST_AXIS = 10_000  # values of one grid key
 
 
@@ -114,22 +117,59 @@ def polarity(value: Any) -> tuple[str, ...]:
     return tuple(_each(asked, read, distinct=True))
 
 
-def processing(value: Any) -> str:
-    """ "auto" or "none"."""
+def processing(value: Any) -> str | tuple[StepTable, ...]:
+    """ "auto", "none", or a list of step tables, whose options are text with a unit."""
+    if isinstance(value, list) and value:
+        return _steps(value)
     if isinstance(value, dict):
-        raise Unreadable('a table of processing steps is not in this version; write processing = "auto" or "none"')
+        raise Unreadable(f"{shown(value)} is one table; write the steps as a list, such as {STEPS_EXAMPLE}")
     if value not in ("auto", "none"):
         raise Unreadable(
             f'{shown(value)} is not a processing; it may be "auto" (raw records get the default chain, '
-            'processed ones are left alone) or "none"'
+            f'processed ones are left alone), "none", or a list of steps such as {STEPS_EXAMPLE}'
         )
     return str(value)
+
+
+def _steps(tables: list[Any]) -> tuple[StepTable, ...]:
+    """Every step of a list; all its faults are told at once, each with its place."""
+    found: list[StepTable] = []
+    faults: list[tuple[tuple[str | int, ...], str]] = []
+    for index, table in enumerate(tables):
+        wrong = _fault(table if not isinstance(table, dict) or "step" not in table else {"step": table["step"]})
+        if wrong:
+            faults.append(((index,), wrong))
+            continue
+        name = table["step"]
+        options = {key: value for key, value in table.items() if key != "step"}
+        wrongs = {key: _fault({"step": name, key: value}, key) for key, value in options.items()}
+        faults += [((index, key), wrong) for key, wrong in wrongs.items() if wrong]
+        if not any(wrongs.values()):
+            (step,) = read_steps([table])
+            found.append(StepTable({"step": step.name, **step.options}))
+    if faults:
+        raise Several(faults)
+    return tuple(found)
+
+
+def _fault(table: Any, key: str = "") -> str:
+    """What is wrong with a step's table, or with its option ``key``; "" where nothing is."""
+    try:
+        kind = STEPS[table["step"]].options.get(key) if key else None
+        if isinstance(kind, Quantity):
+            parse(table[key], kind)  # a bare number is SI to a script, but has no unit in a scene
+        read_steps([table])
+    except RecordError as error:
+        return str(error).partition(": ")[2]  # without the number of the step: the key tells it
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def same(value: Any) -> str:
     """What the laws of both families have in common."""
     if value not in EQUAL_TERMS:
-        known = ", ".join(f'"{terms}"' for terms in EQUAL_TERMS)
+        known = " or ".join(f'"{terms}"' for terms in EQUAL_TERMS)
         hint = nearest(value, EQUAL_TERMS) if isinstance(value, str) else ""
         raise Unreadable(f"{shown(value)} is not a common ground of contact models{hint}; it may be {known}")
     return str(value)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import glob
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pounding_risk.errors import SceneError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
-from pounding_risk.quantities import GAP, MASS, PERIOD, PGA, SPEED, TAIL, TIME, YIELD_FORCE, exact
-from pounding_risk.scene_text import write_toml
+from pounding_risk.processing import STEPS
+from pounding_risk.quantities import GAP, MASS, PERIOD, PGA, SPEED, TAIL, TIME, YIELD_FORCE, Quantity, exact, shown
+from pounding_risk.scene_text import nearest, write_toml
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
-EQUAL_TERMS = ("peak force",)  # what laws with a k and laws with a β can be made to agree in
+EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
+NO_RESTITUTION = "not given"
+LATER_LAWS = ("bilinear", "stereomechanical", "merged", "distributed_mass")
 
 
 class EqualTerms(NamedTuple):
@@ -24,6 +28,37 @@ class EqualTerms(NamedTuple):
 
     same: str
     speed: float  # m/s
+
+
+class StepTable(Mapping[str, Any]):
+    """A processing step as `processing.read_steps` takes it: ``step`` and its options in SI; never changes."""
+
+    def __init__(self, values: Mapping[str, Any]):
+        self._values = dict(values)
+
+    def __getitem__(self, key: str) -> Any:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._values.items()))
+
+    def __repr__(self) -> str:
+        return f"StepTable({self._values!r})"
+
+    def written(self) -> dict[str, Any]:
+        """The table as a scene file has it: quantities as text, exact."""
+        options = STEPS[self["step"]].options
+        kinds = {key: options.get(key) for key in self}
+        return {
+            key: exact(value, kind) if isinstance(kind := kinds[key], Quantity) else value
+            for key, value in self.items()
+        }
 
 
 class RecordRequest(NamedTuple):
@@ -35,7 +70,7 @@ class RecordRequest(NamedTuple):
     pga: float | None  # m/s²; None leaves the amplitude to ``scale``
     scale: float | None  # factor; None where neither is given: as recorded
     polarities: tuple[str, ...]  # of POLARITIES
-    processing: str  # "auto" or "none"
+    processing: str | tuple[StepTable, ...]  # "auto", "none", or the steps in their order
     tail: float  # s of free vibration after the record
 
 
@@ -66,7 +101,7 @@ class Study:
     stiffness: float  # N/m or N/m^1.5, as the law has it
     plastic_exponent: float  # of van_mier
     restitution: Restitution
-    restitution_words: str  # the relation's name, or the number
+    restitution_words: str  # the relation's name, the number, or NO_RESTITUTION
     yield_force: float  # N, inf without yielding
     equal_terms: EqualTerms | None
     records: RecordRequest
@@ -80,25 +115,30 @@ class Study:
         """The contact law ``name`` (the scene's own by default) with the scene's stiffness.
 
         A law whose stiffness has the other unit (k in N/m against β in N/m^1.5) has no value of its own in
-        the scene: pass the ``stiffness`` that the scene's equal terms lead to. Raises SceneError without it.
+        the scene: pass the ``stiffness`` that the scene's equal terms lead to. Raises SceneError without it, and
+        for a law that needs a restitution where the scene gives none; PoundingError for a name that is no law's.
         """
         name = name or self.law_name
-        law = LAWS[name]
+        law = known_law(name)
+        if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
+            advice = 'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
+            raise SceneError(self.source, [f"{name} needs a restitution, and the scene gives none; {advice}"])
         if stiffness is None and self.needs_equal_terms(name):
             unit, own = stiffness_quantity(law).unit, stiffness_quantity(LAWS[self.law_name]).unit
             sentence = (
                 f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.law_name}; "
-                "pass the stiffness that follows from equal_terms"
+                f'write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in [[interface]], '
+                "from which it follows"
             )
             raise SceneError(self.source, [sentence])
         values = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        if "plastic_exponent" in law._fields:  # type: ignore[attr-defined]
+        if "plastic_exponent" in law._fields:
             values["plastic_exponent"] = self.plastic_exponent
         return law(**values)
 
     def needs_equal_terms(self, name: str) -> bool:
         """True where the law's stiffness is of the other family than the scene's."""
-        return stiffness_quantity(LAWS[name]).unit != stiffness_quantity(LAWS[self.law_name]).unit
+        return stiffness_quantity(known_law(name)).unit != stiffness_quantity(LAWS[self.law_name]).unit
 
     @property
     def folder(self) -> Path:
@@ -136,7 +176,7 @@ class Study:
             "gap": exact(self.gap, GAP),
             "contact_model": self.law_name,
             "stiffness": exact(self.stiffness, stiffness_quantity(LAWS[self.law_name])),
-            "restitution": self.restitution_words if self.restitution_words in NAMED else self.restitution.c0,
+            **self._restitution(),
             "yield_force": exact(self.yield_force, YIELD_FORCE),
         }
         if "van_mier" in (self.law_name, *self.grid.contact_models):
@@ -147,6 +187,25 @@ class Study:
                 "speed": exact(self.equal_terms.speed, SPEED),
             }
         return table
+
+    def _restitution(self) -> dict[str, Any]:
+        if self.restitution_words == NO_RESTITUTION:
+            return {}
+        return {"restitution": self.restitution_words if self.restitution_words in NAMED else self.restitution.c0}
+
+
+def known_law(name: str) -> Any:
+    """The class of a contact model; raises PoundingError, with the nearest name, where there is none."""
+    if name not in LAWS:
+        raise PoundingError(unknown_law(name))
+    return LAWS[name]
+
+
+def unknown_law(name: str) -> str:
+    """A sentence for a contact model that is not there."""
+    if name in LATER_LAWS:
+        return f"{shown(name)} is not in this version; choose one of {', '.join(LAWS)}"
+    return f"{shown(name)} is not a contact model{nearest(name, LAWS)}; it may be {', '.join(LAWS)}"
 
 
 def matching(folder: Path, pattern: str) -> list[Path]:
@@ -170,6 +229,10 @@ def _building(building: Building) -> dict[str, Any]:
     }
 
 
+def _processing(asked: str | tuple[StepTable, ...]) -> str | list[dict[str, Any]]:
+    return asked if isinstance(asked, str) else [step.written() for step in asked]
+
+
 def _records(request: RecordRequest) -> dict[str, Any]:
     chosen = {
         "names": list(request.names) or None,
@@ -178,7 +241,7 @@ def _records(request: RecordRequest) -> dict[str, Any]:
         "pga": None if request.pga is None else exact(request.pga, PGA),
         "scale": request.scale,
         "polarity": list(request.polarities),
-        "processing": request.processing,
+        "processing": _processing(request.processing),
         "tail": exact(request.tail, TAIL),
     }
     return {key: value for key, value in chosen.items() if value is not None}

@@ -68,6 +68,7 @@ class Run:
         self.speeds: list[float] = []
         self.yields: list[float] = []
         self.contact_time = self.work = self.impulse = 0.0
+        self.yielding_contacts = 0
 
     def go(self) -> dict[str, float]:
         for k in range(len(self.samples) - 1):
@@ -140,6 +141,7 @@ class Run:
         self.work += work
         self.impulse += impulse
         self.contact_time += contact.age
+        self.yielding_contacts += bool(contact.yields)
         self.contact = None
 
     def outputs(self) -> dict[str, float]:
@@ -163,6 +165,7 @@ class Run:
             "impulse": self.impulse,
             "first_yield_time": self.yields[0] if self.yields else math.nan,
             "yield_count": float(len(self.yields)),
+            "yielding_contacts": float(self.yielding_contacts),
             "yield_demand": peak("trial", 0.0) / cap,
             "peak_approach_speed": max(self.speeds, default=0.0),
             "energy_viscous": self.work,

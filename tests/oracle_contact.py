@@ -187,11 +187,11 @@ class Contact:
             values = [row[index] for row in rows]
             top = max(values)
             self.peaks.raise_to(name, top)
-            if top <= 0.0:
+            if top < 0.0:
                 continue
             for i, rise in _near_tops(values):
                 # The parabola says how far the top stands above the points; three times that is a safe guess.
-                if top + 3.0 * rise <= self.peaks[name]:
+                if top + 3.0 * rise <= self.peaks.get(name, 0.0):
                     continue
                 lo, hi = xs[max(i - 1, 0)], xs[min(i + 1, len(xs) - 1)]
                 if hi <= lo:

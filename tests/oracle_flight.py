@@ -35,8 +35,12 @@ class Curve(NamedTuple):
         return sum(abs(rate) ** 2 * abs(z) * math.exp(rate.real * t) for z, rate in self.waves)
 
     def minus(self, other: Curve, shift: float = 0.0) -> Curve:
-        waves = self.waves + tuple((-z, rate) for z, rate in other.waves)
-        return Curve(self.a - other.a - shift, self.b - other.b, waves)
+        waves = dict.fromkeys([rate for _, rate in (*self.waves, *other.waves)], 0j)
+        for sign, curve in ((1.0, self), (-1.0, other)):
+            for z, rate in curve.waves:
+                waves[rate] += sign * z  # twins' waves cancel exactly
+        merged = tuple((z, rate) for rate, z in waves.items())
+        return Curve(self.a - other.a - shift, self.b - other.b, merged)
 
     def negative(self) -> Curve:
         return STILL.minus(self)
@@ -66,10 +70,11 @@ def highest(curve: Curve, end: float, best: float) -> float:
     """max(best, max f on [0, end]): halves are dropped only where the bound on f'' proves them lower."""
     todo = [(0.0, curve.value(0.0), end, curve.value(end))]
     best = max(best, todo[0][1], todo[0][3])
+    rounding = 1e-16 * (abs(curve.a) + sum(abs(z) for z, _ in curve.waves))
     while todo:
         lo, f_lo, hi, f_hi = todo.pop()
         width, bend = hi - lo, curve.bend(lo)
-        if max(f_lo, f_hi) + bend * width**2 / 8.0 <= best + 1e-14 * abs(best) + 1e-30:
+        if max(f_lo, f_hi) + bend * width**2 / 8.0 <= best + 1e-14 * abs(best) + rounding:
             continue
         if abs(curve.slope(0.5 * (lo + hi))) > 0.5 * bend * width:  # monotone: the highest is an end
             continue

@@ -123,7 +123,7 @@ def test_installed_obspy_reads_at2():
     place = catalogue.path("RSN6-180")
     stream = obspy.read(str(place))
     assert stream[0].stats._format == "PEER_AT2"
-    assert abs(stream[0].data).max() == pytest.approx(catalogue.entry("RSN6-180").pga, rel=1e-6)
+    assert abs(stream[0].data).max() == pytest.approx(catalogue.entry("RSN6-180").pga, rel=1e-4)
 
 
 @pytest.mark.skipif(metadata_version() is None, reason="the package is not installed")

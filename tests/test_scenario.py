@@ -12,10 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pounding_risk import scenario, scene_keys
-from pounding_risk.errors import SceneError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import LAWS, Hertz, Linear, VanMier
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures import Building
+from pounding_risk.processing import read_steps
 from pounding_risk.scenario import parse_scene, read_scene, study_from
 from pounding_risk.scene_text import key_lines
 from pounding_risk.study import EqualTerms
@@ -134,7 +135,7 @@ def test_defaults():
     assert (found.yield_force, found.restitution, found.plastic_exponent) == (inf, Restitution(1.0), 0.0)
     assert found.records == (("RSN6-180",), (), None, None, None, ("as recorded",), "auto", 0.0)
     assert found.grid == ((0.025,), (inf,), ("hertz",), (None,))
-    assert found.rtol == 1e-6
+    assert (found.rtol, found.restitution_words) == (1e-6, "not given")
 
 
 def test_interface_values_may_come_from_the_grid_alone():
@@ -185,6 +186,11 @@ VARIED = [
     SHORT.replace("[records]", 'equal_terms = {same = "peak force", speed = "50 cm/s"}\n[records]')
     + '[grid]\ncontact_model = ["hertz", "linear"]\n',
     SHORT + 'scale = 1.5\npolarity = ["as recorded", "reversed"]\nprocessing = "none"\ntail = "5 s"\n',
+    SHORT + """processing = [
+        {step = "window", start = "10 s"}, {step = "mean", of = "whole"}, {step = "baseline", order = 4},
+        {step = "bandpass", low = "50 mHz", high = "inf"},
+    ]\n""",
+    SHORT.replace("[records]", 'equal_terms = {same = "penetration", speed = "1 m/s"}\n[records]'),
     SHORT.replace('name = "frame"', r'name = "a \"b\" \\ \u007f\n.é"'),
 ]
 
@@ -196,6 +202,68 @@ def test_round_trip(text):
     assert study_from(found.resolved()) == found
     again = parse_scene(found.to_toml())
     assert again.to_toml() == found.to_toml()
+
+
+STEPS = [{"step": "mean"}, {"step": "bandpass", "low": 0.1, "high": 40.0}, {"step": "baseline", "order": 6.0}]
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        'processing = [{step = "mean"}, {step = "bandpass", low = "100 mHz", high = "40 Hz"}, '
+        '{step = "baseline", order = 6}]',
+        '[[records.processing]]\nstep = "mean"\n[[records.processing]]\nstep = "bandpass"\nlow = "0.1 Hz"\n'
+        'high = "40 Hz"\n[[records.processing]]\nstep = "baseline"\norder = "6"',
+    ],
+)
+def test_processing_may_be_a_list_of_steps(written):
+    """The study carries them in SI, hashable, and as `read_motion` takes them."""
+    found = parse_scene(SHORT + written + "\n")
+    assert isinstance(found.records.processing, tuple)
+    assert [dict(step) for step in found.records.processing] == STEPS
+    assert hash(found.records) == hash(parse_scene(found.to_toml()).records)
+    assert read_steps(found.records.processing) == read_steps(STEPS)
+    assert (
+        'processing = [{step = "mean"}, {step = "bandpass", low = "0.1 Hz", high = "40.0 Hz"}, '
+        '{step = "baseline", order = 6.0}]'
+    ) in found.to_toml()
+
+
+def test_a_faulty_step_of_an_array_of_tables_has_its_line():
+    steps = '[[records.processing]]\nstep = "mean"\n[[records.processing]]\nstep = "baseline"\norder = 60\n'
+    assert faults(SHORT + steps) == [
+        "line 19, records.processing.2.order: 60 is out of range: an order must be at least 1 and at most 20; "
+        "write an order such as 5"
+    ]
+
+
+def test_steps_may_be_set_from_outside():
+    found = parse_scene(SHORT, overrides=['records.processing=[{step = "trend"}]'])
+    assert [dict(step) for step in found.records.processing] == [{"step": "trend"}]
+
+
+def test_a_law_that_the_scene_cannot_give():
+    found = parse_scene(SHORT)
+    with pytest.raises(SceneError) as error:
+        found.law("jankowski")
+    assert error.value.faults == [
+        "jankowski needs a restitution, and the scene gives none; "
+        'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
+    ]
+    with pytest.raises(SceneError) as error:
+        found.law("linear")
+    assert error.value.faults == [
+        "linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; "
+        'write equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows'
+    ]
+    for name, sentence in {
+        "jankowsky": f'"jankowsky" is not a contact model (did you mean "jankowski"?); it may be {ALL_LAWS}',
+        "merged": f'"merged" is not in this version; choose one of {ALL_LAWS}',
+    }.items():
+        for ask in (found.law, found.needs_equal_terms):
+            with pytest.raises(PoundingError) as wrong:
+                ask(name)
+            assert str(wrong.value) == sentence
 
 
 @settings(deadline=None, max_examples=40)
@@ -435,7 +503,8 @@ def test_record_files_are_found_beside_the_scene(tmp_path):
 def test_schema_names_every_key():
     schema = scenario.scene_schema()
     assert set(schema["properties"]) == set(scenario.TABLES)
-    assert schema["$defs"]["RecordsTable"]["properties"]["processing"]["enum"] == ["auto", "none"]
+    words, steps = schema["$defs"]["RecordsTable"]["properties"]["processing"]["anyOf"]
+    assert (words["enum"], steps["type"]) == (["auto", "none"], "array")
 
 
 JUNK = st.recursive(

@@ -33,9 +33,7 @@ def test_a_changed_digit_is_refused():
     wrong: list[dict] = [
         {"weights": {**DOP853.weights, column: DOP853.weights[column] + 1e-9}} for column in DOP853.weights
     ]
-    wrong += [
-        {"nodes": tuple(c + 1e-9 * (i == at) for i, c in enumerate(DOP853.nodes))} for at in range(STAGES)
-    ]
+    wrong += [{"nodes": tuple(c + 1e-9 * (i == at) for i, c in enumerate(DOP853.nodes))} for at in range(STAGES)]
     for at, row in enumerate(DOP853.rows):
         for column, value in row.items():
             rows = [*DOP853.rows]

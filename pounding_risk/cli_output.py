@@ -1,0 +1,113 @@
+"""What the commands print: aligned tables in engineering units, and progress with the time left.
+
+Nothing here knows a command. Tables go to standard output and read well through a pipe or in a file; progress
+and errors go to standard error.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+from math import inf, isnan
+from time import monotonic
+from typing import Any
+
+EVERY = 30.0  # s between two lines of progress where there is no terminal
+WIDEST = 400  # columns of a table that is piped: it is never wrapped
+SPEEDS = "m/s"
+
+
+def engineering(value: float, unit: str, digits: int = 4) -> str:
+    """A number in SI ``unit`` as an engineer writes it: 1300 kN, 3.2 mm, 0.5 m/s; – for what is not there."""
+    from pounding_risk.quantities import Quantity, say
+
+    if isnan(value):
+        return "–"
+    if unit == "N s":
+        unit, value = ("kN s", value / 1e3) if abs(value) >= 1e3 else ("N s", value)
+    elif unit == "m/s2":
+        unit = "m/s^2"  # in g
+    elif unit == SPEEDS:
+        return f"{value:.{digits}g} m/s"
+    return say(value, Quantity(unit, -inf, inf, ""), digits)
+
+
+def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
+    """Columns under their heads; the first ``left`` ones flush left, numbers flush right."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=any(heads))
+    for place, head in enumerate(heads):
+        # An id or a number broken in two cannot be copied.
+        table.add_column(head, justify="left" if place < left else "right", no_wrap=place != len(heads) - 1)
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    _show(table)
+
+
+def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """One line for each (what, words)."""
+    print_table(("", ""), pairs, left=2)
+
+
+def _show(table: Any) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    if console.is_terminal:
+        console.print(table)
+        return
+    console.width = WIDEST
+    with console.capture() as captured:
+        console.print(table)
+    print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+
+
+class Watch:
+    """Progress of a long command: a bar with the time left on a terminal, otherwise a line now and then.
+
+    Call it with (done, total). ``with Watch("scan") as watch: ...`` takes the bar away at the end.
+    """
+
+    def __init__(self, what: str, unit: str = "cases", every: float = EVERY):
+        self.what, self.unit, self.every = what, unit, every
+        self._bar: Any = None
+        self._task: Any = None
+        self._start = self._said = monotonic()
+        self._first: tuple[float, int] | None = None
+
+    def __enter__(self) -> Watch:
+        if sys.stderr.isatty():
+            self._bar = _bar()
+            self._task = self._bar.add_task(f"{self.what}: reading, compiling", total=None)
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._bar is not None:
+            self._bar.update(self._task, description=self.what, completed=done, total=total)
+            return
+        now = monotonic()
+        # The first report stands for reading and compiling, which say nothing about the rest.
+        first, before = self._first = self._first or (now, done)
+        if now - self._said < self.every or done >= total:
+            return
+        self._said = now
+        left = f", about {(total - done) * (now - first) / (done - before):.0f} s left" if done > before else ""
+        print(
+            f"{self.what}: {done} of {total} {self.unit} ({100 * done // total} %){left}", file=sys.stderr, flush=True
+        )
+
+
+def _bar() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import TimeRemainingColumn as Left
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, TextColumn("left"), Left(), console=Console(stderr=True), transient=True)

@@ -1,0 +1,187 @@
+"""What a scene asks for, before anything runs: the cases of its grid, and its records read and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf, prod
+from pathlib import Path
+from typing import NamedTuple
+
+from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.structures import Building
+from pounding_risk.motions import Motion
+from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, PGA, RTOL, TAIL, TIME, YIELD_FORCE, Quantity, say
+from pounding_risk.study import Study
+
+BYTES_A_CASE = 8 * 25  # about as many outputs as a pair has, before compression
+
+
+class PlannedRecord(NamedTuple):
+    """A ground motion as the runs will see it, before polarity and the grid's amplitudes."""
+
+    name: str
+    event: str
+    state: str  # "raw" or "processed", as it was found
+    duration: float  # s, the tail included
+    dt: float  # s
+    pga: float  # m/s²
+    flags: tuple[str, ...]  # one doubt a sentence
+    processing: tuple[str, ...]  # one step a sentence
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scene without a fault, its records, and how many cases its grid has."""
+
+    study: Study
+    records: tuple[PlannedRecord, ...]
+
+    @property
+    def shape(self) -> dict[str, int]:
+        """How many values each dimension of the dataset has, in its order; one where the scene names no grid."""
+        grid = self.study.grid
+        return {
+            "record": len(self.records),
+            "polarity": len(self.study.records.polarities),
+            "pga": len(grid.pgas),
+            "contact_model": len(grid.contact_models),
+            "gap": len(grid.gaps),
+            "yield_force": len(grid.yield_forces),
+        }
+
+    @property
+    def cases(self) -> int:
+        """The cases of the grid; some of them will be known without a run of their own."""
+        return prod(self.shape.values())
+
+    @property
+    def seconds(self) -> float:
+        """Ground motion in all, over all cases [s]."""
+        each = self.cases // len(self.records)
+        return each * sum(record.duration for record in self.records)
+
+    def summary(self) -> list[tuple[str, str]]:
+        """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+        study = self.study
+        sides = zip(("left", "right"), study.buildings, strict=True)
+        return [
+            ("scene", study.name),
+            *((f"{side} building", _building(building)) for side, building in sides),
+            ("interface", _interface(study)),
+            *(("contact model", words) for words in _laws(study)),
+            ("restitution", _restitution(study)),
+            ("records", _amplitude(study, len(self.records))),
+            ("polarity", " and ".join(study.records.polarities)),
+            *_grid(study),
+            ("tolerance", f"rtol {say(study.rtol, RTOL)}"),
+            ("cases", self._cases()),
+        ]
+
+    def _cases(self) -> str:
+        factors = [f"{count} {name.replace('_', ' ')}s" for name, count in self.shape.items() if count > 1]
+        factors = [factor.replace("polaritys", "polarities") for factor in factors]
+        size = self.cases * BYTES_A_CASE / 1e6
+        product = f" = {' × '.join(factors)}" if len(factors) > 1 else ""
+        return f"{self.cases}{product}; a dataset of about {max(size, 0.1):.1f} MB at most"
+
+    def __str__(self) -> str:
+        rows = self.summary()
+        width = max(len(what) for what, _ in rows)
+        records = (
+            f"{record.name}: {say(record.duration, TIME)} at {say(record.dt, TIME)}, PGA {say(record.pga, PGA)}"
+            for record in self.records
+        )
+        return "\n".join([*(f"{what:<{width}}  {words}" for what, words in rows), *records])
+
+
+def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
+    """Check a scene and its records, count its cases, run nothing.
+
+    ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). Raises SceneError, which
+    tells every fault of a scene file at once, and RecordError for a record that cannot be used.
+    """
+    from pounding_risk.scan import motions_of
+    from pounding_risk.scenario import parse_scene, read_scene
+
+    if isinstance(scene, Study):
+        # A study's own text may lack what was changed in it since: its resolved form does not.
+        study = scene
+        if overrides:
+            changed = parse_scene(scene.to_toml(), scene.source, overrides)
+            study = replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
+    else:
+        study = read_scene(scene, overrides)
+    return Plan(study, tuple(_planned(motion) for motion in motions_of(study)))
+
+
+def _planned(motion: Motion) -> PlannedRecord:
+    return PlannedRecord(
+        motion.name,
+        str(motion.record.get("event", "")),
+        str(motion.record.get("state", "")),
+        motion.duration,
+        motion.dt,
+        motion.pga,
+        motion.flags,
+        motion.processing,
+    )
+
+
+def _building(building: Building) -> str:
+    mass = say(building.mass, MASS) if building.mass < inf else "any mass"
+    if building.is_rigid:
+        return f"{building.name}: {mass}, rigid (moves with the ground)"
+    return (
+        f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
+        f"damping ratio {say(building.damping, DAMPING)}"
+    )
+
+
+def _interface(study: Study) -> str:
+    strength = "no yielding" if study.yield_force == inf else f"yield force {say(study.yield_force, YIELD_FORCE)}"
+    return f"gap {say(study.gap, GAP)}, {strength}"
+
+
+def _laws(study: Study) -> list[str]:
+    """Each contact model that the grid runs, with where its stiffness is from."""
+    terms = study.equal_terms
+    found = []
+    for name in study.grid.contact_models:
+        if study.needs_equal_terms(name) and terms:
+            stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.law_name}"
+        else:
+            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(LAWS[study.law_name]))}"
+        found.append(f"{name}, {stiffness}")
+    return found
+
+
+def _restitution(study: Study) -> str:
+    rule = study.restitution
+    if rule.c1 == rule.c2 == rule.c3 == 0.0:
+        return study.restitution_words
+    held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
+    return f"{study.restitution_words}: falls with the approach speed{held}"
+
+
+def _amplitude(study: Study, count: int) -> str:
+    asked, pgas = study.records, study.grid.pgas
+    scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
+    if pgas != (None,):
+        scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
+    part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
+    tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
+    return f"{count}{part}, {scaled}{tail}"
+
+
+def _grid(study: Study) -> list[tuple[str, str]]:
+    """The dimensions that have more than one value."""
+    axes = {"gaps": (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
+    return [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
+
+
+def _span(values: Sequence[float], quantity: Quantity) -> str:
+    """All values where they are few, otherwise the ends and how many."""
+    if len(values) <= 6:
+        return ", ".join(say(value, quantity) for value in values)
+    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"

@@ -1,0 +1,194 @@
+"""Closed forms and tables of isolated impacts, for tests: what each contact law must return, with its source.
+
+Two free masses meet at an approach speed v0; m = m1 m2/(m1+m2). Nothing here integrates an equation of motion.
+Sources are named beside each formula; "derived" ones follow in a few lines from the law and are checked against
+the independent integrator in test_oracle.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import beta as beta_function
+
+# --------------------------------------------------------------------- restitution achieved, from the law itself
+
+
+def kelvin_voigt_ratio(e: float) -> float:
+    """ξ = −ln e / √(π² + ln² e) (Anagnostopoulos 1988): exactly e where contact lasts until δ = 0."""
+    return -math.log(e) / math.hypot(math.pi, math.log(e))
+
+
+def kelvin_voigt_cut_restitution(xi: float) -> float:
+    """e = exp[−(ξ/s)(π − atan2(2ξs, 1−2ξ²))], s = √(1−ξ²): the bodies part where F = 0 (Schwager & Pöschel 2007)."""
+    s = math.sqrt(1.0 - xi * xi)
+    return math.exp(-xi / s * (math.pi - math.atan2(2.0 * xi * s, 1.0 - 2.0 * xi * xi)))
+
+
+def modified_kelvin_voigt_ratio(e: float) -> float:
+    """ξ = (1−e²)/(e(e(π−2)+2)) (Mahmoud & Jankowski 2011)."""
+    return (1.0 - e * e) / (e * (e * (math.pi - 2.0) + 2.0))
+
+
+def modified_kelvin_voigt_restitution(xi: float) -> float:
+    """What a damper on approach only gives (derived): exp[−(ξ/s) atan2(s, ξ)], or with atanh where ξ > 1."""
+    if xi == 1.0:
+        return math.exp(-1.0)
+    s = math.sqrt(abs(1.0 - xi * xi))
+    angle = math.atan2(s, xi) if xi < 1.0 else math.atanh(s / xi)
+    return math.exp(-xi / s * angle)
+
+
+def hertz_damp_factor(e: float) -> float:
+    """d = 0.75 (1−e²) (Lankarani & Nikravesh 1990; Muthukumar & DesRoches 2006)."""
+    return 0.75 * (1.0 - e * e)
+
+
+def hertz_damp_restitution(d: float) -> float:
+    """The e that solves exp[d(1+e)] = (1+d)/(1−d e), whatever the exponent (derived: the variables separate)."""
+    if d == 0.0:
+        return 1.0
+    return float(
+        brentq(
+            lambda e: math.log1p(d) - math.log1p(-d * e) - d * (1.0 + e),
+            0.0,
+            min(1.0, (1.0 - 1e-15) / d),
+            xtol=1e-15,
+        )
+    )
+
+
+def jankowski_ratio(e: float) -> float:
+    """ξ = (9√5/2)(1−e²)/(e(e(9π−16)+16)) (Jankowski 2006; paper eq. 2b)."""
+    return 4.5 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0))
+
+
+# ------------------------------------------------------------------------------ peak force, depth and duration
+
+
+def linear_impact(stiffness: float, mass: float, speed: float) -> tuple[float, float, float]:
+    """(δ_max, F_max, duration) of a linear spring: v0 √(m/k), v0 √(k m), π √(m/k)."""
+    return (
+        speed * math.sqrt(mass / stiffness),
+        speed * math.sqrt(mass * stiffness),
+        math.pi * math.sqrt(mass / stiffness),
+    )
+
+
+def kelvin_voigt_impact(stiffness: float, mass: float, speed: float, xi: float) -> tuple[float, float]:
+    """(δ_max, duration to δ = 0): the half wave of a damped oscillator."""
+    omega, s = math.sqrt(stiffness / mass), math.sqrt(1.0 - xi * xi)
+    angle = math.atan2(s, xi)
+    return speed / omega * math.exp(-xi / s * angle), math.pi / (omega * s)
+
+
+def hertz_impact(beta: float, mass: float, speed: float) -> tuple[float, float, float]:
+    """(δ_max, F_max, duration) (Hertz): (5mv²/4β)^⅖, β^⅖(1.25mv²)^⅗, δ_max/v0 times 2∫dx/√(1−x^2.5) = 2.9432."""
+    depth = (1.25 * mass * speed**2 / beta) ** 0.4
+    duration = 2.0 * 0.4 * float(beta_function(0.4, 0.5)) * depth / speed
+    return depth, beta**0.4 * (1.25 * mass * speed**2) ** 0.6, duration
+
+
+def capped_hertz_impact(beta: float, mass: float, speed: float, cap: float) -> tuple[float, float]:
+    """(δ_max, duration) of β δ^1.5 held at ``cap`` and retraced, van Mier's ideal plateau (derived): e = 1.
+
+    Up to δ_y the energy is ⅖ β δ^2.5, beyond it F_E (δ − δ_y); on the plateau the deceleration is F_E/m.
+    """
+    depth_y = (cap / beta) ** (2.0 / 3.0)
+    energy, elastic = 0.5 * mass * speed**2, 0.4 * cap * depth_y
+    if energy <= elastic:
+        depth, _, duration = hertz_impact(beta, mass, speed)
+        return depth, duration
+    # The elastic part of the way in is an incomplete beta function; its plain integral does as well.
+    rise = quad(
+        lambda x: 1.0 / math.sqrt(speed**2 - 0.8 * beta * x**2.5 / mass),
+        0.0,
+        depth_y,
+        epsabs=0.0,
+        epsrel=1e-13,
+    )
+    speed_y = math.sqrt(speed**2 - 2.0 * elastic / mass)
+    return depth_y + (energy - elastic) / cap, 2.0 * (rise[0] + mass * speed_y / cap)
+
+
+def velocities(m1: float, m2: float, v1: float, v2: float, e: float) -> tuple[float, float]:
+    """Velocities after a collision with restitution e (Goldsmith): momentum kept."""
+    change = (1.0 + e) * (v1 - v2) / (m1 + m2)
+    return v1 - m2 * change, v2 + m1 * change
+
+
+def impulse(mass: float, speed: float, e: float) -> float:
+    """(1+e) m v0."""
+    return (1.0 + e) * mass * speed
+
+
+def energy_lost(mass: float, speed: float, e: float) -> float:
+    """½ m v0² (1−e²)."""
+    return 0.5 * mass * speed**2 * (1.0 - e * e)
+
+
+# ------------------------------------------------------------------------------------------------------- tables
+# Input e → restitution achieved by the published formulas, four digits.
+ACHIEVED: dict[str, dict[float, float]] = {
+    "kelvin_voigt": {e: e for e in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8, 0.9)},
+    "kelvin_voigt_tension_cut": {
+        0.1: 0.2527, 0.2: 0.3249, 0.3: 0.3971, 0.4: 0.4720, 0.5: 0.5503,
+        0.6: 0.6323, 0.65: 0.6748, 0.7: 0.7182, 0.8: 0.8081, 0.9: 0.9020,
+    },
+    "modified_kelvin_voigt": {
+        0.1: 0.1025, 0.2: 0.2055, 0.3: 0.3070, 0.4: 0.4071, 0.5: 0.5061,
+        0.6: 0.6046, 0.65: 0.6538, 0.7: 0.7030, 0.8: 0.8014, 0.9: 0.9004,
+    },
+    "hertz_damp": {
+        0.1: 0.6653, 0.2: 0.6723, 0.3: 0.6842, 0.4: 0.7016, 0.5: 0.7252,
+        0.6: 0.7561, 0.65: 0.7748, 0.7: 0.7960, 0.8: 0.8471, 0.9: 0.9132,
+    },
+    "hertz_damp_exact": {e: e for e in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8, 0.9)},
+    "jankowski": {
+        0.1: 0.0933, 0.2: 0.1915, 0.3: 0.2917, 0.4: 0.3930, 0.5: 0.4946,
+        0.6: 0.5962, 0.65: 0.6470, 0.7: 0.6977, 0.8: 0.7989, 0.9: 0.8997,
+    },
+}  # fmt: skip
+
+# e → d with exp[d(1+e)] = (1+d)/(1−d e).
+EXACT_HERTZ_DAMP: dict[float, float] = {
+    0.3: 3.08708, 0.4: 2.08250, 0.5: 1.43275, 0.6: 0.97487, 0.65: 0.79310, 0.7: 0.63483, 0.8: 0.37315, 0.9: 0.16648,
+}  # fmt: skip
+
+# e → the ξ with which Jankowski's law returns e exactly (it depends on nothing else).
+EXACT_JANKOWSKI: dict[float, float] = {
+    0.10: 5.37432, 0.20: 2.48646, 0.30: 1.49372, 0.40: 0.98280, 0.50: 0.66785, 0.60: 0.45252, 0.65: 0.36816,
+    0.70: 0.29503, 0.80: 0.17424, 0.90: 0.07830, 0.98: 0.01450,
+}  # fmt: skip
+
+# Jankowski's law with that ξ: e → (δ_max/D, F_max/(β D^1.5), duration v0/D), D = (m v0²/β)^0.4.
+JANKOWSKI_PEAKS: dict[float, tuple[float, float, float]] = {
+    0.2: (0.3017, 2.2169, 3.179), 0.4: (0.5253, 1.1165, 3.164), 0.5: (0.6280, 0.9008, 3.171),
+    0.6: (0.7266, 0.8201, 3.180), 0.65: (0.7746, 0.8203, 3.185), 0.7: (0.8219, 0.8385, 3.190),
+    0.8: (0.9146, 0.9111, 3.199), 0.9: (1.0050, 1.0158, 3.209), 1.0: (1.0934, 1.1433, 3.218),
+}  # fmt: skip
+
+# Paper eq. (3) as it stands, e = 0.65 from eq. (3b): F_E over the uncapped peak → (e achieved, δ_max over uncapped).
+# Yielding returns energy: a lower cap rebounds more.
+CAPPED: dict[float, tuple[float, float]] = {
+    1.0: (0.647, 1.00), 0.9: (0.672, 1.03), 0.8: (0.718, 1.10), 0.7: (0.767, 1.20), 0.6: (0.815, 1.36),
+    0.5: (0.862, 1.60), 0.4: (0.904, 1.99), 0.2: (0.970, 3.95), 0.1: (0.991, 7.90),
+}  # fmt: skip
+CAPPED_OTHER: dict[float, dict[float, float]] = {  # input e → F_E share → e achieved
+    0.4: {0.8: 0.444, 0.6: 0.609, 0.4: 0.823, 0.2: 0.948},
+    0.8: {0.8: 0.827, 0.6: 0.868, 0.4: 0.915, 0.2: 0.967},
+}
+
+# Uncapped contact with e = 0.65 for a mass of 28.9 t: (β, v0) → peak force [kN], published parameters.
+TYPICAL_PEAKS: dict[tuple[float, float], float] = {
+    (4.2e10, 0.1): 436.0, (4.2e10, 0.25): 1309.0, (4.2e10, 0.5): 3008.0, (4.2e10, 1.0): 6910.0,
+    (2.75e9, 0.1): 147.0, (2.75e9, 0.25): 440.0, (2.75e9, 0.5): 1011.0, (2.75e9, 1.0): 2322.0,
+}  # fmt: skip
+
+# Concrete, paper eq. (4): approach speed [m/s] → e.
+CONCRETE: dict[float, float] = {
+    0.0: 0.793, 0.1: 0.768, 0.25: 0.734, 0.5: 0.683, 1.0: 0.603, 1.5: 0.547, 2.0: 0.510, 2.5: 0.486, 3.0: 0.472,
+    4.0: 0.447, 5.0: 0.393,
+}  # fmt: skip

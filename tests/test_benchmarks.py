@@ -1,0 +1,75 @@
+"""The other ways to solve a pair, which benchmarks/ times, give the same answers; no clock is read here."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+from pounding_risk.march import Interface, oscillators, solve
+from pounding_risk.models.contact import ViscousElastoplastic
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures import Building
+
+LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
+DT = 0.01
+PEAKS = ("peak_relative_displacement", "peak_contact_force")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def benchmarks(root):
+    """The scripts import each other by name, as they do when one of them is run."""
+    sys.path.insert(0, str(root / "benchmarks"))
+    yield
+    sys.path.remove(str(root / "benchmarks"))
+
+
+@pytest.fixture(scope="module")
+def ground():
+    """Three seconds of a swelling sine with corners: several contacts."""
+    time = np.arange(301) * DT
+    return np.round(4.0 * time / 3.0 * np.sin(2.0 * np.pi * 1.4 * time), 1)
+
+
+def interface(yield_force: float) -> Interface:
+    return Interface(0.02, ViscousElastoplastic(2.75e9), constant(0.65), yield_force)
+
+
+STRENGTHS = pytest.mark.parametrize("yield_force", [np.inf, 4e5])
+
+
+@STRENGTHS
+def test_fixed_steps_converge_to_the_solver(ground, yield_force):
+    """First order, as touches fall inside steps: the error of each is ten times smaller at a tenth of the step."""
+    from rk4 import solve_rk4
+
+    truth = solve(LEFT, RIGHT, interface(yield_force), ground, DT, rtol=1e-11)
+    assert truth["impact_count"] >= 3
+    for h, error in ((1e-4, 1e-3), (1e-5, 3e-5), (1e-6, 3e-6)):
+        found = solve_rk4(oscillators(LEFT, RIGHT), interface(yield_force), ground, DT, h)
+        assert found["impact_count"] == truth["impact_count"]
+        for name in PEAKS:
+            assert found[name] == pytest.approx(truth[name], rel=error), (name, h)
+
+
+@STRENGTHS
+def test_scipy_agrees_with_the_solver(ground, yield_force):
+    from scipy_pair import solve_scipy
+
+    truth = solve(LEFT, RIGHT, interface(yield_force), ground, DT, rtol=1e-11)
+    found = solve_scipy(oscillators(LEFT, RIGHT), interface(yield_force), ground, DT, 1e-10)
+    assert found["impact_count"] == truth["impact_count"]
+    for name in PEAKS:
+        assert found[name] == pytest.approx(truth[name], rel=1e-7), name
+
+
+def test_the_script_runs(capsys):
+    from throughput import main
+
+    small = ["--repeats", "1", "--gaps", "3", "--yield-forces", "3", "--samples", "600", "--no-scipy"]
+    assert main(small) == 0
+    told = capsys.readouterr().out
+    assert "| sweep, 2 threads, every case run | 9 | 9 |" in told
+    assert told.count("RK4, fixed steps") == 2
+    assert "0 impact counts differ" in told
