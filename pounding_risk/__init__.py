@@ -12,11 +12,11 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "demo": "demo",
+    "demo": "paper",
     "validate": "plan",
-    "impact": "impact",
-    "simulate": "simulate",
-    "scan": "scan",
+    "impact": "collision",
+    "simulate": "history",
+    "scan": "ensemble",
     "read_scene": "scenario",
     "read_motion": "motions",
     "open_results": "results",

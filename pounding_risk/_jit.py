@@ -4,8 +4,9 @@ Flags: no ``fastmath`` (it deletes NaN guards and changes bits), ``error_model="
 status, they do not raise), ``nogil`` (a scan is threads over compiled calls).
 
 Cache: numba stamps a compiled function with the text of its own file only, so an edited contact law would go
-on answering with its old numbers. The cache folder therefore carries a digest of every source file of the
-package: any edit starts a new folder. A cache that cannot be written or read is left unused.
+on answering with its old numbers. The cache folder therefore carries a digest of every source file that kernels
+are made of, `core/` and `models/`: any edit starts a new folder. A cache that cannot be written or read is left
+unused.
 """
 
 from __future__ import annotations
@@ -13,11 +14,16 @@ from __future__ import annotations
 import hashlib
 import inspect
 import os
+import stat
 import tempfile
+import warnings
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numba
 from numba import config, njit, types
+from numba.core.caching import FunctionCache
 from numba.extending import overload_method
 
 FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False}
@@ -25,10 +31,14 @@ INTERPRETED = bool(config.DISABLE_JIT)
 
 
 def source_digest() -> str:
-    """Digest of the package's sources and of the numba version: the name of the cache folder."""
+    """Digest of the kernels' sources and of the numba version: the name of the cache folder.
+
+    Kernels import from these files alone; a test holds them to it.
+    """
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
-    for file in sorted(package.rglob("*.py")):
+    files = [*(package / "core").rglob("*.py"), *(package / "models").rglob("*.py")]
+    for file in sorted([*files, Path(__file__), package / "quantities.py"]):
         digest.update(file.relative_to(package).as_posix().encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
@@ -40,13 +50,7 @@ def cache_folder() -> str | None:
     ``NUMBA_CACHE_DIR`` wins; otherwise the user's cache folder. A read-only home, or none, falls back to a
     private folder under the system's temporary one.
     """
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    roots = [Path(chosen)] if chosen else []
-    if not chosen:
-        home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-        user = str(os.getuid()) if hasattr(os, "getuid") else "user"
-        roots = [Path(home), Path(tempfile.gettempdir()) / f"pounding_risk-{user}"]
-    for root in roots:
+    for root in _cache_roots():
         folder = root / "pounding_risk" / source_digest()
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -55,6 +59,65 @@ def cache_folder() -> str | None:
         except OSError:
             continue
     return None
+
+
+def _cache_roots() -> Iterator[Path]:
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    if chosen:
+        yield Path(chosen)
+        return
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+    # Where nobody knows the user, "~" stays as it is and would become a folder in the working one.
+    if home.is_absolute():
+        yield home
+    with suppress(OSError):
+        user = str(os.getuid()) if hasattr(os, "getuid") else "user"
+        private = Path(tempfile.gettempdir()) / f"pounding_risk-{user}"
+        private.mkdir(mode=0o700, exist_ok=True)
+        # Cached code is run: in a folder that all share, only from what nobody else can have written.
+        if not hasattr(os, "getuid") or _is_mine_alone(private):
+            yield private
+
+
+def _is_mine_alone(folder: Path) -> bool:
+    facts = folder.lstat()
+    return stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.getuid() and not facts.st_mode & 0o077
+
+
+class ForgivingCache(FunctionCache):
+    """The compiled forms of one kernel on disk, where nothing that is wrong with a file is an error.
+
+    A file cut short by a full disk or a power cut counts as absent and is written anew. So does code for other
+    types than asked: two processes that compile one kernel for two laws at once may give both the same file
+    (numba issue 4807), and the other law would answer without a word.
+    """
+
+    def load_overload(self, sig, target_context):
+        """The compiled form for these types, or None."""
+        try:
+            found = super().load_overload(sig, target_context)
+        except Exception as error:  # unpickling a damaged file may raise anything
+            warnings.warn(
+                f"{self.cache_path}: a compiled kernel cannot be read ({error!r}); compiled anew", stacklevel=2
+            )
+            self._forget()
+            return None
+        if found is None or tuple(found.signature.args) == tuple(sig):
+            return found
+        self._forget()
+        return None
+
+    def save_overload(self, sig, data):
+        """Keep a compiled form, where it can be kept."""
+        try:
+            super().save_overload(sig, data)
+        except Exception as error:  # a damaged index raises anything, a full disk OSError
+            warnings.warn(f"{self.cache_path}: a compiled kernel cannot be kept ({error!r})", stacklevel=2)
+            self._forget()
+
+    def _forget(self):
+        with suppress(OSError):  # a folder that is gone needs no emptying
+            self.flush()
 
 
 CACHE = None if INTERPRETED else cache_folder()
@@ -66,9 +129,17 @@ def kernel(function):
         return function
     kept, config.CACHE_DIR = config.CACHE_DIR, CACHE or ""
     try:
-        return njit(cache=CACHE is not None, **FLAGS)(function)
+        compiled = njit(**FLAGS)(function)
+        if CACHE is not None:
+            compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
+        return compiled
     finally:
         config.CACHE_DIR = kept
+
+
+def lowered(model):
+    """The model with every number a float: 10**8 is another type than 1e8 and would compile everything anew."""
+    return type(model)(*(lowered(value) if isinstance(value, tuple) else float(value) for value in model))
 
 
 def speaks(protocol):
@@ -84,6 +155,6 @@ def speaks(protocol):
         def resolve(model, *arguments, _name=name):
             return getattr(model.instance_class, _name, None)
 
-        resolve.__signature__ = inspect.signature(method)
+        resolve.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
         overload_method(types.BaseNamedTuple, name, jit_options=FLAGS)(resolve)
     return protocol

@@ -18,7 +18,7 @@ from typer.core import TyperGroup
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
-    from pounding_risk.impact import Impact
+    from pounding_risk.collision import Impact
     from pounding_risk.quantities import Quantity
 
 FIGURES = (".png", ".svg", ".pdf")
@@ -84,9 +84,9 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for figures and datasets.")] = Path("pounding-demo"),
 ) -> None:
     """Run the pair of the 2011 paper under El Centro 1940: figures and a small dataset, in a minute."""
-    _check_folder(out)
+    check_folder(out)
     from pounding_risk.cli_output import print_pairs
-    from pounding_risk.demo import demo as run
+    from pounding_risk.paper import demo as run
 
     start = perf_counter()
     written = run(out, typer.echo)
@@ -134,20 +134,20 @@ def impact(
     figure: Figure = None,
 ) -> None:
     """Let two bodies collide once under each contact model: restitution achieved, force, penetration, energy."""
-    target = _target("--figure", figure, FIGURES)
-    from pounding_risk.impact import impact as run
-    from pounding_risk.impact import restitution_of
+    target = target("--figure", figure, FIGURES)
+    from pounding_risk.collision import impact as run
+    from pounding_risk.collision import restitution_of
     from pounding_risk.quantities import MASS, SPEED, YIELD_FORCE
 
-    striker = _read("--mass", mass, MASS)
-    struck = _read("--other-mass", other_mass, MASS._replace(open_high=False))
-    fast = _read("--speed", speed, SPEED)
-    strength = _read("--yield-force", yield_force, YIELD_FORCE)
+    striker = read("--mass", mass, MASS)
+    struck = read("--other-mass", other_mass, MASS._replace(open_high=False))
+    fast = read("--speed", speed, SPEED)
+    strength = read("--yield-force", yield_force, YIELD_FORCE)
     rule = restitution_of(restitution)
     reduced = 1.0 / (1.0 / striker + 1.0 / struck)
-    laws, notes = _laws(law, stiffness, (fast, reduced, rule))
+    laws, notes = laws(law, stiffness, (fast, reduced, rule))
     found = [run(each, fast, striker, struck, restitution=rule, yield_force=strength) for each in laws]
-    _print_impacts(found, laws, 0.5 * reduced * fast**2)
+    print_impacts(found, laws, 0.5 * reduced * fast**2)
     for note in notes:
         typer.echo(note)
     if target is not None:
@@ -176,17 +176,17 @@ def simulate(
     figure: Figure = None,
 ) -> None:
     """Run one case of a scene in full: its outputs, its contacts, and if asked its histories and a figure."""
-    dataset_file, figure_file = _target("-o", out, (".nc",)), _target("--figure", figure, FIGURES)
+    dataset_file, figure_file = target("-o", out, (".nc",)), target("--figure", figure, FIGURES)
     from pounding_risk.quantities import GAP, PGA, YIELD_FORCE
     from pounding_risk.results import save
     from pounding_risk.scenario import read_scene
-    from pounding_risk.simulate import simulate as run
+    from pounding_risk.history import simulate as run
 
     chosen: dict[str, Any] = {"record": record, "polarity": polarity, "law": law}
     for name, text, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):
-        chosen[name] = None if text is None else _read(f"--{name.replace('_', '-')}", text, quantity)
+        chosen[name] = None if text is None else read(f"--{name.replace('_', '-')}", text, quantity)
     dataset = run(read_scene(scene, set_), **chosen)
-    _print_run(dataset)
+    print_run(dataset)
     if dataset_file is not None:
         save(dataset, dataset_file)
         typer.echo(f"written: {dataset_file}")
@@ -213,18 +213,18 @@ def scan(
     if out is None and Path(f"{scene.stem}.nc").exists():
         raise PoundingError(f"{scene.stem}.nc exists already; write -o {scene.stem}.nc to replace it, or another name")
     out_file, figure_file = (
-        _target("-o", out or Path(f"{scene.stem}.nc"), (".nc",)),
-        _target("--figure", figure, FIGURES),
+        target("-o", out or Path(f"{scene.stem}.nc"), (".nc",)),
+        target("--figure", figure, FIGURES),
     )
     from pounding_risk.cli_output import Watch
-    from pounding_risk.scan import scan as run
+    from pounding_risk.ensemble import scan as run
     from pounding_risk.scenario import read_scene
 
     study = read_scene(scene, set_)
     start = perf_counter()
     with Watch("scan") as watch:
         dataset = run(study, out_file, screening=screening, workers=workers, progress=watch)
-    _print_scan(dataset, perf_counter() - start, out_file)
+    print_scan(dataset, perf_counter() - start, out_file)
     if figure_file is not None:
         from pounding_risk.figures import scan_figure
 
@@ -285,184 +285,9 @@ def record_info(id: Annotated[str, typer.Argument(metavar="ID", help="A record's
     print_pairs((key, " ".join(str(value).split())) for key, value in {**values, "file": place}.items())
 
 
-def _read(option: str, text: str, quantity: Quantity) -> float:
-    """The SI value of an option's text."""
-    from pounding_risk.quantities import QuantityError, parse
-
-    try:
-        return parse(text, quantity)
-    except QuantityError as error:
-        raise PoundingError(f"{option}: {error}") from None
-
-
-def _target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
-    """A file that can be written, checked before any work is done."""
-    if path is None:
-        return None
-    from pounding_risk.results import check_target
-
-    if not path.name:
-        raise PoundingError(f"{option}: {str(path)!r} is not the name of a file; write one that ends in {suffixes[0]}")
-    try:
-        return check_target(path, suffixes)
-    except PoundingError as error:
-        raise PoundingError(f"{option}: {error}") from None
-
-
-def _check_folder(folder: Path) -> None:
-    """A folder that is there or can be made."""
-    existing = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-    if not existing.is_dir():
-        raise PoundingError(f"--out: {existing} is a file, not a folder; choose another name")
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise PoundingError(f"--out: the folder {existing} cannot be written to; choose another one")
-
-
 def _draw(figure: Any, target: Path) -> None:
     try:
         figure.savefig(target)
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
     typer.echo(f"written: {target}")
-
-
-def _laws(
-    names: Sequence[str], stiffnesses: Sequence[str], blow: tuple[float, float, Any]
-) -> tuple[list[Any], list[str]]:
-    """The laws of these names; a stiffness of the kind that is not given follows from an equal peak force."""
-    from pounding_risk.impact import equal_stiffness
-    from pounding_risk.models.contact import stiffness_quantity
-    from pounding_risk.quantities import say
-    from pounding_risk.study import known_law
-
-    classes = {name: known_law(name) for name in dict.fromkeys(names)}
-    given = _stiffnesses(stiffnesses)
-    laws, notes = [], []
-    for name, law in classes.items():
-        quantity = stiffness_quantity(law)
-        if quantity.unit in given:
-            laws.append(law(given[quantity.unit]))
-            continue
-        ((unit, value),) = given.items()
-        usual = {"N/m": "linear", "N/m^1.5": "jankowski"}[unit]
-        like = next((other for other in classes if stiffness_quantity(classes[other]).unit == unit), usual)
-        laws.append(law(equal_stiffness(law, known_law(like)(value), *blow, "peak force")))
-        words = say(laws[-1].stiffness, quantity)
-        notes.append(f"{name}: {PER_STIFFNESS[quantity.unit]} = {words}, which gives the peak force of {like} uncapped")
-    return laws, notes
-
-
-def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:
-    """The value of each unit of stiffness that is given."""
-    from pounding_risk.models.contact import HERTZ_STIFFNESS, LINEAR_STIFFNESS
-    from pounding_risk.quantities import QuantityError, parse
-
-    given: dict[str, float] = {}
-    for text in texts:
-        try:
-            unit, value = LINEAR_STIFFNESS.unit, parse(text, LINEAR_STIFFNESS)
-        except QuantityError:
-            unit, value = HERTZ_STIFFNESS.unit, _read("--stiffness", text, HERTZ_STIFFNESS)
-        if unit in given:
-            raise PoundingError(f"--stiffness: two values in {unit}; give one of each unit at most")
-        given[unit] = value
-    return given
-
-
-def _print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
-    from pounding_risk.cli_output import engineering, print_table
-
-    heads = ("law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost")
-    rows = [
-        (
-            each.law,
-            f"{each.restitution_asked:.4f}" if law.needs_restitution else "–",
-            f"{each.restitution:.4f}",
-            engineering(each.peak_force, "N"),
-            engineering(each.peak_penetration, "m"),
-            f"{each.duration * 1e3:.4g} ms",
-            f"{engineering(each.energy_lost, 'J')} ({100 * each.energy_lost / energy:.0f} %)",
-        )
-        for each, law in zip(found, laws, strict=True)
-    ]
-    print_table(heads, rows)
-
-
-def _print_run(dataset: Any) -> None:
-    """The case, its outputs with what they mean, and its contacts."""
-    from pounding_risk.cli_output import engineering, print_pairs, print_table
-    from pounding_risk.outputs import BUILDING, RUN
-
-    told = dataset.attrs
-    print_pairs(
-        [
-            ("scene", told["title"]),
-            ("record", f"{told['record']}, {told['polarity']}, PGA {engineering(told['pga'], 'm/s2')}"),
-            ("contact model", told["contact_model"]),
-            ("gap", engineering(told["gap"], "m")),
-            ("yield force", engineering(told["yield_force"], "N")),
-            ("status", told["status"]),
-        ]
-    )
-    typer.echo()
-    rows = [
-        (name, f"{value:g}" if RUN[name].whole else engineering(value, RUN[name].unit), RUN[name].words)
-        for name, value in json.loads(told["outputs"]).items()
-    ]
-    for name, values in json.loads(told["building_outputs"]).items():
-        unit, words, _ = BUILDING[name]
-        sides = zip(dataset["building"].values, values, strict=True)
-        rows += [(f"{name}, {side}", engineering(value, unit), words) for side, value in sides]
-    print_table(("output", "value", ""), rows)
-    typer.echo()
-    _print_contacts(list(_contacts(dataset)))
-
-
-def _contacts(dataset: Any) -> Iterator[tuple[str, ...]]:
-    from pounding_risk.cli_output import engineering
-
-    names = ("start", "end", "approach_speed", "restitution_asked", "rebound_speed", "peak_force", "work", "yields")
-    columns = [dataset[f"contact_{name}"].values for name in (*names, "peak_penetration")]
-    for number, (start, end, speed, e, rebound, force, work, yields, depth) in enumerate(
-        zip(*columns, strict=True), start=1
-    ):
-        yield (
-            str(number),
-            f"{start:.4f} s",
-            f"{1e3 * (end - start):.3g} ms",
-            engineering(speed, "m/s", 3),
-            f"{e:.3f}",
-            f"{rebound / speed:.3f}" if speed > 0.0 else "–",
-            engineering(force, "N"),
-            engineering(depth, "m", 3),
-            engineering(work, "J"),
-            f"{yields:g}",
-        )
-
-
-def _print_contacts(rows: list[tuple[str, ...]]) -> None:
-    from pounding_risk.cli_output import print_table
-
-    if not rows:
-        typer.echo("no contact")
-        return
-    heads = ("contact", "start", "lasts", "approach", "e asked", "e achieved", "peak force", "penetration")
-    print_table((*heads, "energy taken", "yields"), rows[:MOST_CONTACTS], left=0)
-    if len(rows) > MOST_CONTACTS:
-        typer.echo(f"... and {len(rows) - MOST_CONTACTS} more; -o writes them all")
-
-
-def _print_scan(dataset: Any, seconds: float, target: Path | None) -> None:
-    from pounding_risk.cli_output import print_pairs
-    from pounding_risk.scan import summary
-
-    counts = summary(dataset)
-    usual = ("cases", "simulated", "known without a run of their own")
-    pairs = [(name if name in usual else "failed", _counted(name, count, usual)) for name, count in counts.items()]
-    rate = counts["cases"] / seconds
-    pairs.append(("time", f"{seconds:.3g} s, {rate:.3g} cases a second, reading and compiling included"))
-    print_pairs([*pairs, ("written", str(target))])
-
-
-def _counted(name: str, count: int, usual: Sequence[str]) -> str:
-    return str(count) if name in usual else f"{count}: {name}"

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk import tally
-from pounding_risk.flight import SIGNALS
+from pounding_risk.core import tally
+from pounding_risk.core.flight import SIGNALS
 from pounding_risk.models.structures import Building
 
 Raw = NDArray[np.float64]

@@ -139,7 +139,7 @@ DRAWN = [name for name in NAMES if re.fullmatch(r"figures.*|results\.py|measures
 @pytest.mark.parametrize("name", DRAWN)
 def test_what_is_read_and_drawn_needs_no_solver(name):
     """A dataset can be opened and drawn where nothing can be solved."""
-    solver = {f"pounding_risk.{kernel}" for kernel in KERNELS} | {"pounding_risk._jit", "pounding_risk.scan"}
+    solver = {f"pounding_risk.{kernel}" for kernel in KERNELS} | {"pounding_risk._jit", "pounding_risk.ensemble"}
     for found in imports(name):
         below = found.module in solver or found.module.startswith("pounding_risk.models")
         assert found.typing_only or not below, described(name, found)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from pounding_risk.march import Interface, oscillators, solve
+from pounding_risk.pair import Interface, oscillators, solve
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building

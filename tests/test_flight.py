@@ -16,14 +16,14 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 
-from pounding_risk import flight
-from pounding_risk.collide import make_desk
-from pounding_risk.flight import BLOCK, SIGNALS
-from pounding_risk.march import Interface, free_response, oscillators, solve
+from pounding_risk.core import flight
+from pounding_risk.core.collide import make_desk
+from pounding_risk.core.flight import BLOCK, SIGNALS
+from pounding_risk.pair import Interface, free_response, oscillators, solve
 from pounding_risk.models.contact import Hertz, Jankowski
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building
-from pounding_risk.series import (
+from pounding_risk.core.series import (
     HIGH,
     LEFT,
     LOW,

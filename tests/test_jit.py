@@ -16,7 +16,7 @@ import pytest
 
 import pounding_risk
 from pounding_risk import _jit
-from pounding_risk.march import Interface, march, solve
+from pounding_risk.pair import Interface, march, solve
 from pounding_risk.models import contact
 from pounding_risk.models.contact import LAWS
 from pounding_risk.models.restitution import CONCRETE
@@ -202,7 +202,7 @@ def test_without_any_place_nothing_is_cached(blocked, filled):
 @compiled
 def test_a_cache_that_can_no_longer_be_written_is_left_alone(filled, tmp_path):
     """The disk fills up, or the folder goes, after the first look at it."""
-    code = "import shutil\nfrom pounding_risk import _jit\nimport pounding_risk.collide\n"
+    code = "import shutil\nfrom pounding_risk import _jit\nimport pounding_risk.core.collide\n"
     code += "shutil.rmtree(_jit.CACHE)\nopen(_jit.CACHE, 'w').close()\n" + PROBE
     assert run(code, NUMBA_CACHE_DIR=str(tmp_path / "cache"))["values"] == filled[1]["values"]
 
@@ -267,7 +267,7 @@ def kernels() -> dict:
 def test_every_kernel_has_the_same_flags():
     """fastmath deletes NaN guards, and flags leak between kernels: one set for all."""
     found = kernels()
-    assert {"pounding_risk.flight.fly", "pounding_risk.pound.pound", "pounding_risk.march.march"} <= set(found)
+    assert {"pounding_risk.core.flight.fly", "pounding_risk.core.pound.pound", "pounding_risk.pair.march"} <= set(found)
     for name, dispatcher in found.items():
         options = dispatcher.targetoptions
         assert not options.get("fastmath"), name
@@ -350,7 +350,7 @@ def test_interpreted_kernels_are_ordinary_functions():
     """For the debugger and for coverage; and nothing is cached then."""
     found = run(PROBE, NUMBA_DISABLE_JIT="1")
     assert found["cache"] is None
-    code = "import json, types\nfrom pounding_risk import flight\n"
+    code = "import json, types\nfrom pounding_risk.core import flight\n"
     code += "print(json.dumps({'plain': isinstance(flight.fly, types.FunctionType)}))"
     assert run(code, NUMBA_DISABLE_JIT="1") == {"plain": True}
 

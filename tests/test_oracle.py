@@ -13,6 +13,7 @@ import pytest
 from oracle import Oscillator, Scene, impact, integrate
 from oracle_flight import Curve, first_touch, highest
 from oracle_laws import exact_hertz_damp
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -110,6 +111,32 @@ def test_jankowski_table(e: float, xi: float):
             assert found["peak_penetration"] / unit == pytest.approx(depth, abs=0.6e-4)
             assert found["peak_contact_force"] / (4.2e10 * unit**1.5) == pytest.approx(force, abs=0.6e-4)
             assert found["duration"] * speed / unit == pytest.approx(duration, abs=0.6e-3)
+
+
+@pytest.mark.parametrize("e", [0.2, 0.4, 0.65, 0.9])
+def test_jankowski_in_the_fourth_root_of_depth(e: float):
+    """On approach dv/dδ = −F/(m v); with δ = p⁴ D all is smooth, and there is neither time nor an event."""
+    xi = known.jankowski_ratio(e)
+
+    def slope(p: float, y: np.ndarray) -> list[float]:
+        return [-4.0 * p**3 * (p**6 / y[0] + 2.0 * xi * p)]
+
+    way = solve_ivp(slope, (0.0, 1.0), [1.0], "DOP853", rtol=1e-13, atol=1e-15, dense_output=True, events=_slow)
+    p = np.linspace(0.0, way.t[-1], 400_001)
+    found = collision("jankowski", e, 0.5)
+    unit = (MASS * 0.25 / 4.2e10) ** 0.4
+    force = (p**6 + 2.0 * xi * p * way.sol(p)[0]).max()  # points 2.5e-6 apart: short of the top by some 1e-11
+    assert found["peak_contact_force"] / (4.2e10 * unit**1.5) == pytest.approx(force, rel=1e-10)
+    # Stopped at v = v0/100: the rest of the depth is v²/2 over the force there.
+    rest = 0.5e-4 / way.t[-1] ** 6
+    assert found["peak_penetration"] / unit == pytest.approx(way.t[-1] ** 4 + rest, rel=0.02 * rest)
+
+
+def _slow(_: float, y: np.ndarray) -> float:
+    return float(y[0]) - 0.01
+
+
+_slow.terminal = True  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(("case", "force"), known.TYPICAL_PEAKS.items())

@@ -118,9 +118,7 @@ def _bytes(path: Path) -> bytes:
     try:
         size = path.stat().st_size
         if size > LARGEST:
-            raise RecordError(
-                f"{path}: has {size >> 20} MiB, at most {LARGEST >> 20} are read; cut the record before"
-            )
+            raise RecordError(f"{path}: has {size >> 20} MiB, at most {LARGEST >> 20} are read; cut the record before")
         raw = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
         others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
@@ -142,9 +140,7 @@ def _format(path: Path, raw: bytes) -> str:
     if start.startswith((b"<!doctype html", b"<html")):
         raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
     if raw[:1] == b"\x80" or b"obspy.core.stream" in raw[:100]:
-        raise RecordError(
-            f"{path}: is a Python pickle, which can run code and is never read; {READ} are read"
-        )
+        raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {READ} are read")
     if _is_at2(BytesIO(raw)):
         return "PEER_AT2"
     if _MSEED2.match(raw) or raw.startswith(b"MS\x03"):
@@ -153,9 +149,7 @@ def _format(path: Path, raw: bytes) -> str:
         return "PEER_AT2"  # its reader says which line is missing
     if path.suffix.lower() in (".mseed", ".ms", ".miniseed"):
         raise RecordError(f"{path}: does not hold MiniSEED, whatever its name says; fetch the record again")
-    raise RecordError(
-        f"{path}: is not a known record format; {READ} are read: convert the record to one of them"
-    )
+    raise RecordError(f"{path}: is not a known record format; {READ} are read: convert the record to one of them")
 
 
 def _read_mseed(path: Path, raw: bytes) -> Stream:

@@ -1,0 +1,137 @@
+"""One collision alone: two masses without springs, so that a contact law shows its own face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._jit import lowered
+from pounding_risk.core.collide import make_desk
+from pounding_risk.errors import PoundingError
+from pounding_risk.core.flight import SIGNALS, Free
+from pounding_risk.models.contact import LAWS
+from pounding_risk.models.restitution import NAMED, Restitution, constant
+from pounding_risk.models.structures import free_mass
+from pounding_risk.core.pound import pound
+from pounding_risk.core.series import STATE
+from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
+
+NEVER = 1e9  # s; an isolated contact that lasts this long does not part
+ROWS = 100_000
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What came of one collision; arrays have one value per step, from the touch to the parting."""
+
+    law: str
+    time: NDArray[np.float64]  # s
+    penetration: NDArray[np.float64]  # m
+    rate: NDArray[np.float64]  # m/s
+    force: NDArray[np.float64]  # N
+    approach_speed: float  # m/s
+    rebound_speed: float  # m/s
+    restitution_asked: float
+    restitution: float  # achieved: rebound speed over approach speed
+    peak_force: float  # N
+    peak_penetration: float  # m
+    duration: float  # s
+    impulse: float  # N s
+    energy_lost: float  # J, of the contact force's work
+    momentum_change: float  # kg m/s over the total momentum exchanged; 0 in theory, NaN against a wall
+
+
+def impact(
+    law: Any,
+    speed: float,
+    mass: float,
+    other_mass: float = inf,
+    *,
+    restitution: float | Restitution = 1.0,
+    yield_force: float = inf,
+    rtol: float = 1e-9,
+) -> Impact:
+    """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s].
+
+    ``law`` is a contact law such as ``Jankowski(2.75e9)``, ``restitution`` a number or a relation such as
+    ``CONCRETE``, ``yield_force`` [N] acts in laws with a cap. m δ̈ = −F(δ, δ̇), m = m1 m2 / (m1 + m2), from δ = 0,
+    δ̇ = speed to the parting. Raises PoundingError for a speed or mass that is not above zero.
+    """
+    for name, value in (("speed", speed), ("mass", mass), ("other_mass", other_mass), ("yield_force", yield_force)):
+        if not value > 0.0:
+            raise PoundingError(f"impact: {name} is {value:g}; it must be above zero")
+    rule = constant(restitution) if isinstance(restitution, int | float) else restitution
+    pair = free_mass(float(mass)), free_mass(float(other_mass))
+    still = ((0.0,) * 4,) * 2
+    free = Free(
+        np.zeros(2), NEVER, 4, np.zeros((2, 4)), np.zeros((1, SIGNALS)), np.zeros((1, SIGNALS)), still, still, 0.0
+    )
+    log = make_log(1, ROWS, np.zeros(0))
+    desk = make_desk()
+    start = (0.0, 0.0, float(speed), 0.0)
+    limits = (0.0, float(yield_force), rule)
+    finish, *_ = pound(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)
+    if finish not in (FINISHED, AT_END):
+        raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
+    if log.used[1] > ROWS:
+        raise PoundingError(f"impact: the contact takes {log.used[1]} steps, more than {ROWS}; raise rtol")
+    rows = log.steps[: log.used[1]]
+    facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=True))
+    momentum = mass * (desk[STATE, 2] - speed) + (other_mass * desk[STATE, 3] if other_mass < inf else np.nan)
+    return Impact(
+        law=name_of(law),
+        time=rows[:, 0] - rows[0, 0],
+        penetration=rows[:, 1] - rows[:, 2],
+        rate=rows[:, 3] - rows[:, 4],
+        force=rows[:, 5].copy(),
+        approach_speed=float(speed),
+        rebound_speed=facts["rebound_speed"],
+        restitution_asked=facts["restitution_asked"],
+        restitution=facts["rebound_speed"] / speed,
+        peak_force=facts["peak_force"],
+        peak_penetration=facts["peak_penetration"],
+        duration=facts["end"] - facts["start"],
+        impulse=facts["impulse"],
+        energy_lost=facts["work"],
+        momentum_change=momentum / facts["impulse"],
+    )
+
+
+def name_of(law: Any) -> str:
+    """The scene-file name of a law, or its class name where it is a user's own."""
+    return next((name for name, known in LAWS.items() if isinstance(law, known)), type(law).__name__)
+
+
+def restitution_of(words: str | float) -> Restitution:
+    """A restitution from a number or the name of a relation; raises PoundingError with what is allowed."""
+    if isinstance(words, str) and words in NAMED:
+        return NAMED[words]
+    try:
+        return constant(float(words))
+    except ValueError:
+        known = ", ".join(NAMED)
+        raise PoundingError(
+            f"restitution {words!r}: it is neither a number in (0, 1] nor a known relation ({known}); write one of these"
+        ) from None
+
+
+def equal_stiffness(law: type, reference: Any, speed: float, mass: float, rule: Restitution, same: str) -> float:
+    """The stiffness with which ``law`` agrees with ``reference`` in an impact of ``mass`` [kg] at ``speed`` [m/s].
+
+    ``same`` is "peak force" or "penetration". Both are powers of the stiffness for every law here, so the search
+    in its logarithm ends quickly. Uncapped forces are compared: the cap is the building's, not the law's.
+    """
+    from scipy.optimize import brentq
+
+    measure = {"peak force": "peak_force", "penetration": "peak_penetration"}[same]
+    target = getattr(impact(reference, speed, mass, restitution=rule), measure)
+
+    def excess(logarithm: float) -> float:
+        found = impact(law(10.0**logarithm), speed, mass, restitution=rule)
+        return float(np.log(getattr(found, measure) / target))
+
+    return float(10.0 ** brentq(excess, 2.0, 16.0, xtol=1e-12, rtol=1e-12))

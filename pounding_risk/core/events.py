@@ -1,0 +1,255 @@
+"""Events in contact: which comes first on a step, and landing on it.
+
+A step may end early where δ̇ = 0, where the uncapped force meets the yield force, where the force of a law that
+cannot pull would turn to tension, and where the bodies part.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+from pounding_risk._jit import kernel
+from pounding_risk.core.collide import (
+    ELASTIC,
+    LAST,
+    SLACK,
+    YIELDING,
+    Phase,
+    attempt,
+    next_step,
+    nudged,
+    slopes,
+    state_of,
+    transmitted,
+    uncapped,
+)
+from pounding_risk.core.flight import SIGNALS
+from pounding_risk.core.series import END, HERE, HERE_SLOPE, NEXT, NEXT_SLOPE, STAGES, STATE
+
+# What is watched for its peak; past the force, the numbers are those of the signals watched in flight.
+FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
+
+NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
+
+
+@kernel
+def read_contact(impact, phase, state, desk, row):
+    """Everything that is watched in contact, into a row: uncapped force, displacements, absolute accelerations."""
+    force = transmitted(impact, phase, state)
+    left, right = impact.left, impact.right
+    desk[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
+    desk[row, PLACE_LEFT] = state[0]
+    desk[row, PLACE_RIGHT] = state[1]
+    desk[row, SHAKE_LEFT] = (-left.fade * state[2] - left.spring * state[0]) - left.inverse_mass * force
+    desk[row, SHAKE_RIGHT] = (-right.fade * state[3] - right.spring * state[1]) + right.inverse_mass * force
+
+
+@kernel
+def read_end(impact, phase, h, desk, rows):
+    """Readings and their slopes per unit of s at one end of a step of length h.
+
+    ``rows`` = (state, slopes of the state, readings, slopes of the readings); the last are differences over a
+    ten-millionth of the step.
+    """
+    source, tangent, values, rises = rows
+    state = state_of(desk, source)
+    nudge = 1e-7 * h
+    read_contact(impact, phase, state, desk, values)
+    read_contact(impact, phase, nudged(state, desk, tangent, nudge), desk, rises)
+    for watch in range(SIGNALS):
+        desk[rises, watch] = (desk[rises, watch] - desk[values, watch]) / nudge
+
+
+BEGIN_ROWS = (STATE, STAGES, HERE, HERE_SLOPE)
+END_ROWS = (END, LAST, NEXT, NEXT_SLOPE)
+
+
+@kernel
+def margin_at(kind, impact, phase, desk, rows):
+    """(margin, its slope) of a kind of event at one end of a step, from what `read_end` left."""
+    source, tangent, values, rises = rows
+    if kind == TURN:
+        sign = 1.0 if phase.approaching else -1.0
+        rate = desk[source, 2] - desk[source, 3]
+        return sign * rate, sign * (desk[tangent, 2] - desk[tangent, 3])
+    if kind == PART:
+        return desk[source, 0] - desk[source, 1] - impact.gap, desk[tangent, 0] - desk[tangent, 1]
+    if kind == YIELD:
+        sign = 1.0 if phase.region == YIELDING else -1.0
+        return sign * (desk[values, FORCE] - impact.strength), sign * desk[rises, FORCE]
+    sign = -1.0 if phase.region == SLACK else 1.0
+    return sign * desk[values, FORCE], sign * desk[rises, FORCE]
+
+
+@kernel
+def cubic(start, start_slope, stop, stop_slope, x):
+    """Cubic through two values and slopes on [0, 1]."""
+    rise = stop - start
+    bend = 3.0 * rise - 2.0 * start_slope - stop_slope
+    twist = start_slope + stop_slope - 2.0 * rise
+    return start + x * (start_slope + x * (bend + x * twist))
+
+
+@kernel
+def first_dip(start, start_slope, stop, stop_slope):
+    """Where on (0, 1] the cubic first falls below zero, or 2 where it does not; a start at zero is above it."""
+    low = 0.0
+    for part in range(1, 9):
+        x = 0.125 * part
+        if cubic(start, start_slope, stop, stop_slope, x) < 0.0:
+            high = x
+            for _ in range(12):
+                middle = 0.5 * (low + high)
+                if cubic(start, start_slope, stop, stop_slope, middle) < 0.0:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low = x
+    return 2.0
+
+
+@kernel
+def dip_of(kind, impact, phase, span, desk):
+    """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
+    s, h = span
+    stop, stop_slope = margin_at(kind, impact, phase, desk, END_ROWS)
+    if kind == TURN and abs(stop) <= 1e-14 * impact.speed:
+        return 2.0
+    if stop >= 0.0 and stop_slope <= 0.0:
+        return 2.0
+    start, start_slope = margin_at(kind, impact, phase, desk, BEGIN_ROWS)
+    start = max(start, 0.0)
+    # At the touch δ^(1/4) has no slope in t and a finite one in s; where it rises from there is all that counts.
+    start_slope = h * start_slope if s > 0.0 else stop - start
+    if stop >= 0.0 and start_slope >= 0.0:
+        return 2.0
+    dip = first_dip(start, start_slope, stop, h * stop_slope)
+    return min(dip, 1.0) if stop < 0.0 else dip
+
+
+@kernel
+def is_watched(kind, impact, phase):
+    """True for the kinds of event that this branch of the law can end with."""
+    if kind == YIELD:
+        return impact.strength < inf
+    if kind == CUT:
+        return impact.least > -inf and phase.region != YIELDING
+    return kind != PART or not phase.approaching
+
+
+@kernel
+def first_event(impact, phase, span, desk):
+    """Which event the step from row STATE to row END meets first, and where on it (0 to 1)."""
+    kind, place = NONE, 2.0
+    for candidate in range(TURN, PART + 1):
+        if is_watched(candidate, impact, phase):
+            dip = dip_of(candidate, impact, phase, span, desk)
+            if dip < place:
+                kind, place = candidate, dip
+    return kind, place
+
+
+@kernel
+def event_passed(landed, impact, phase, desk):
+    """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
+    for candidate in range(TURN, PART + 1):
+        if candidate != landed and is_watched(candidate, impact, phase):
+            slack = 1e-14 * impact.speed if candidate == TURN else 0.0
+            if margin_at(candidate, impact, phase, desk, END_ROWS)[0] < -slack:
+                return candidate
+    return NONE
+
+
+@kernel
+def land(kind, place, impact, phase, span, desk):
+    """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
+
+    Returns the length of the step, whose end is left in row END and its slopes in row LAST, and whether the event
+    is there: a dip that only the model between the ends had is none.
+    """
+    s, h = span
+    low, high = 0.0, h
+    length = place * h
+    crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
+    converged = False
+    # Branches join continuously, so that a landing this close costs its square in the state; where the bodies
+    # part a law may drop a force that it still had.
+    close = 1e-13 if kind == PART else 1e-8
+    for _ in range(50):
+        attempt(impact, phase, s, length, desk)
+        slopes(impact, phase, s + length, state_of(desk, END), desk, LAST)
+        read_end(impact, phase, h, desk, END_ROWS)
+        value, slope = margin_at(kind, impact, phase, desk, END_ROWS)
+        if value > 0.0:
+            low = length
+        else:
+            high = length
+            crossed = True
+        new = length - value / slope if slope < 0.0 else low
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        converged = slope < 0.0 and abs(new - length) <= close * h
+        if converged or high - low <= 1e-13 * h:
+            break
+        length = new
+    return length, crossed or converged
+
+
+@kernel
+def switched(kind, phase):
+    """The phase after an event."""
+    approaching, region = phase.approaching, phase.region
+    if kind == TURN:
+        approaching = not approaching
+    elif kind == YIELD:
+        region = ELASTIC if region == YIELDING else YIELDING
+    elif kind == CUT:
+        region = ELASTIC if region == SLACK else SLACK
+    return Phase(approaching, region, phase.ground, phase.ramp)
+
+
+@kernel
+def take_step(impact, phase, span, rtol, desk):
+    """One accepted step within ``span`` = (s, length to try, length left), shortened to the first event on it.
+
+    The end is left in row END, its slopes on this branch in row LAST. Returns (length, event, next length to
+    try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
+    is not finite.
+    """
+    s, h, left = span
+    attempts = 0
+    while True:
+        # A sliver at the end of the span would cost a step of its own: split what is left evenly instead.
+        if h >= left:
+            h = left
+        elif 2.0 * h > left:
+            h = 0.5 * left
+        error = attempt(impact, phase, s, h, desk)
+        attempts += 1
+        # A contact takes some ten steps and a run some ten contacts: each step may spend a tenth of the tolerance.
+        if error <= 0.1 * rtol:
+            break
+        if not error >= 0.0 and attempts > 60:
+            return -1.0, NONE, h, attempts
+        h = next_step(h, error, rtol) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * left:
+            return 0.0, NONE, h, attempts
+    slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
+    read_end(impact, phase, h, desk, BEGIN_ROWS)
+    read_end(impact, phase, h, desk, END_ROWS)
+    following = next_step(h, error, rtol)
+    event, place = first_event(impact, phase, (s, h), desk)
+    if event != NONE:
+        following = h
+        h, there = land(event, place, impact, phase, (s, h), desk)
+        event = event if there else NONE
+        # The order of two events on one step is a guess of the model between its ends: look again from the landing.
+        for _ in range(PART):
+            earlier = event_passed(event, impact, phase, desk)
+            if earlier == NONE:
+                break
+            event = earlier
+            place = min(dip_of(event, impact, phase, (s, h), desk), 1.0)
+            h, there = land(event, place, impact, phase, (s, h), desk)
+    return h, event, following, attempts

@@ -1,0 +1,55 @@
+"""One run: flights and contacts in turn, from rest to the end of the record."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+from pounding_risk._jit import kernel
+from pounding_risk.core.flight import SIGNALS, fly
+from pounding_risk.core.pound import pound
+from pounding_risk.core.series import HIGH, LOW, TALLY
+from pounding_risk.core.tally import (
+    AT_END,
+    COUNT,
+    FINISHED,
+    FIRST_TOUCH,
+    FIRST_YIELD,
+    IMPULSE,
+    MAX_CONTACTS,
+    NOT_FINITE,
+    STATUS,
+    TOO_MANY_CONTACTS,
+)
+
+
+@kernel
+def march(pair, free, law, limits, rtol, desk, log):
+    """One run from rest to the end of the record; ``limits`` = (gap, yield force, restitution).
+
+    Peaks are left in rows HIGH and LOW of the desk, everything else in row TALLY.
+    """
+    desk[HIGH, :SIGNALS] = 0.0
+    desk[LOW, :SIGNALS] = 0.0
+    desk[TALLY, :] = 0.0
+    desk[TALLY, FIRST_TOUCH] = nan
+    desk[TALLY, FIRST_YIELD] = nan
+    state = (0.0, 0.0, 0.0, 0.0)
+    node, offset = 0, 0.0
+    while True:
+        node, offset, state = fly(pair, free, limits[0], (node, offset), state, desk)
+        if node < 0:
+            break
+        if desk[TALLY, COUNT] >= MAX_CONTACTS:
+            desk[TALLY, STATUS] = TOO_MANY_CONTACTS
+            break
+        finish, node, offset, state = pound(pair, free, law, limits, rtol, (node, offset), state, desk, log)
+        if finish == AT_END:
+            break
+        if finish != FINISHED:
+            desk[TALLY, STATUS] = finish
+            break
+    total = desk[TALLY, IMPULSE]
+    for signal in range(SIGNALS):
+        total += desk[HIGH, signal] + desk[LOW, signal]
+    if not abs(total) < inf:
+        desk[TALLY, STATUS] = NOT_FINITE

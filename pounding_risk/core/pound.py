@@ -1,0 +1,229 @@
+"""One contact, from the touch to the moment the bodies part, and what it leaves in the tally."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from pounding_risk._jit import kernel
+from pounding_risk.core.collide import (
+    ELASTIC,
+    LAST,
+    YIELDING,
+    Impact,
+    Phase,
+    attempt,
+    begin,
+    energy_of,
+    slopes,
+    state_of,
+    transmitted,
+)
+from pounding_risk.core.events import (
+    END_ROWS,
+    FORCE,
+    NONE,
+    PART,
+    TURN,
+    YIELD,
+    dip_of,
+    land,
+    read_end,
+    switched,
+    take_step,
+)
+from pounding_risk.core.peaks import watch_step
+from pounding_risk.core.series import END, HERE, HIGH, STAGES, STATE, TALLY
+from pounding_risk.core.tally import (
+    APPROACH,
+    AT_END,
+    CONTACT_TIME,
+    COUNT,
+    DEMAND,
+    ENERGY,
+    EXHAUSTED,
+    FINISHED,
+    FIRST_TOUCH,
+    FIRST_YIELD,
+    HELD,
+    IMPULSE,
+    MAX_STEPS,
+    NOT_FINITE,
+    PEAK_FORCE,
+    PENETRATION,
+    RESIDUAL,
+    STEPS,
+    UNDERFLOW,
+    VISCOUS,
+    YIELDS,
+)
+
+
+@kernel
+def write_step(log, time, force, desk):
+    """Append one row of the time history in contact."""
+    row = log.used[1]
+    if row < log.steps.shape[0]:
+        log.steps[row, 0] = time
+        for part in range(4):
+            log.steps[row, 1 + part] = desk[STATE, part]
+        log.steps[row, 5] = force
+        log.steps[row, 6] = desk[STATE, 4]
+        log.steps[row, 7] = desk[STATE, 5]
+    log.used[1] = row + 1
+
+
+@kernel
+def touch_down(impact, held, touched, speed, desk):
+    """Enter a new contact in the tally; returns the mechanical energy at the touch."""
+    state = state_of(desk, STATE)
+    if desk[TALLY, COUNT] == 0.0:
+        desk[TALLY, FIRST_TOUCH] = touched
+    desk[TALLY, COUNT] += 1.0
+    desk[TALLY, APPROACH] = max(desk[TALLY, APPROACH], speed)
+    desk[TALLY, HELD] += 1.0 if held else 0.0
+    energy = energy_of((impact.left, impact.right), state)
+    desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy)
+    return energy
+
+
+@kernel
+def lift_off(impact, energy, peaks, duration, desk):
+    """Close a contact in the tally; ``peaks`` = (uncapped force, transmitted force, penetration)."""
+    state = state_of(desk, STATE)
+    delta = max(state[0] - state[1] - impact.gap, 0.0)
+    after = energy_of((impact.left, impact.right), state)
+    work = desk[STATE, 4]
+    desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], after)
+    desk[TALLY, RESIDUAL] += abs(after - energy - (desk[STATE, 6] - work))
+    desk[TALLY, VISCOUS] += work - impact.law.stored(delta, impact.strength)
+    desk[TALLY, CONTACT_TIME] += duration
+    desk[TALLY, IMPULSE] += desk[STATE, 5]
+    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], peaks[0])
+    desk[TALLY, PEAK_FORCE] = max(desk[TALLY, PEAK_FORCE], peaks[1])
+    desk[TALLY, PENETRATION] = max(desk[TALLY, PENETRATION], peaks[2])
+    desk[HIGH, 0] = max(desk[HIGH, 0], impact.gap + peaks[2])
+
+
+@kernel
+def write_contact(log, values, desk):
+    """Append one row to the list of contacts."""
+    row = log.used[0]
+    if row < log.contacts.shape[0]:
+        state = state_of(desk, STATE)
+        for column in range(8):
+            log.contacts[row, column] = values[column]
+        log.contacts[row, 8] = state[3] - state[2]
+        log.contacts[row, 9] = desk[STATE, 5]
+        log.contacts[row, 10] = desk[STATE, 4]
+        log.contacts[row, 11] = log.used[1]
+    log.used[0] = row + 1
+
+
+@kernel
+def mark_levels(impact, phase, span, peak, desk, log):
+    """Time the levels that the uncapped force reaches first on this step, ``span`` = (s, length, time of touch)."""
+    s, h, touched = span
+    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= peak:
+        level = log.levels[log.used[2]]
+        length = 0.0
+        if desk[HERE, FORCE] < level:
+            i = impact
+            watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth)
+            place = min(dip_of(YIELD, watched, phase, (s, h), desk), 1.0)
+            length, _ = land(YIELD, place, watched, phase, (s, h), desk)
+            attempt(impact, phase, s, h, desk)
+            slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
+            read_end(impact, phase, h, desk, END_ROWS)
+        log.first[log.used[2]] = touched + (s + length) ** 4
+        log.used[2] += 1
+
+
+@kernel
+def ramp_at(free, node, since):
+    """a_g = a + b τ over one node interval that began ``since`` after the touch: (a, b)."""
+    slope = (free.ground[node + 1] - free.ground[node]) / free.step
+    return free.ground[node] - slope * since, slope
+
+
+@kernel
+def pound(pair, free, law, limits, rtol, start, state, desk, log):
+    """One contact from the touch at ``start`` = (node, time after it) to the moment the bodies part.
+
+    Returns (how it ended, node, time after it, state then).
+    """
+    node, offset = start
+    impact, speed = begin(pair, free.fastest, law, limits, state)
+    desk[STATE, :8] = 0.0
+    for part in range(4):
+        desk[STATE, part] = state[part]
+    touched = node * free.step + offset
+    energy = touch_down(impact, limits[2].beyond(speed), touched, speed, desk)
+    # Where nobody asks for this contact's own peak, only one above the run's peak so far is worth the search.
+    each = log.levels.size > 0 or log.contacts.shape[0] > 0
+    peak = 0.0 if each else desk[TALLY, DEMAND]
+    plateau, depth, yielded, stalled = 0.0, 0.0, 0, 0
+    since = -offset  # of the current node, after the touch
+    s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
+    ramp = ramp_at(free, node, since)
+    phase = Phase(True, ELASTIC, ramp[0], ramp[1])
+    slopes(impact, phase, s, state, desk, STAGES)
+    write_step(log, touched, transmitted(impact, phase, state), desk)
+    finish = EXHAUSTED
+    while desk[TALLY, STEPS] < MAX_STEPS:
+        left = sqrt(sqrt(max(since + free.step, 0.0))) - s
+        if left <= 1e-13 * s:
+            node += 1
+            if node >= free.ground.size - 1:
+                finish = AT_END
+                break
+            since = node * free.step - touched
+            ramp = ramp_at(free, node, since)
+            phase = Phase(phase.approaching, phase.region, ramp[0], ramp[1])
+            slopes(impact, phase, s, state, desk, STAGES)
+            continue
+        moved, event, h, attempts = take_step(impact, phase, (s, h, left), rtol, desk)
+        desk[TALLY, STEPS] += attempts
+        if moved <= 0.0 and event == NONE:
+            finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
+            break
+        peak = watch_step(impact, phase, (s, moved), peak, desk)
+        if log.levels.size > 0:
+            mark_levels(impact, phase, (s, moved, touched), peak, desk, log)
+        s += moved
+        for part in range(7):
+            desk[STATE, part] = desk[END, part]
+        state = state_of(desk, STATE)
+        time = touched + s * s * s * s
+        delta = state[0] - state[1] - impact.gap
+        if phase.region == YIELDING:
+            plateau = max(plateau, transmitted(impact, phase, state))
+        write_step(log, time, transmitted(impact, phase, state), desk)
+        # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
+        stalled = stalled + 1 if moved <= 1e-12 * s else 0
+        if event == PART or stalled > 50:
+            finish = FINISHED if event == PART else UNDERFLOW
+            break
+        if event == TURN and phase.approaching:
+            depth = max(depth, delta)
+        if event == YIELD and phase.region == ELASTIC:
+            peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
+            yielded += 1
+            if yielded == 1:
+                desk[TALLY, YIELDS] += 1.0
+                if desk[TALLY, YIELDS] == 1.0:
+                    desk[TALLY, FIRST_YIELD] = time
+        if event == NONE:
+            for part in range(7):
+                desk[STAGES, part] = desk[LAST, part]
+        else:
+            phase = switched(event, phase)
+            slopes(impact, phase, s, state, desk, STAGES)
+    depth = max(depth, state[0] - state[1] - impact.gap)
+    duration = s * s * s * s
+    force = plateau if yielded > 0 else min(peak, impact.strength)
+    for level in range(log.levels.size):
+        log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
+    lift_off(impact, energy, (peak, force, depth), duration, desk)
+    e = limits[2].at(speed)
+    write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), desk)
+    return finish, node, duration - since, state

@@ -1,0 +1,232 @@
+"""One run in full: time histories, contacts, and where the energy went."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.core.collide import make_desk
+from pounding_risk.core.flight import Free, state_at
+from pounding_risk.pair import Interface, free_response, oscillators, run
+from pounding_risk.models.structures import Oscillator
+from pounding_risk.outputs import building_outputs, run_outputs
+from pounding_risk.results import as_text, versions
+from pounding_risk.ensemble import as_study, driven, law_of, motions_of
+from pounding_risk.core.series import LEFT, RIGHT, expand
+from pounding_risk.study import Study
+from pounding_risk.core.tally import CONTACT_COLUMNS, STATUS, STATUS_SENTENCES, Log, make_log
+
+Array = NDArray[np.float64]
+ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
+
+CONTACT_UNITS = {
+    "start": ("s", "touch"),
+    "end": ("s", "parting, or the end of the record"),
+    "approach_speed": ("m/s", "relative speed at the touch"),
+    "restitution_asked": ("1", "restitution that the relation gives for this speed"),
+    "peak_force": ("N", "largest force transmitted"),
+    "uncapped_force": ("N", "largest force without the cap"),
+    "peak_penetration": ("m", "largest penetration"),
+    "yields": ("1", "times the uncapped force rose through the yield force"),
+    "rebound_speed": ("m/s", "relative speed at the parting"),
+    "impulse": ("N s", "impulse of the contact force"),
+    "work": ("J", "work of the contact force: what the contact took"),
+}
+
+
+def simulate(
+    study: Study | str | Path,
+    *,
+    record: str | None = None,
+    polarity: str | None = None,
+    law: str | None = None,
+    gap: float | None = None,
+    yield_force: float | None = None,
+    pga: float | None = None,
+) -> xr.Dataset:
+    """One case of a scene with its histories: the scene's own values, or those named here (gap [m], F_E [N], pga [m/s²]).
+
+    Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
+    both buildings together: W_ground = kinetic + strain + damping + contact. Raises as `scan` does, and
+    PoundingError for a record or polarity that the scene does not have.
+    """
+    study = as_study(study)
+    motions = {motion.name: motion for motion in motions_of(study)}
+    name = _chosen("record", record, tuple(motions))
+    sense = _chosen("polarity", polarity, study.records.polarities)
+    motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
+    interface = Interface(
+        study.gap if gap is None else gap,
+        law_of(study, law or study.law_name),
+        study.restitution,
+        study.yield_force if yield_force is None else yield_force,
+    )
+    pair = oscillators(*study.buildings)
+    free = free_response(pair, motion.acceleration, motion.dt)
+    raw, log = logged(pair, free, interface, study.rtol)
+    outputs = {key: float(value) for key, value in run_outputs(raw, interface.yield_force).items()}
+    sides = building_outputs(raw, study.buildings, motion.pga)
+    return _dataset(study, (pair, free, log, interface.gap)).assign_attrs(
+        title=study.name,
+        record=name,
+        polarity=sense,
+        contact_model=law or study.law_name,
+        gap=interface.gap,
+        yield_force=interface.yield_force,
+        pga=motion.pga,
+        references=interface.law.reference,
+        status=STATUS_SENTENCES[int(raw[STATUS])],
+        outputs=as_text(outputs),
+        building_outputs=as_text({key: list(map(float, values)) for key, values in sides.items()}),
+        processing=as_text(list(motion.processing)),
+        scene_resolved=study.to_toml(),
+        versions=as_text(versions()),
+    )
+
+
+def _chosen(what: str, asked: str | None, known: tuple[str, ...]) -> str:
+    if asked is None:
+        return known[0]
+    if asked not in known:
+        raise PoundingError(f"{what} {asked!r} is not in the scene, which has {', '.join(known)}; name one of these")
+    return asked
+
+
+def logged(pair: Any, free: Free, interface: Interface, rtol: float) -> tuple[Array, Log]:
+    """A run with its log, whole: (raw columns, log)."""
+    contacts, steps = ROWS, 8 * ROWS
+    while True:
+        log = make_log(contacts, steps, np.array([float(interface.yield_force)]))
+        raw = run(pair, free, interface, rtol, log)
+        if log.used[0] <= contacts and log.used[1] <= steps:
+            return raw, log
+        contacts, steps = max(contacts, int(log.used[0])), max(steps, int(log.used[1]))
+
+
+def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
+    pair, free, log, gap = parts
+    motion = histories(pair, free, log)
+    time, states, force = motion[:3]
+    energy = energies(pair, free, motion)
+    contacts = log.contacts[: log.used[0]]
+    described = {
+        "displacement": (("time", "building"), states[:, :2], "m", "displacement relative to the ground"),
+        "velocity": (("time", "building"), states[:, 2:], "m/s", "velocity relative to the ground"),
+        "relative_displacement": ("time", states[:, 0] - states[:, 1], "m", "u_left - u_right"),
+        "contact_force": ("time", force, "N", "contact force, compression positive"),
+        "ground_acceleration": ("time", np.interp(time, _node_times(free), free.ground), "m/s2", "ground acceleration"),
+        **{f"energy_{key}": ("time", values, "J", words) for key, (values, words) in energy.items()},
+        **{
+            f"contact_{column}": ("contact", contacts[:, place], *CONTACT_UNITS[column])
+            for place, column in enumerate(CONTACT_COLUMNS)
+        },
+    }
+    return xr.Dataset(
+        {
+            key: (dims, values, {"units": unit, "long_name": words})
+            for key, (dims, values, unit, words) in described.items()
+        },
+        coords={
+            "time": ("time", time, {"units": "s", "long_name": "time since the start of the record"}),
+            "building": ("building", [building.name for building in study.buildings]),
+            "gap": gap,
+        },
+    )
+
+
+def _node_times(free: Free) -> Array:
+    return np.arange(free.ground.size) * free.step
+
+
+def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tuple[Array, Array, Array, Array, Array]:
+    """(times, states (n, 4), contact force, its work so far, its impulse so far) over the whole record.
+
+    In contact the solver's own steps; in flight the free response plus the free vibration that the last contact
+    left, in closed form, at every node.
+    """
+    nodes = _node_times(free)
+    pieces = []
+    done, first, sums = -np.inf, 0, np.zeros(2)
+    vibration = np.zeros(4)
+    for contact in [*log.contacts[: log.used[0]], None]:
+        touch = np.inf if contact is None else contact[0]
+        inside = (nodes > done) & (nodes < touch)
+        flight = np.zeros((inside.sum(), 8))
+        flight[:, 0] = nodes[inside]
+        flight[:, 1:5] = free.states[inside] + _vibrations(pair, vibration, nodes[inside] - done)
+        flight[:, 6:] = sums
+        pieces.append(flight)
+        if contact is None:
+            break
+        last = int(contact[11])
+        piece = log.steps[first:last].copy()
+        piece[:, 6:] += sums
+        pieces.append(piece)
+        first, done, sums = last, float(piece[-1, 0]), piece[-1, 6:]
+        vibration = piece[-1, 1:5] - _free_at(pair, free, done)
+    rows = np.concatenate(pieces)
+    return rows[:, 0], rows[:, 1:5], rows[:, 5], rows[:, 6], rows[:, 7]
+
+
+def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array) -> Array:
+    """Free vibration of both buildings from ``start`` (u, u, v, v), at times ``after`` it: shape (n, 4)."""
+    found = np.zeros((len(after), 4))
+    if not np.any(start):
+        return found
+    for side, oscillator in enumerate(pair):
+        if oscillator.inverse_omega == 0.0:
+            continue
+        fade = 0.5 * oscillator.fade
+        rate = np.sqrt(oscillator.spring - fade * fade)
+        decay, c, s = np.exp(-fade * after), np.cos(rate * after), np.sin(rate * after) / rate
+        u, v = start[side], start[side + 2]
+        found[:, side] = decay * (u * c + (v + fade * u) * s)
+        found[:, side + 2] = decay * (v * c - (oscillator.spring * u + fade * v) * s)
+    return found
+
+
+def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Array:
+    """The free response between nodes, from its series."""
+    node = min(int(time / free.step), free.ground.size - 2)
+    ramp = (free.ground[node], (free.ground[node + 1] - free.ground[node]) / free.step)
+    desk = make_desk()
+    state = free.states[node]
+    for row, side in ((LEFT, 0), (RIGHT, 1)):
+        expand(pair[side], state[side], state[side + 2], ramp, desk, row, free.terms)
+    return np.array(state_at(pair, desk, free.terms, time - node * free.step))
+
+
+def energies(
+    pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Array, ...]
+) -> dict[str, tuple[Array, str]]:
+    """Energy of both buildings together at every time, by kind [J].
+
+    Over an interval with a_g linear, −m ∫ a_g u̇ dt = −m ([a_g u] − a_g' ∫ u dt), and ∫ u dt follows from the
+    equation of motion integrated once; what the structures' dampers took is what is left of the balance.
+    """
+    time, states, _, work, impulse = motion
+    a_g = np.interp(time, _node_times(free), free.ground)
+    length = np.diff(time)
+    slope = np.divide(np.diff(a_g), length, out=np.zeros_like(length), where=length > 0.0)
+    area = 0.5 * (a_g[1:] + a_g[:-1]) * length
+    put_in = np.zeros_like(time)
+    held = np.zeros_like(time)
+    for side, oscillator in enumerate(pair):
+        if oscillator.inverse_omega == 0.0:
+            continue
+        u, v = states[:, side], states[:, side + 2]
+        push = (1.0, -1.0)[side] * np.diff(impulse) * oscillator.inverse_mass
+        placed = (-area - np.diff(v) - oscillator.fade * np.diff(u) - push) / oscillator.spring
+        put_in[1:] -= oscillator.mass * np.cumsum(np.diff(a_g * u) - slope * placed)
+        held += 0.5 * oscillator.mass * (v * v + oscillator.spring * u * u)
+    return {
+        "ground": (put_in, "work that the ground has done on both buildings"),
+        "held": (held, "kinetic and strain energy of both buildings"),
+        "contact": (work, "work of the contact force: taken by the contact or held in it"),
+        "damping": (put_in - held - work, "energy that the structures' dampers have taken"),
+    }
