@@ -12,11 +12,11 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from pounding_risk.quantities import Quantity
 
-PER_STIFFNESS = {"N/m": "k", "N/m^1.5": "β"}
+USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}  # the stiffness's letter, and a law that has it
 
 
-def read(option: str, text: str, quantity: Quantity) -> float:
-    """The SI value of an option's text."""
+def read_option(option: str, text: str, quantity: Quantity) -> float:
+    """The SI value of an option's text; raises PoundingError that names the option."""
     from pounding_risk.quantities import QuantityError, parse
 
     try:
@@ -25,8 +25,8 @@ def read(option: str, text: str, quantity: Quantity) -> float:
         raise PoundingError(f"{option}: {error}") from None
 
 
-def target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
-    """A file that can be written, checked before any work is done."""
+def writable(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
+    """A file that can be written, or none where none is asked for; raises PoundingError that names the option."""
     if path is None:
         return None
     from pounding_risk.results import check_target
@@ -39,8 +39,16 @@ def target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path | 
         raise PoundingError(f"{option}: {error}") from None
 
 
+def results_file(scene: Path, out: Path | None) -> Path:
+    """Where a scan goes: ``out``, or the scene's name in this folder, which is never replaced unasked."""
+    if out is None and Path(f"{scene.stem}.nc").exists():
+        name = f"{scene.stem}.nc"
+        raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")
+    return writable("-o", out or Path(f"{scene.stem}.nc"), (".nc",)) or Path()
+
+
 def check_folder(folder: Path) -> None:
-    """A folder that is there or can be made."""
+    """A folder that is there or can be made; raises PoundingError."""
     existing = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not existing.is_dir():
         raise PoundingError(f"--out: {existing} is a file, not a folder; choose another name")
@@ -48,10 +56,14 @@ def check_folder(folder: Path) -> None:
         raise PoundingError(f"--out: the folder {existing} cannot be written to; choose another one")
 
 
-def laws(
+def contact_laws(
     names: Sequence[str], stiffnesses: Sequence[str], blow: tuple[float, float, Any]
 ) -> tuple[list[Any], list[str]]:
-    """The laws of these names; a stiffness of the kind that is not given follows from an equal peak force."""
+    """The laws of these names, and a sentence for each whose stiffness is not one of those given.
+
+    It follows from the peak force of a law that has its stiffness, in a ``blow`` of (speed, mass, restitution).
+    Raises PoundingError for an unknown name and for a stiffness that is none, or stands twice.
+    """
     from pounding_risk.collision import equal_stiffness
     from pounding_risk.models.contact import stiffness_quantity
     from pounding_risk.quantities import say
@@ -66,16 +78,15 @@ def laws(
             laws.append(law(given[quantity.unit]))
             continue
         ((unit, value),) = given.items()
-        usual = {"N/m": "linear", "N/m^1.5": "jankowski"}[unit]
-        like = next((other for other in classes if stiffness_quantity(classes[other]).unit == unit), usual)
+        like = next((other for other in classes if stiffness_quantity(classes[other]).unit == unit), USUAL_LAW[unit][1])
         laws.append(law(equal_stiffness(law, known_law(like)(value), *blow, "peak force")))
-        words = say(laws[-1].stiffness, quantity)
-        notes.append(f"{name}: {PER_STIFFNESS[quantity.unit]} = {words}, which gives the peak force of {like} uncapped")
+        words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
+        notes.append(f"{name}: {words}, which gives the peak force of {like} without yielding")
     return laws, notes
 
 
 def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:
-    """The value of each unit of stiffness that is given."""
+    """The value in each unit of stiffness that is given."""
     from pounding_risk.models.contact import HERTZ_STIFFNESS, LINEAR_STIFFNESS
     from pounding_risk.quantities import QuantityError, parse
 
@@ -84,7 +95,7 @@ def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:
         try:
             unit, value = LINEAR_STIFFNESS.unit, parse(text, LINEAR_STIFFNESS)
         except QuantityError:
-            unit, value = HERTZ_STIFFNESS.unit, read("--stiffness", text, HERTZ_STIFFNESS)
+            unit, value = HERTZ_STIFFNESS.unit, read_option("--stiffness", text, HERTZ_STIFFNESS)
         if unit in given:
             raise PoundingError(f"--stiffness: two values in {unit}; give one of each unit at most")
         given[unit] = value

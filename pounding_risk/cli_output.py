@@ -32,15 +32,16 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     return say(value, Quantity(unit, -inf, inf, ""), digits)
 
 
-def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
-    """Columns under their heads; the first ``left`` ones flush left, numbers flush right."""
+def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
+    """Columns under their heads; ``sides`` has one letter a column: "l" flush left, "r" flush right (numbers)."""
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=any(heads))
-    for place, head in enumerate(heads):
-        # An id or a number broken in two cannot be copied.
-        table.add_column(head, justify="left" if place < left else "right", no_wrap=place != len(heads) - 1)
+    for place, (head, side) in enumerate(zip(heads, sides, strict=True)):
+        # An id or a number broken in two cannot be copied; only a sentence at the end may be.
+        wraps = side == "l" and place == len(sides) - 1
+        table.add_column(head, justify="left" if side == "l" else "right", no_wrap=not wraps)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     _show(table)
@@ -48,7 +49,7 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], left: int =
 
 def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
     """One line for each (what, words)."""
-    print_table(("", ""), pairs, left=2)
+    print_table(("", ""), pairs, "ll")
 
 
 def _show(table: Any) -> None:
@@ -70,11 +71,11 @@ class Watch:
     Call it with (done, total). ``with Watch("scan") as watch: ...`` takes the bar away at the end.
     """
 
-    def __init__(self, what: str, unit: str = "cases", every: float = EVERY):
-        self.what, self.unit, self.every = what, unit, every
+    def __init__(self, what: str, unit: str = "cases"):
+        self.what, self.unit = what, unit
         self._bar: Any = None
         self._task: Any = None
-        self._start = self._said = monotonic()
+        self._said = monotonic()
         self._first: tuple[float, int] | None = None
 
     def __enter__(self) -> Watch:
@@ -95,7 +96,7 @@ class Watch:
         now = monotonic()
         # The first report stands for reading and compiling, which say nothing about the rest.
         first, before = self._first = self._first or (now, done)
-        if now - self._said < self.every or done >= total:
+        if now - self._said < EVERY or done >= total:
             return
         self._said = now
         left = f", about {(total - done) * (now - first) / (done - before):.0f} s left" if done > before else ""

@@ -4,22 +4,46 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.cli_output import engineering, print_pairs, print_table, say_line
+from pounding_risk.cli_output import engineering, print_pairs, print_table
+from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.catalogue import Entry
-    from pounding_risk.impact import Impact
+    from pounding_risk.collision import Impact
     from pounding_risk.plan import Plan
 
 MOST_CONTACTS = 60  # rows of the table of contacts
+FASTER = "faster than the range of the restitution relation, which is held at its end there"
+COUNTS = ("cases", "simulated", "known without a run of their own")
+
+
+def print_plan(plan: Plan) -> None:
+    """The scene in words, its records, and the doubts about them."""
+    print_pairs(plan.summary())
+    print()
+    rows = [
+        (
+            record.name,
+            record.event,
+            record.state,
+            f"{record.duration:.4g} s",
+            f"{record.dt:.4g} s",
+            engineering(record.pga, "m/s2"),
+        )
+        for record in plan.records
+    ]
+    print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
+    for record in plan.records:
+        for flag in record.flags:
+            print(f"note: {record.name}: {flag}")
 
 
 def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
-    from pounding_risk.cli_output import engineering, print_table
-
+    """One line a law; ``energy`` is that of the approach [J]."""
     heads = ("law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost")
     rows = [
         (
@@ -29,17 +53,22 @@ def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -
             engineering(each.peak_force, "N"),
             engineering(each.peak_penetration, "m"),
             f"{each.duration * 1e3:.4g} ms",
-            f"{engineering(each.energy_lost, 'J')} ({100 * each.energy_lost / energy:.0f} %)",
+            _energy(each.energy_lost, energy),
         )
         for each, law in zip(found, laws, strict=True)
     ]
-    print_table(heads, rows)
+    print_table(heads, rows, "lrrrrrr")
+
+
+def _energy(lost: float, approach: float) -> str:
+    """Energy and its share; what is within the solver's tolerance of none is none."""
+    lost = 0.0 if abs(lost) < 1e-6 * approach else lost
+    return f"{engineering(lost, 'J')} ({100 * lost / approach:.0f} %)"
 
 
 def print_run(dataset: Any) -> None:
     """The case, its outputs with what they mean, and its contacts."""
-    from pounding_risk.cli_output import engineering, print_pairs, print_table
-    from pounding_risk.outputs import BUILDING, RUN
+    from pounding_risk.models.contact import LAWS
 
     told = dataset.attrs
     print_pairs(
@@ -52,35 +81,48 @@ def print_run(dataset: Any) -> None:
             ("status", told["status"]),
         ]
     )
-    typer.echo()
-    rows = [
-        (name, f"{value:g}" if RUN[name].whole else engineering(value, RUN[name].unit), RUN[name].words)
-        for name, value in json.loads(told["outputs"]).items()
-    ]
-    for name, values in json.loads(told["building_outputs"]).items():
-        unit, words, _ = BUILDING[name]
-        sides = zip(dataset["building"].values, values, strict=True)
-        rows += [(f"{name}, {side}", engineering(value, unit), words) for side, value in sides]
-    print_table(("output", "value", ""), rows)
-    typer.echo()
-    _print_contacts(list(_contacts(dataset)))
+    print()
+    print_table(("output", "value", "meaning"), _outputs(dataset), "lrl")
+    print()
+    rows = list(_contacts(dataset, LAWS[told["contact_model"]].needs_restitution))  # type: ignore[attr-defined]
+    if not rows:
+        print("no contact")
+        return
+    held = json.loads(told["outputs"])["restitution_held"]
+    heads = ("contact", "start", "lasts", "approach", "e asked", "rebound", "peak force", "penetration")
+    print_table((*heads, "energy taken", "yields"), rows[:MOST_CONTACTS], "r" * 10)
+    if len(rows) > MOST_CONTACTS:
+        print(f"... and {len(rows) - MOST_CONTACTS} more; -o writes them all")
+    if held > 0:
+        print(f"note: {held:g} contacts are {FASTER}")
 
 
-def _contacts(dataset: Any) -> Iterator[tuple[str, ...]]:
-    from pounding_risk.cli_output import engineering
+def _outputs(dataset: Any) -> Iterator[tuple[str, str, str]]:
+    """Each output of the run and of its buildings: name, value, meaning."""
+    from pounding_risk.outputs import BUILDING, RUN
 
+    values = json.loads(dataset.attrs["outputs"])
+    for name, output in RUN.items():
+        value = values[name]
+        yield name, f"{value:g}" if output.whole else engineering(value, output.unit), output.words
+    sides = json.loads(dataset.attrs["building_outputs"])
+    for name, (unit, words, _) in BUILDING.items():
+        for building, value in zip(dataset["building"].values, sides[name], strict=True):
+            yield f"{name}, {building}", engineering(value, unit), words
+
+
+def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
     names = ("start", "end", "approach_speed", "restitution_asked", "rebound_speed", "peak_force", "work", "yields")
     columns = [dataset[f"contact_{name}"].values for name in (*names, "peak_penetration")]
-    for number, (start, end, speed, e, rebound, force, work, yields, depth) in enumerate(
-        zip(*columns, strict=True), start=1
-    ):
+    rows = zip(*columns, strict=True)
+    for number, (start, end, speed, e, rebound, force, work, yields, depth) in enumerate(rows, start=1):
         yield (
             str(number),
             f"{start:.4f} s",
             f"{1e3 * (end - start):.3g} ms",
             engineering(speed, "m/s", 3),
-            f"{e:.3f}",
-            f"{rebound / speed:.3f}" if speed > 0.0 else "–",
+            f"{e:.3f}" if damped else "–",
+            engineering(rebound, "m/s", 3),
             engineering(force, "N"),
             engineering(depth, "m", 3),
             engineering(work, "J"),
@@ -88,29 +130,58 @@ def _contacts(dataset: Any) -> Iterator[tuple[str, ...]]:
         )
 
 
-def _print_contacts(rows: list[tuple[str, ...]]) -> None:
-    from pounding_risk.cli_output import print_table
-
-    if not rows:
-        typer.echo("no contact")
-        return
-    heads = ("contact", "start", "lasts", "approach", "e asked", "e achieved", "peak force", "penetration")
-    print_table((*heads, "energy taken", "yields"), rows[:MOST_CONTACTS], left=0)
-    if len(rows) > MOST_CONTACTS:
-        typer.echo(f"... and {len(rows) - MOST_CONTACTS} more; -o writes them all")
-
-
-def print_scan(dataset: Any, seconds: float, target: Path | None) -> None:
-    from pounding_risk.cli_output import print_pairs
+def print_scan(dataset: Any, seconds: float, target: Path) -> None:
+    """How many cases there were, how they ended, how long it took, and where the results are."""
     from pounding_risk.ensemble import summary
 
     counts = summary(dataset)
-    usual = ("cases", "simulated", "known without a run of their own")
-    pairs = [(name if name in usual else "failed", _counted(name, count, usual)) for name, count in counts.items()]
+    pairs = [(name, str(count)) if name in COUNTS else ("failed", f"{count}: {name}") for name, count in counts.items()]
     rate = counts["cases"] / seconds
-    pairs.append(("time", f"{seconds:.3g} s, {rate:.3g} cases a second, reading and compiling included"))
+    pairs.append(("time", f"{seconds:.3g} s, {rate:.3g} cases a second with reading and compiling"))
     print_pairs([*pairs, ("written", str(target))])
+    for record, flags in json.loads(dataset.attrs.get("flags", "{}")).items():
+        for flag in flags:
+            print(f"note: {record}: {flag}")
+    held = int((dataset["restitution_held"] > 0).sum())
+    if held:
+        print(f"note: {held} cases have contacts {FASTER}")
 
 
-def _counted(name: str, count: int, usual: Sequence[str]) -> str:
-    return str(count) if name in usual else f"{count}: {name}"
+def print_records(entries: Sequence[Entry]) -> None:
+    """The catalogue, one line a record."""
+    rows = [
+        (
+            entry.id,
+            entry.event,
+            entry.date,
+            entry.station,
+            entry.component,
+            entry.state,
+            engineering(entry.pga, "m/s2", 3),
+            f"{entry.duration:.4g} s",
+            f"{entry.dt:.4g} s",
+        )
+        for entry in entries
+    ]
+    heads = ("record", "event", "date", "station", "component", "state", "PGA", "duration", "dt")
+    print_table(heads, rows, "llllllrrr")
+
+
+def print_record(entry: Entry) -> None:
+    """All that the catalogue says about one record, and where its file is."""
+    from pounding_risk.catalogue import path
+
+    values = {key: value for key, value in asdict(entry).items() if value not in ("", None)}
+    values |= {"dt": f"{entry.dt:g} s", "duration": f"{entry.duration:g} s", "PGA": engineering(entry.pga, "m/s2")}
+    del values["pga_g"]
+    if entry.sensitivity == 1.0:
+        del values["sensitivity"]
+    else:
+        values["sensitivity"] = f"{entry.sensitivity:.8g} counts per m/s²"
+    if entry.azimuth is not None:
+        values["azimuth"] = f"{entry.azimuth:g}° from north"
+    try:
+        values["file"] = str(path(entry.id))
+    except PoundingError as error:
+        values["file"] = str(error)
+    print_pairs((key, " ".join(str(value).split())) for key, value in values.items())

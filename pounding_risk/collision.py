@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
-from pounding_risk.errors import PoundingError
 from pounding_risk.core.flight import SIGNALS, Free
-from pounding_risk.models.contact import LAWS
-from pounding_risk.models.restitution import NAMED, Restitution, constant
-from pounding_risk.models.structures import free_mass
 from pounding_risk.core.pound import pound
 from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact import LAWS
+from pounding_risk.models.restitution import NAMED, Restitution, constant
+from pounding_risk.models.structures import free_mass
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
 ROWS = 100_000
@@ -29,6 +29,7 @@ class Impact:
     """What came of one collision; arrays have one value per step, from the touch to the parting."""
 
     law: str
+    mass: float  # kg, of the striker
     time: NDArray[np.float64]  # s
     penetration: NDArray[np.float64]  # m
     rate: NDArray[np.float64]  # m/s
@@ -53,7 +54,7 @@ def impact(
     *,
     restitution: float | Restitution = 1.0,
     yield_force: float = inf,
-    rtol: float = 1e-9,
+    rtol: float = 1e-12,
 ) -> Impact:
     """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s].
 
@@ -80,10 +81,11 @@ def impact(
     if log.used[1] > ROWS:
         raise PoundingError(f"impact: the contact takes {log.used[1]} steps, more than {ROWS}; raise rtol")
     rows = log.steps[: log.used[1]]
-    facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=True))
+    facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=False))
     momentum = mass * (desk[STATE, 2] - speed) + (other_mass * desk[STATE, 3] if other_mass < inf else np.nan)
     return Impact(
         law=name_of(law),
+        mass=float(mass),
         time=rows[:, 0] - rows[0, 0],
         penetration=rows[:, 1] - rows[:, 2],
         rate=rows[:, 3] - rows[:, 4],
@@ -115,7 +117,8 @@ def restitution_of(words: str | float) -> Restitution:
     except ValueError:
         known = ", ".join(NAMED)
         raise PoundingError(
-            f"restitution {words!r}: it is neither a number in (0, 1] nor a known relation ({known}); write one of these"
+            f"restitution {words!r}: it is neither a number in (0, 1] nor a known relation ({known}); "
+            "write one of these"
         ) from None
 
 

@@ -12,18 +12,18 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._jit import lowered
-from pounding_risk.core.collide import make_desk
-from pounding_risk.errors import SceneError
-from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.collision import equal_stiffness
-from pounding_risk.pair import free_response, oscillators
+from pounding_risk.core.collide import make_desk
+from pounding_risk.core.flight import SIGNALS, Free
+from pounding_risk.core.sweep import sweep
+from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
+from pounding_risk.errors import SceneError
 from pounding_risk.models.contact import LAWS
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
+from pounding_risk.pair import free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions
 from pounding_risk.study import REVERSED, Study
-from pounding_risk.core.sweep import sweep
-from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
 
 AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
 CASES_A_CHUNK = 500  # some tenths of a second: Ctrl-C and progress wait no longer
@@ -237,10 +237,11 @@ def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw
     """Outputs per building, and without contact from the extremes of the free responses."""
     found: dict[str, np.ndarray] = {}
     for place in np.ndindex(frees.shape):
-        pga = float(np.abs(frees[place].ground).max())
+        free: Any = frees[place]
+        pga = float(np.abs(free.ground).max())
         alone = np.zeros(COLUMNS)
-        alone[HIGH : HIGH + SIGNALS] = np.maximum(frees[place].high.max(axis=0), 0.0)
-        alone[LOW : LOW + SIGNALS] = np.minimum(frees[place].low.min(axis=0), 0.0)
+        alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
+        alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
         for suffix, columns in (("", raw[place]), ("_free", alone)):
             for name, values in building_outputs(columns, study.buildings, pga).items():
                 array = found.setdefault(name + suffix, np.zeros((*frees.shape, *values.shape)))

@@ -9,17 +9,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, state_at
-from pounding_risk.pair import Interface, free_response, oscillators, run
+from pounding_risk.core.series import LEFT, RIGHT, expand
+from pounding_risk.core.tally import CONTACT_COLUMNS, STATUS, STATUS_SENTENCES, Log, make_log
+from pounding_risk.ensemble import as_study, driven, law_of, motions_of
+from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures import Oscillator
 from pounding_risk.outputs import building_outputs, run_outputs
+from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.results import as_text, versions
-from pounding_risk.ensemble import as_study, driven, law_of, motions_of
-from pounding_risk.core.series import LEFT, RIGHT, expand
 from pounding_risk.study import Study
-from pounding_risk.core.tally import CONTACT_COLUMNS, STATUS, STATUS_SENTENCES, Log, make_log
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
@@ -49,7 +49,9 @@ def simulate(
     yield_force: float | None = None,
     pga: float | None = None,
 ) -> xr.Dataset:
-    """One case of a scene with its histories: the scene's own values, or those named here (gap [m], F_E [N], pga [m/s²]).
+    """One case of a scene with its histories: the scene's own values, or those named here.
+
+    ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]; the others are names.
 
     Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
     both buildings together: W_ground = kinetic + strain + damping + contact. Raises as `scan` does, and
@@ -140,7 +142,7 @@ def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
 
 
 def _node_times(free: Free) -> Array:
-    return np.arange(free.ground.size) * free.step
+    return np.asarray(np.arange(free.ground.size) * free.step, dtype=np.float64)
 
 
 def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tuple[Array, Array, Array, Array, Array]:

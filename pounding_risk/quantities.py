@@ -323,7 +323,7 @@ def _size(unit: str, target: str) -> tuple[Decimal, str]:
         if one.dimensionality == wanted.dimensionality:
             return one.to(wanted).magnitude, ""
         measure = one.dimensionality
-    except Exception:  # noqa: BLE001  pint lets its own, tokenizer, syntax and arithmetic errors out
+    except Exception:  # pint lets its own, tokenizer, syntax and arithmetic errors out
         return Decimal(0), f'has the unit "{unit}", which is not known{_meant(unit, FAMILIAR)}'
     for known, words in DIMENSIONS.items():
         if registry.parse_units(known).dimensionality == measure:

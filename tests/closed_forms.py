@@ -1,8 +1,8 @@
 """Closed forms and tables of isolated impacts, for tests: what each contact law must return, with its source.
 
-Two free masses meet at an approach speed v0; m = m1 m2/(m1+m2). Nothing here integrates an equation of motion.
-Sources are named beside each formula; "derived" ones follow in a few lines from the law and are checked against
-the independent integrator in test_oracle.py.
+Two free masses meet at an approach speed v0; m = m1 m2/(m1+m2). Nothing here integrates an equation of
+motion. Sources are named beside each formula; "derived" ones follow in a few lines from the law and are
+checked against the independent integrator in test_oracle.py.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import beta as beta_function
 
-# --------------------------------------------------------------------- restitution achieved, from the law itself
+# ---------------------------------------------------------------- restitution achieved, from the law itself
 
 
 def kelvin_voigt_ratio(e: float) -> float:
@@ -22,7 +22,7 @@ def kelvin_voigt_ratio(e: float) -> float:
 
 
 def kelvin_voigt_cut_restitution(xi: float) -> float:
-    """e = exp[−(ξ/s)(π − atan2(2ξs, 1−2ξ²))], s = √(1−ξ²): the bodies part where F = 0 (Schwager & Pöschel 2007)."""
+    """e = exp[−(ξ/s)(π − atan2(2ξs, 1−2ξ²))], s = √(1−ξ²): parting where F = 0 (Schwager & Pöschel)."""
     s = math.sqrt(1.0 - xi * xi)
     return math.exp(-xi / s * (math.pi - math.atan2(2.0 * xi * s, 1.0 - 2.0 * xi * xi)))
 
@@ -47,7 +47,7 @@ def hertz_damp_factor(e: float) -> float:
 
 
 def hertz_damp_restitution(d: float) -> float:
-    """The e that solves exp[d(1+e)] = (1+d)/(1−d e), whatever the exponent (derived: the variables separate)."""
+    """The e that solves exp[d(1+e)] = (1+d)/(1−d e), at any exponent (derived: the variables separate)."""
     if d == 0.0:
         return 1.0
     return float(
@@ -65,7 +65,7 @@ def jankowski_ratio(e: float) -> float:
     return 4.5 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0))
 
 
-# ------------------------------------------------------------------------------ peak force, depth and duration
+# --------------------------------------------------------------------------- peak force, depth and duration
 
 
 def linear_impact(stiffness: float, mass: float, speed: float) -> tuple[float, float, float]:
@@ -85,7 +85,7 @@ def kelvin_voigt_impact(stiffness: float, mass: float, speed: float, xi: float) 
 
 
 def hertz_impact(beta: float, mass: float, speed: float) -> tuple[float, float, float]:
-    """(δ_max, F_max, duration) (Hertz): (5mv²/4β)^⅖, β^⅖(1.25mv²)^⅗, δ_max/v0 times 2∫dx/√(1−x^2.5) = 2.9432."""
+    """(δ_max, F_max, duration) (Hertz): (5mv²/4β)^⅖, β^⅖(1.25mv²)^⅗, δ_max/v0 · 2∫dx/√(1−x^2.5), 2.9432."""
     depth = (1.25 * mass * speed**2 / beta) ** 0.4
     duration = 2.0 * 0.4 * float(beta_function(0.4, 0.5)) * depth / speed
     return depth, beta**0.4 * (1.25 * mass * speed**2) ** 0.6, duration
@@ -129,7 +129,7 @@ def energy_lost(mass: float, speed: float, e: float) -> float:
     return 0.5 * mass * speed**2 * (1.0 - e * e)
 
 
-# ------------------------------------------------------------------------------------------------------- tables
+# --------------------------------------------------------------------------------------------------- tables
 # Input e → restitution achieved by the published formulas, four digits.
 ACHIEVED: dict[str, dict[float, float]] = {
     "kelvin_voigt": {e: e for e in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8, 0.9)},
@@ -154,7 +154,8 @@ ACHIEVED: dict[str, dict[float, float]] = {
 
 # e → d with exp[d(1+e)] = (1+d)/(1−d e).
 EXACT_HERTZ_DAMP: dict[float, float] = {
-    0.3: 3.08708, 0.4: 2.08250, 0.5: 1.43275, 0.6: 0.97487, 0.65: 0.79310, 0.7: 0.63483, 0.8: 0.37315, 0.9: 0.16648,
+    0.3: 3.08708, 0.4: 2.08250, 0.5: 1.43275, 0.6: 0.97487,
+    0.65: 0.79310, 0.7: 0.63483, 0.8: 0.37315, 0.9: 0.16648,
 }  # fmt: skip
 
 # e → the ξ with which Jankowski's law returns e exactly (it depends on nothing else).
@@ -170,7 +171,7 @@ JANKOWSKI_PEAKS: dict[float, tuple[float, float, float]] = {
     0.8: (0.9146, 0.9111, 3.199), 0.9: (1.0050, 1.0158, 3.209), 1.0: (1.0934, 1.1433, 3.218),
 }  # fmt: skip
 
-# Paper eq. (3) as it stands, e = 0.65 from eq. (3b): F_E over the uncapped peak → (e achieved, δ_max over uncapped).
+# Paper eq. (3) as it is, e = 0.65, ξ of eq. (3b): F_E over uncapped peak → (e achieved, δ_max over uncapped).
 # Yielding returns energy: a lower cap rebounds more.
 CAPPED: dict[float, tuple[float, float]] = {
     1.0: (0.647, 1.00), 0.9: (0.672, 1.03), 0.8: (0.718, 1.10), 0.7: (0.767, 1.20), 0.6: (0.815, 1.36),
@@ -189,6 +190,6 @@ TYPICAL_PEAKS: dict[tuple[float, float], float] = {
 
 # Concrete, paper eq. (4): approach speed [m/s] → e.
 CONCRETE: dict[float, float] = {
-    0.0: 0.793, 0.1: 0.768, 0.25: 0.734, 0.5: 0.683, 1.0: 0.603, 1.5: 0.547, 2.0: 0.510, 2.5: 0.486, 3.0: 0.472,
-    4.0: 0.447, 5.0: 0.393,
+    0.0: 0.793, 0.1: 0.768, 0.25: 0.734, 0.5: 0.683, 1.0: 0.603, 1.5: 0.547, 2.0: 0.510, 2.5: 0.486,
+    3.0: 0.472, 4.0: 0.447, 5.0: 0.393,
 }  # fmt: skip

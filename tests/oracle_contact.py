@@ -43,14 +43,14 @@ class Contact:
 
     def advance(self, ground: tuple[float, float], duration: float) -> float:
         """Integrate under a_g = ground[0] + ground[1] t for a duration or to separation; the time it took."""
-        start, stalled = self.age, 0
-        while not self.parted and self.age - start < duration * (1.0 - 1e-14):
+        start, end, stalled = self.age, self.age + duration, 0
+        while not self.parted and self.age < end:
             before = self.age
-            self.segment((ground[0] - ground[1] * start, ground[1]), start + duration)
+            self.segment((ground[0] - ground[1] * start, ground[1]), end)
             stalled = stalled + 1 if self.age == before else 0
             if stalled > 8:
                 raise RuntimeError(f"events without progress at age {self.age}, state {self.state}")
-        return self.age - start
+        return self.age - start if self.parted else duration
 
     def segment(self, ground: tuple[float, float], end: float) -> None:
         """From the current age to the next event or the end; ``ground`` is a_g against the age."""

@@ -145,9 +145,7 @@ def test_interface_values_may_come_from_the_grid_alone():
 
 
 def test_a_building_by_stiffness_and_a_rigid_one():
-    text = SHORT.replace('period = "0.208 s"', 'stiffness = "40.5 MN/m"').replace(
-        'period = "0.007 s"', "rigid = true"
-    )
+    text = SHORT.replace('period = "0.208 s"', 'stiffness = "40.5 MN/m"').replace('period = "0.007 s"', "rigid = true")
     left, right = parse_scene(text).buildings
     assert left.period == 2 * pi * sqrt(44360 / 40.5e6)
     assert left.stiffness == pytest.approx(40.5e6, rel=1e-14)
@@ -170,9 +168,7 @@ def test_laws_of_a_study():
     assert found.law("hertz") == Hertz(4.2e10)
     assert found.law("linear", 1e9) == Linear(1e9)
     assert [name for name in LAWS if found.needs_equal_terms(name)] == list(LAWS)[:4]
-    with pytest.raises(
-        SceneError, match=r"linear takes a stiffness in N/m, the scene gives one in N/m\^1\.5"
-    ):
+    with pytest.raises(SceneError, match=r"linear takes a stiffness in N/m, the scene gives one in N/m\^1\.5"):
         found.law("linear")
 
 
@@ -186,7 +182,8 @@ VARIED = [
     SHORT.replace("[records]", 'equal_terms = {same = "peak force", speed = "50 cm/s"}\n[records]')
     + '[grid]\ncontact_model = ["hertz", "linear"]\n',
     SHORT + 'scale = 1.5\npolarity = ["as recorded", "reversed"]\nprocessing = "none"\ntail = "5 s"\n',
-    SHORT + """processing = [
+    SHORT
+    + """processing = [
         {step = "window", start = "10 s"}, {step = "mean", of = "whole"}, {step = "baseline", order = 4},
         {step = "bandpass", low = "50 mHz", high = "inf"},
     ]\n""",
@@ -309,9 +306,7 @@ def cases() -> list[tuple[str, list[str], list[str]]]:
         old = "\n".join(rows["-"]) + ("" if rows["+"] or not rows["-"] else "\n")
         assert old in DESIGN
         text = DESIGN.replace(old, "\n".join(rows["+"]), 1) if old else DESIGN
-        found.append(
-            (text, rows["&"], [row.replace("{here}", str(Path.cwd().resolve())) for row in rows["!"]])
-        )
+        found.append((text, rows["&"], [row.replace("{here}", str(Path.cwd().resolve())) for row in rows["!"]]))
     return found
 
 
@@ -326,8 +321,7 @@ WHOLE = [
         "x = 1\n",
         [
             f"line 1, x: unknown section; sections are {', '.join(scenario.TABLES)}",
-            "building: missing; "
-            + "write two [[building]] tables, left and right, each with name, mass and period",
+            "building: missing; " + "write two [[building]] tables, left and right, each with name, mass and period",
             "interface: missing; write one [[interface]] with gap, contact_model and stiffness",
             'records: missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
         ],
@@ -374,8 +368,7 @@ WHOLE = [
         SHORT.replace('gap = "25 mm"\ncontact_model = "hertz"\n', ""),
         [
             'line 9, interface.gap: missing; write gap = "25 mm"',
-            'line 9, interface.contact_model: missing; write contact_model = "jankowski", or another of '
-            + ALL_LAWS,
+            'line 9, interface.contact_model: missing; write contact_model = "jankowski", or another of ' + ALL_LAWS,
         ],
     ),
     ("a = " + "[" * 100_000, ["lists or tables are nested too deeply; a scene needs three levels"]),
@@ -410,9 +403,7 @@ def test_all_faults_at_once_in_the_order_of_the_file():
 
 
 def test_lines_of_keys():
-    text = (
-        'a = 1\n\n[t]\n"b c".d = [\n 1,\n 2]\ne = """\nx = 1\n"""\n[[u]]\n[[u]]\nf = {g = 1}\n[u.v]\nh = 1\n'
-    )
+    text = 'a = 1\n\n[t]\n"b c".d = [\n 1,\n 2]\ne = """\nx = 1\n"""\n[[u]]\n[[u]]\nf = {g = 1}\n[u.v]\nh = 1\n'
     lines = key_lines(text)
     assert lines[("a",)] == 1
     assert lines[("t", "b c", "d")] == lines[("t", "b c", "d", 1)] == 4
@@ -456,9 +447,7 @@ def test_overrides(override, pick, value):
 
 def test_overrides_of_sections_that_are_not_there():
     assert parse_scene(SHORT, overrides=["grid.gap=['1 mm']"]).grid.gaps == (0.001,)
-    assert faults("x = 1", ("interface.gap=1 mm",)) == [
-        "--set interface.gap: the scene has no [[interface]] to change"
-    ]
+    assert faults("x = 1", ("interface.gap=1 mm",)) == ["--set interface.gap: the scene has no [[interface]] to change"]
 
 
 def test_files_that_are_no_scene(tmp_path):
@@ -516,9 +505,7 @@ JUNK = st.recursive(
         st.text(max_size=6),
         st.sampled_from(["1 mm", "2 t", "hertz", "linear", "inf", "reversed", "RSN6-180", "as recorded"]),
     ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=4), inner, max_size=3)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=4), inner, max_size=3)),
     max_leaves=4,
 )
 

@@ -1,0 +1,381 @@
+"""The command line: what it prints, what it refuses and in which words, and that it can be stopped."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from math import pi, sqrt
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+import pounding_risk
+from pounding_risk import cli, cli_output
+
+PACKAGE = Path(pounding_risk.__file__).resolve().parent
+COMMANDS = ("demo", "validate", "impact", "simulate", "scan")
+SCENE = """\
+[scene]
+name = "A pair"
+[[building]]
+name = "frame"
+mass = "44.36 t"
+period = "0.208 s"
+[[building]]
+name = "masonry"
+mass = "82.60 t"
+period = "0.1 s"
+[[interface]]
+gap = "0 mm"
+contact_model = "hertz"
+stiffness = "4.2e7 kN/m^1.5"
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "3 s"]
+pga = "0.5 g"
+[grid]
+gap = ["0 mm", "5 mm", "1 m"]
+yield_force = ["200 kN", "inf"]
+"""
+LAWS = (
+    "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
+    "hertz_damp_exact, jankowski, van_mier, viscous_elastoplastic"
+)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch) -> Path:
+    """A folder of its own, with a scene and a faulty one."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(SCENE, encoding="utf-8")
+    faulty = SCENE.replace('"44.36 t"', '"44.36 m"').replace('"hertz"', '"hertzian"').replace("[grid]", "[grit]")
+    Path("bad.toml").write_text(faulty, encoding="utf-8")
+    return tmp_path
+
+
+def run(*words: str):
+    """A command in this very process."""
+    return CliRunner().invoke(cli.app, list(words), prog_name="pounding-risk")
+
+
+def rows(text: str) -> list[list[str]]:
+    """The cells of printed tables: columns are two spaces apart at least."""
+    return [re.split(r" {2,}", line.strip()) for line in text.splitlines() if line.strip()]
+
+
+def test_help_lists_the_commands():
+    for words in ([], ["--help"]):
+        told = run(*words).output
+        assert re.findall(r"^  (\w+)  +[A-Z]", told.partition("Commands:")[2], re.MULTILINE) == [*COMMANDS, "records"]
+        assert "..." not in told.partition("Commands:")[2]  # no summary is cut
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_explains_its_options(name):
+    told = run(name, "--help")
+    assert told.exit_code == 0
+    assert told.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+
+
+def test_version():
+    assert run("--version").output == f"pounding-risk {pounding_risk.__version__}\n"
+
+
+def test_an_unknown_command_is_answered_with_the_nearest():
+    told = run("scna", "scene.toml")
+    assert told.exit_code == 2
+    assert "No such command 'scna'." in told.stderr and "'scan'" in told.stderr
+
+
+def test_commands_are_public_calls_of_the_same_name():
+    names = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
+    assert names == list(COMMANDS)
+    assert set(names) <= set(pounding_risk.__all__)
+    # A submodule of that name would take the function's place as soon as somebody imports it.
+    assert [name for name in names if importlib.util.find_spec(f"pounding_risk.{name}")] == []
+
+
+@pytest.mark.parametrize("name", ["validate", "impact", "simulate", "scan"])
+def test_options_are_the_arguments_of_the_call(name):
+    shared = {"scene", "out", "figure", "overrides", "stiffness"}  # files, the scene and the law are made into objects
+    options = set(inspect.signature(getattr(cli, name)).parameters) - shared
+    assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
+
+
+def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
+    before = sorted(path.name for path in folder.iterdir())
+    for words in (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"]):
+        told = run(words[0], "bad.toml", *words[1:])
+        assert (told.exit_code, told.stdout) == (2, "")
+        assert told.stderr.splitlines() == [
+            "pounding-risk: bad.toml: 3 faults",
+            '  - line 5, building.frame.mass: "44.36 m" is a length, not a mass; write a mass such as "44.36 t"',
+            '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
+            f"it may be {LAWS}",
+            '  - line 19, grit: unknown section (did you mean "grid"?); sections are scene, building, interface, '
+            "effects, records, grid, solver",
+        ]
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+NO_UNIT = "has no unit, and"
+REFUSED = [
+    ("validate no/scene.toml", "no/scene.toml: 1 fault\n  - no such file; check the name and the folder"),
+    ("validate .", ".: 1 fault\n  - this is a folder; name a scene file (.toml) in it"),
+    (
+        "validate scene.toml --set interface.gap=3",
+        f"scene.toml: 1 fault\n  - --set interface.gap: 3 {NO_UNIT} a clear distance at rest needs one; "
+        'write a clear distance at rest such as "25 mm"',
+    ),
+    ("scan scene.toml -o no/r.nc", "-o: no/r.nc: the folder no does not exist; make it first"),
+    ("scan scene.toml -o r.csv", "-o: r.csv: the name must end in .nc; write r.nc"),
+    ("scan scene.toml -o /", "-o: '/' is not the name of a file; write one that ends in .nc"),
+    ("scan scene.toml -o folder.nc", "-o: folder.nc: is a folder; name a file in it"),
+    (
+        "scan taken.toml",
+        "taken.nc exists already; write -o taken.nc to replace it, or another name",
+    ),
+    (
+        "scan scene.toml -o r.nc --figure map.jpg",
+        "--figure: map.jpg: the name must end in .png or .svg or .pdf; write map.png",
+    ),
+    ("simulate scene.toml -o h.txt", "-o: h.txt: the name must end in .nc; write h.nc"),
+    (
+        "simulate scene.toml --gap 3",
+        f'--gap: "3" {NO_UNIT} a clear distance at rest needs one; write a clear distance at rest such as "25 mm"',
+    ),
+    (
+        "simulate scene.toml --yield-force 3t",
+        '--yield-force: "3t" is a mass, not a force; write a yield force F_E such as "450 kN"',
+    ),
+    ("simulate scene.toml --record RSN7", "record 'RSN7' is not in the scene, which has RSN6-180; name one of these"),
+    (
+        "simulate scene.toml --polarity reversed",
+        "polarity 'reversed' is not in the scene, which has as recorded; name one of these",
+    ),
+    (
+        "simulate scene.toml --law hertzian",
+        f'"hertzian" is not a contact model (did you mean "hertz"?); it may be {LAWS}',
+    ),
+    (
+        "simulate scene.toml --law jankowski",
+        "scene.toml: 1 fault\n  - jankowski needs a restitution, and the scene gives none; "
+        'write restitution = 0.65, or restitution = "concrete", in [[interface]]',
+    ),
+    (
+        "simulate scene.toml --law linear",
+        "scene.toml: 1 fault\n  - linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; write "
+        'equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows',
+    ),
+    ("impact --law merged", f'"merged" is not in this version; choose one of {LAWS}'),
+    (
+        "impact --speed 3",
+        f'--speed: "3" {NO_UNIT} an approach speed needs one; write an approach speed such as "0.5 m/s"',
+    ),
+    (
+        "impact --stiffness 3kN",
+        '--stiffness: "3kN" is a force, not an impact stiffness (force/length^1.5); '
+        'write an impact stiffness β such as "4.2e7 kN/m^1.5"',
+    ),
+    (
+        "impact --stiffness 3kN/m --stiffness 3N/m",
+        "--stiffness: two values in N/m; give one of each unit at most",
+    ),
+    (
+        "impact --restitution steely",
+        "restitution 'steely': it is neither a number in (0, 1] nor a known relation (concrete); write one of these",
+    ),
+    ("demo --out scene.toml", "--out: scene.toml is a file, not a folder; choose another name"),
+    (
+        "records info RSN6-18",
+        '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?',
+    ),
+]
+
+
+@pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line for line, _ in REFUSED])
+def test_bad_input_is_refused_before_any_work(line, sentence, folder):
+    (folder / "folder.nc").mkdir()
+    for name in ("taken.toml", "taken.nc"):
+        (folder / name).write_text(SCENE)
+    before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+    told = run(*line.split())
+    assert (told.exit_code, told.stdout) == (2, "")
+    assert told.stderr == f"pounding-risk: {sentence}\n"
+    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
+
+
+def test_validate_tells_the_scene_and_its_records(folder):
+    told = run("validate", "scene.toml", "--set", "grid.gap={start='0 mm', stop='20 mm', num=11}")
+    assert told.exit_code == 0
+    table = rows(told.stdout)
+    assert ["left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"] in table
+    assert ["gaps", "11 from 0 mm to 20 mm"] in table
+    assert ["cases", "22 = 11 gaps × 2 yield forces; a dataset of about 0.1 MB at most"] in table
+    assert table[-1] == ["RSN6-180", "Imperial Valley-02, California", "processed", "3 s", "0.01 s", "0.2808 g"]
+    assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "scene.toml"]
+
+
+def test_impact_compares_laws():
+    told = run("impact", "--law", "linear", "--law", "hertz", "--stiffness", "1e8 N/m", "--stiffness", "2.75e9 N/m^1.5")
+    assert told.exit_code == 0, told.stderr
+    # k δ: F = v sqrt(k m), δ = v sqrt(m / k), half a period π sqrt(m / k) of contact.
+    force, depth, lasts = 0.5 * sqrt(570e8), 0.5 * sqrt(570 / 1e8), pi * sqrt(570 / 1e8)
+    # β δ^1.5: the energy 0.4 β δ^2.5 is m v² / 2.
+    hertz = (570 * 0.25 / (0.8 * 2.75e9)) ** 0.4
+    heads, linear, other = rows(told.stdout)
+    assert heads == ["law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost"]
+    assert linear[1:4] == ["–", "1.0000", f"{force / 1e3:.1f} kN"]
+    assert linear[4:6] == [f"{depth * 1e3:.3f} mm", f"{lasts * 1e3:.4g} ms"]
+    assert other[2:5] == ["1.0000", f"{2.75e6 * hertz**1.5:.1f} kN", f"{hertz * 1e3:.3f} mm"]
+    assert linear[-1].endswith("(0 %)")
+
+
+def test_impact_gives_the_other_kind_of_law_an_equal_peak_force():
+    told = run("impact", "--law", "hertz", "--law", "linear")
+    assert told.exit_code == 0, told.stderr
+    _, hertz, linear, note = rows(told.stdout)
+    assert hertz[3] == linear[3]
+    assert re.fullmatch(r"linear: k = \S+ MN/m, which gives the peak force of hertz without yielding", note[0])
+
+
+def test_impact_draws_what_it_printed(monkeypatch):
+    drawn = []
+    figure = SimpleNamespace(savefig=lambda path: drawn.append(path))
+    made = SimpleNamespace(impact_figure=lambda found: drawn.append(found) or figure)
+    monkeypatch.setitem(sys.modules, "pounding_risk.figures", made)
+    told = run("impact", "--law", "hertz", "--figure", "f.svg")
+    assert told.exit_code == 0, told.stderr
+    assert [each.law for each in drawn[0]] == ["hertz"]
+    assert drawn[1] == Path("f.svg")
+    assert told.stdout.splitlines()[-1] == "written: f.svg"
+
+
+def test_simulate_prints_outputs_and_contacts_and_keeps_histories():
+    told = run("simulate", "scene.toml", "-o", "h.nc", "--gap", "5 mm")
+    assert told.exit_code == 0, told.stderr
+    dataset = pounding_risk.open_results("h.nc")
+    outputs = json.loads(dataset.attrs["outputs"])
+    table = rows(told.stdout)
+    assert ["gap", "5 mm"] in table and ["yield force", "inf"] in table and ["status", "complete"] in table
+    values = {row[0]: row[1] for row in table if len(row) == 3}
+    assert values["peak_contact_force"] == cli_output.engineering(outputs["peak_contact_force"], "N")
+    assert values["impact_count"] == f"{outputs['impact_count']:g}"
+    contacts = table[next(place for place, row in enumerate(table) if row[0] == "contact") + 1 : -1]
+    assert [int(row[0]) for row in contacts] == list(range(1, int(outputs["impact_count"]) + 1))
+    assert {row[4] for row in contacts} == {"–"}  # hertz needs no restitution
+    assert table[-1] == ["written: h.nc"]
+
+
+def test_simulate_without_contact():
+    told = run("simulate", "scene.toml", "--gap", "1 m")
+    assert told.stdout.splitlines()[-1] == "no contact"
+
+
+def test_scan_writes_and_sums_up():
+    told = run("scan", "scene.toml", "--workers", "1")
+    assert told.exit_code == 0, told.stderr
+    dataset = pounding_risk.open_results("scene.nc")
+    table = rows(told.stdout)
+    simulated = int(dataset["simulated"].sum())
+    assert table[:3] == [
+        ["cases", "6"],
+        ["simulated", str(simulated)],
+        ["known without a run of their own", str(6 - simulated)],
+    ]
+    assert table[3][1].endswith("cases a second with reading and compiling")
+    assert table[-1] == ["written", "scene.nc"]
+    every = run("scan", "scene.toml", "--no-screening", "-o", "scene.nc", "--set", "solver.rtol=1e-7")
+    assert rows(every.stdout)[1] == ["simulated", "6"]
+    assert json.loads(pounding_risk.open_results("scene.nc").attrs["overrides"]) == ["solver.rtol=1e-7"]
+
+
+def test_demo_says_what_it_wrote(monkeypatch):
+    def demo(folder, say):
+        say("one run")
+        return {"figure": folder / "paper.png"}
+
+    monkeypatch.setitem(sys.modules, "pounding_risk.paper", SimpleNamespace(demo=demo))
+    told = run("demo", "--out", "new/folder")
+    assert told.exit_code == 0, told.stderr
+    assert told.stdout.splitlines()[0] == "one run"
+    assert rows(told.stdout)[1] == ["figure", "new/folder/paper.png"]
+
+
+def test_records_are_listed_and_told():
+    for words in (["records"], ["records", "list"]):
+        table = rows(run(*words).stdout)
+        assert table[0][0] == "record"
+        assert table[1][:3] == ["RSN6-180", "Imperial Valley-02, California", "1940-05-19"]
+    told = dict(row for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 2)
+    assert (told["PGA"], told["dt"]) == ("0.2808 g", "0.01 s")
+    assert {"origin", "terms", "sha256", "file"} <= set(told)
+
+
+def test_numbers_are_written_as_engineers_do():
+    written = [
+        (450e3, "N", "450 kN"),
+        (0.005, "m", "5 mm"),
+        (4.903325, "m/s2", "0.5 g"),
+        (2.5e5, "N s", "250 kN s"),
+        (12.0, "N s", "12 N s"),
+        (0.00035, "m/s", "0.00035 m/s"),
+        (1307.0, "J", "1.307 kJ"),
+        (float("nan"), "s", "–"),
+        (float("inf"), "N", "inf"),
+    ]
+    assert [cli_output.engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
+
+
+def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr(cli_output, "monotonic", lambda: now[0])
+    with cli_output.Watch("scan") as watch:
+        for done in range(0, 1001, 100):
+            now[0] = 10.0 + done / 10
+            watch(done, 1000)
+    assert capsys.readouterr().err.splitlines() == [
+        "scan: 200 of 1000 cases (20 %), about 80 s left",
+        "scan: 500 of 1000 cases (50 %), about 50 s left",
+        "scan: 800 of 1000 cases (80 %), about 20 s left",
+    ]
+
+
+def start(code: str, *words: str) -> subprocess.Popen[str]:
+    """A command in a process of its own, which finds this very package."""
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONUNBUFFERED": "1"}
+    line = [sys.executable, "-c", code, *words]
+    return subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_real_process_ends_with_status_2_and_no_traceback():
+    process = start("from pounding_risk.cli import main; main()", "validate", "bad.toml")
+    out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (2, "")
+    assert err.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
+    (folder / "r.nc").write_bytes(b"the results of yesterday")
+    # Long enough to be met in the middle; each chunk reports, so that the middle is seen.
+    grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
+    code = "from pounding_risk import cli, cli_output; cli_output.EVERY = 0.0; cli.main()"
+    process = start(code, "scan", "scene.toml", "-o", "r.nc", *grid)
+    assert process.stderr is not None
+    assert re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", process.stderr.readline())
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (130, "")
+    assert err.splitlines()[-1] == "pounding-risk: stopped by Ctrl-C; no file was left half written"
+    assert "Traceback" not in err
+    assert (folder / "r.nc").read_bytes() == b"the results of yesterday"
+    assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "r.nc", "scene.toml"]
