@@ -44,7 +44,7 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str)
         table.add_column(head, justify="left" if side == "l" else "right", no_wrap=not wraps)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    _show(table)
+    _show(table, sides.endswith("l"))
 
 
 def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
@@ -52,14 +52,15 @@ def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
     print_table(("", ""), pairs, "ll")
 
 
-def _show(table: Any) -> None:
+def _show(table: Any, wraps: bool) -> None:
+    """Print a table: as wide as it is, unless its last column can be wrapped to a terminal's width."""
     from rich.console import Console
 
     console = Console(highlight=False)
-    if console.is_terminal:
+    if console.is_terminal and wraps:
         console.print(table)
         return
-    console.width = WIDEST
+    console.width = WIDEST  # rich would cut columns off that a terminal merely continues on the next line
     with console.capture() as captured:
         console.print(table)
     print("\n".join(line.rstrip() for line in captured.get().splitlines()))

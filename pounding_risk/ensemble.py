@@ -49,7 +49,7 @@ def scan(
 ) -> xr.Dataset:
     """Run every case of a scene's grid and return (and write to ``out``) one labelled dataset.
 
-    Dimensions: record, polarity, pga (where the scene's grid scales), contact_model [name], gap [m],
+    Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
     yield_force [N]; see `outputs` for the variables. ``screening`` leaves out runs whose answer is known exactly;
     the answers are the same without it. ``progress`` is called with (cases done, cases in all). Raises SceneError
     for a faulty scene, RecordError for a record that cannot be used, PoundingError for an ``out`` that cannot be
@@ -218,7 +218,8 @@ def _dataset(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, array
         {"long_name": "1 where a run of its own was made, 0 where another run's answer is exactly this one's"},
     )
     dataset = xr.Dataset(variables, coords=_coordinates(study, motions), attrs=_attributes(study, motions))
-    return dataset if study.grid.pgas != (None,) else dataset.squeeze("pga", drop=True)
+    # A study of one amplitude has no axis of amplitudes; the amplitude stays as a label, where there is one.
+    return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
 
 
 def _stored(values: np.ndarray, whole: bool) -> np.ndarray:

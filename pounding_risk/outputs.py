@@ -40,7 +40,7 @@ def _share(raw: Raw, strength: Raw) -> Raw:
 
 def _residual(raw: Raw, strength: Raw) -> Raw:
     peak = raw[..., tally.ENERGY]
-    return raw[..., tally.RESIDUAL] / np.where(peak > 0.0, peak, 1.0)
+    return np.abs(raw[..., tally.RESIDUAL]) / np.where(peak > 0.0, peak, 1.0)
 
 
 def _reach(signal: int) -> Callable[[Raw], Raw]:
@@ -81,7 +81,7 @@ RUN: dict[str, Output] = {
         lambda raw, _: np.zeros_like(raw[..., 0]),
     ),
     "energy_residual": Output(
-        "1", "energy not accounted for in contact, over the largest mechanical energy at a touch", _residual
+        "1", "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch", _residual
     ),
     "restitution_held": Output(
         "1",

@@ -112,6 +112,7 @@ class Run:
             speed = depth.slope(end)
             self.contact = Contact(self.scene, [opened, speed, *self.state, 0.0, 0.0], self.peaks, self.rtol)
             self.touches.append(now + touch[0])
+            self.contact_time += end - touch[0]  # a creeping contact is followed from a little later on
             self.speeds.append(speed)
             self.yields += [now + end for _ in self.contact.yields]
         return end

@@ -247,6 +247,20 @@ def test_impact_gives_the_other_kind_of_law_an_equal_peak_force():
     assert re.fullmatch(r"linear: k = \S+ MN/m, which gives the peak force of hertz without yielding", note[0])
 
 
+def test_an_approach_past_the_range_of_a_relation_is_noted():
+    """Equation (4) is a fit up to 5 m/s."""
+    note = "faster than the range of the restitution relation, which is held at its end there"
+    for speed, noted in (("5 m/s", []), ("6 m/s", [f"note: the approach is {note}"])):
+        told = run("impact", "--restitution", "concrete", "--speed", speed)
+        assert told.exit_code == 0, told.stderr
+        assert told.stdout.splitlines()[2:] == noted
+    law = ["--set", "interface.contact_model=jankowski", "--set", "interface.restitution=concrete"]
+    told = run("simulate", "scene.toml", *law, "--pga", "30 g")
+    assert re.search(rf"^note: \d+ contacts are {note}$", told.stdout, re.MULTILINE), told.output
+    told = run("scan", "scene.toml", *law, "--set", "records.pga=30 g", "--set", "grid.gap=['0 mm']")
+    assert told.stdout.splitlines()[-1] == f"note: 2 cases have contacts {note}", told.output
+
+
 def test_impact_draws_what_it_printed(monkeypatch):
     drawn = []
     figure = SimpleNamespace(savefig=lambda path: drawn.append(path))

@@ -51,9 +51,7 @@ def test_restitution_achieved_is_the_closed_form(e: float):
         "van_mier": 1.0,
         "kelvin_voigt": e,
         "kelvin_voigt_tension_cut": known.kelvin_voigt_cut_restitution(known.kelvin_voigt_ratio(e)),
-        "modified_kelvin_voigt": known.modified_kelvin_voigt_restitution(
-            known.modified_kelvin_voigt_ratio(e)
-        ),
+        "modified_kelvin_voigt": known.modified_kelvin_voigt_restitution(known.modified_kelvin_voigt_ratio(e)),
         "hertz_damp": known.hertz_damp_restitution(known.hertz_damp_factor(e)),
         "hertz_damp_exact": e,
     }
@@ -122,9 +120,7 @@ def test_jankowski_in_the_fourth_root_of_depth(e: float):
     def slope(p: float, y: np.ndarray) -> list[float]:
         return [-4.0 * p**3 * (p**6 / y[0] + 2.0 * xi * p)]
 
-    way = solve_ivp(
-        slope, (0.0, 1.0), [1.0], "DOP853", rtol=1e-13, atol=1e-15, dense_output=True, events=_slow
-    )
+    way = solve_ivp(slope, (0.0, 1.2), [1.0], "DOP853", rtol=1e-13, atol=1e-15, dense_output=True, events=_slow)
     p = np.linspace(0.0, way.t[-1], 400_001)
     found = collision("jankowski", e, 0.5)
     unit = (MASS * 0.25 / 4.2e10) ** 0.4
@@ -211,9 +207,7 @@ def test_the_striker_of_van_mier():
 
 # ----------------------------------------------------------------------------------- free vibration, forced
 def record(seed: int = 1, count: int = 400, dt: float = 0.01) -> np.ndarray:
-    return (
-        np.random.default_rng(seed).normal(size=count) * np.sin(np.pi * np.arange(count) / (count - 1)) * 3.0
-    )
+    return np.random.default_rng(seed).normal(size=count) * np.sin(np.pi * np.arange(count) / (count - 1)) * 3.0
 
 
 def by_matrix_exponential(period: float, damping: float, a: np.ndarray, dt: float, parts: int) -> np.ndarray:
@@ -267,9 +261,7 @@ def test_linear_contact_is_a_chain_of_linear_oscillators():
     scene = Scene(Oscillator(mass, 0.4), oracle.WALL, "linear", k, gap=0.004)
     found = integrate(scene, a, dt)
     omega, touching = 2.0 * math.pi / 0.4, False
-    free = np.array(
-        [[0, 1, 0, 0], [-(omega**2), -0.1 * omega, -1, 0], [0, 0, 0, 1], [0, 0, 0, 0]], dtype=float
-    )
+    free = np.array([[0, 1, 0, 0], [-(omega**2), -0.1 * omega, -1, 0], [0, 0, 0, 1], [0, 0, 0, 0]], dtype=float)
     pressed = free.copy()
     pressed[1, 0] -= k / mass
     pressed = np.vstack([np.hstack([pressed, [[0], [k / mass * 0.004], [0], [0]]]), np.zeros(5)])

@@ -12,6 +12,7 @@ from pounding_risk._jit import kernel
 from pounding_risk.core.collide import (
     ELASTIC,
     LAST,
+    SHARE,
     SLACK,
     YIELDING,
     Phase,
@@ -227,8 +228,7 @@ def take_step(impact, phase, span, rtol, desk):
             h = 0.5 * left
         error = attempt(impact, phase, s, h, desk)
         attempts += 1
-        # A contact takes some ten steps and a run some ten contacts: each step may spend a tenth of the tolerance.
-        if error <= 0.1 * rtol:
+        if error <= SHARE * rtol:
             break
         if not error >= 0.0 and attempts > 60:
             return -1.0, NONE, h, attempts

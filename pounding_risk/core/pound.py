@@ -94,7 +94,7 @@ def lift_off(impact, energy, peaks, duration, desk):
     after = energy_of((impact.left, impact.right), state)
     work = desk[STATE, 4]
     desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], after)
-    desk[TALLY, RESIDUAL] += abs(after - energy - (desk[STATE, 6] - work))
+    desk[TALLY, RESIDUAL] += after - energy - (desk[STATE, 6] - work)
     desk[TALLY, VISCOUS] += work - impact.law.stored(delta, impact.strength)
     desk[TALLY, CONTACT_TIME] += duration
     desk[TALLY, IMPULSE] += desk[STATE, 5]
