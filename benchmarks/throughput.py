@@ -20,15 +20,15 @@ from rk4 import solve_rk4
 from scipy_pair import solve_scipy
 
 from pounding_risk.core.collide import make_desk
-from pounding_risk.pair import Interface, free_response, oscillators, run
+from pounding_risk.core.sweep import sweep
+from pounding_risk.ensemble import scan
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import read_motion
 from pounding_risk.outputs import COLUMNS, RUN, run_outputs
-from pounding_risk.ensemble import scan
+from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.scenario import parse_scene
-from pounding_risk.core.sweep import sweep
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)

@@ -158,8 +158,8 @@ def comparison_figure(runs: Sequence[xr.Dataset]) -> Figure:
     title(
         figure,
         f"Identical until {parted:.2f} s; yielding {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm",
-        f"{first.attrs['title']}; gap {first.attrs['gap'] * 1e3:g} mm; {first.attrs['record']} {first.attrs['polarity']} "
-        f"at {first.attrs['pga'] / STANDARD_GRAVITY:.2f} g; circles: peaks",
+        f"{first.attrs['title']}; gap {first.attrs['gap'] * 1e3:g} mm; {first.attrs['record']} "
+        f"{first.attrs['polarity']} at {first.attrs['pga'] / STANDARD_GRAVITY:.2f} g; circles: peaks",
     )
     return figure
 
@@ -224,7 +224,7 @@ def scan_figure(results: xr.Dataset) -> Figure:
     rows, columns = peak.sizes["polarity"], peak.sizes["record"]
     figure, axes = blank(rows, columns, (1.6 + 2.3 * columns, 1.6 + 2.5 * rows), sharex=True, sharey=True)
     low, high = float(peak.min()), float(peak.max())
-    picture = None
+    picture: Any = None
     for place in np.ndindex(rows, columns):
         one = peak.isel(polarity=place[0], record=place[1]).transpose("yield_force", "gap")
         picture = _map(axes[place], results, one, (low, high))

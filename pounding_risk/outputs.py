@@ -81,7 +81,9 @@ RUN: dict[str, Output] = {
         lambda raw, _: np.zeros_like(raw[..., 0]),
     ),
     "energy_residual": Output(
-        "1", "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch", _residual
+        "1",
+        "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch",
+        _residual,
     ),
     "restitution_held": Output(
         "1",

@@ -28,7 +28,7 @@ SEARCHED = np.linspace(100e3, 1.5e6, 141)  # N; yield forces tried
 # Figure 4 of the paper: strikers of van Mier et al. (1991). Stiffness and F_E are not published; β as for concrete in
 # Jankowski (2005), and a plateau below the 441 kN that the lighter striker would reach without one.
 STRIKERS = ((570.0, 0.5), (570.0, 2.5), (290.0, 2.5))  # kg, m/s
-STRIKER_LAW = ViscousElastoplastic(2.75e9)
+STRIKER_LAW = ViscousElastoplastic(2.75e9)  # type: ignore[call-arg]
 STRIKER_STRENGTH = 300e3  # N
 
 

@@ -70,9 +70,7 @@ class Contact:
                 return
         self.age, self.state = end, solver.y.tolist()
 
-    def walk(
-        self, solver: DOP853, rhs: Callable[..., list[float]], ground: tuple[float, float], power: int
-    ) -> bool:
+    def walk(self, solver: DOP853, rhs: Callable[..., list[float]], ground: tuple[float, float], power: int) -> bool:
         """Look for events and peaks inside the last step; whether an event ended the segment."""
         dense, old, new = solver.dense_output(), solver.t_old, solver.t
         xs = old + POINTS * (new - old)

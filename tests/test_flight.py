@@ -19,10 +19,6 @@ from scipy.optimize import minimize_scalar
 from pounding_risk.core import flight
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import BLOCK, SIGNALS
-from pounding_risk.pair import Interface, free_response, oscillators, solve
-from pounding_risk.models.contact import Hertz, Jankowski
-from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
 from pounding_risk.core.series import (
     HIGH,
     LEFT,
@@ -38,6 +34,10 @@ from pounding_risk.core.series import (
     slope_at,
     value_at,
 )
+from pounding_risk.models.contact import Hertz, Jankowski
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures import Building
+from pounding_risk.pair import Interface, free_response, oscillators, solve
 
 ROUNDING = 1e-13  # of a signal's size
 LONGEST_TURN = 2.5  # rad of the stiffer building that one series spans

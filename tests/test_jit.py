@@ -16,11 +16,11 @@ import pytest
 
 import pounding_risk
 from pounding_risk import _jit
-from pounding_risk.pair import Interface, march, solve
 from pounding_risk.models import contact
 from pounding_risk.models.contact import LAWS
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.models.structures import Building
+from pounding_risk.pair import Interface, march, solve
 
 compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 PACKAGE = Path(_jit.__file__).resolve().parent

@@ -54,14 +54,10 @@ def test_el_centro_as_the_paper_uses_it():
 
 def test_a_window_leaves_a_processed_record_as_it_is():
     whole = read_motion("RSN6-180")
-    assert np.array_equal(
-        read_motion("RSN6-180", window=(1.0, 6.0)).acceleration, whole.acceleration[100:601]
-    )
+    assert np.array_equal(read_motion("RSN6-180", window=(1.0, 6.0)).acceleration, whole.acceleration[100:601])
 
 
-@pytest.mark.parametrize(
-    "extra", [[], [{"step": "bandpass", "low": "0.1 Hz", "high": "25 Hz"}]], ids=["", "filter"]
-)
+@pytest.mark.parametrize("extra", [[], [{"step": "bandpass", "low": "0.1 Hz", "high": "25 Hz"}]], ids=["", "filter"])
 def test_el_centro_with_baseline_correction(extra):
     steps = [*extra, {"step": "baseline"}]
     motion = read_motion("RSN6-180", window=("0 s", "6 s"), pga="0.5 g", processing=steps)
@@ -278,8 +274,7 @@ REFUSED = [
     (
         lambda: changed(data=with_nan),
         {},
-        ".ELC..180: 1 sample is not finite, the first at index 812 (t = 8.12 s); repair or "
-        "replace the record",
+        ".ELC..180: 1 sample is not finite, the first at index 812 (t = 8.12 s); repair or replace the record",
     ),
     (lambda: changed(data=lambda a: a[:1]), {}, ".ELC..180: has 1 sample; a record needs at least 2"),
     (lambda: changed(data=lambda a: a[:0]), {}, ".ELC..180: has 0 samples; a record needs at least 2"),
@@ -392,8 +387,7 @@ REFUSED = [
     (
         lambda: "RSN6-180",
         {"processing": [{"step": "bandpass", "low": "0.1 s"}]},
-        'processing, step 1, low: "0.1 s" is a time, not a frequency; write a corner frequency '
-        'such as "0.1 Hz"',
+        'processing, step 1, low: "0.1 s" is a time, not a frequency; write a corner frequency such as "0.1 Hz"',
     ),
     (
         lambda: "RSN6-180",
@@ -517,9 +511,7 @@ def test_every_step_has_a_name_a_sentence_and_finite_samples():
 
 
 def test_options_are_si_or_text_with_a_unit():
-    text, numbers = (
-        {"step": "bandpass", "low": low, "high": high} for low, high in (("0.1 Hz", "25 Hz"), (0.1, 25))
-    )
+    text, numbers = ({"step": "bandpass", "low": low, "high": high} for low, high in (("0.1 Hz", "25 Hz"), (0.1, 25)))
     assert read_steps([text]) == read_steps([numbers]) == (Step("bandpass", {"low": 0.1, "high": 25.0}),)
 
 

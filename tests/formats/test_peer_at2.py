@@ -93,9 +93,7 @@ def test_path_text_open_file_and_bytes_agree():
     ids=["LF", "CR", "D exponents", "small g", "blank lines at the end"],
 )
 def test_spellings_that_mean_the_same(change):
-    assert np.array_equal(
-        _read_at2(BytesIO(change(EL_CENTRO)))[0].data, _read_at2(BytesIO(EL_CENTRO))[0].data
-    )
+    assert np.array_equal(_read_at2(BytesIO(change(EL_CENTRO)))[0].data, _read_at2(BytesIO(EL_CENTRO))[0].data)
 
 
 def test_latin_1_in_the_title():

@@ -38,19 +38,14 @@ def burst(seed: int, dt: float, peak: float, duration: float = 7.0) -> Callable[
     def make() -> Shaking:
         random = np.random.default_rng(seed)
         t = np.arange(round(duration / dt) + 1) * dt
-        waves = [
-            random.normal() * np.sin(2 * np.pi * f * t + random.uniform(0, 6))
-            for f in random.uniform(0.4, 8, 8)
-        ]
+        waves = [random.normal() * np.sin(2 * np.pi * f * t + random.uniform(0, 6)) for f in random.uniform(0.4, 8, 8)]
         a = np.sum(waves, axis=0) * np.sin(np.pi * t / t[-1])
         return Shaking(a * (peak / np.abs(a).max()), dt)
 
     return make
 
 
-def real(
-    name: str, start: float, stop: float, pga: float, polarity: str = "as recorded"
-) -> Callable[[], Shaking]:
+def real(name: str, start: float, stop: float, pga: float, polarity: str = "as recorded") -> Callable[[], Shaking]:
     """A record of the catalogue, windowed and scaled [g]."""
 
     def make() -> Shaking:
@@ -60,9 +55,7 @@ def real(
     return make
 
 
-def pair(
-    t_left: float, t_right: float, m_left: float, m_right: float, damping: float = 0.05
-) -> tuple[Oscillator, ...]:
+def pair(t_left: float, t_right: float, m_left: float, m_right: float, damping: float = 0.05) -> tuple[Oscillator, ...]:
     """Periods [s], masses [t]."""
     return Oscillator(1e3 * m_left, t_left, damping), Oscillator(1e3 * m_right, t_right, damping)
 
@@ -146,9 +139,7 @@ SCENES = [
         gap=0.015,
         restitution=CONCRETE,
     ),
-    case(
-        "van-mier", pair(0.25, 1.4, 40, 160), "van_mier", 3e9, burst(5, 0.01, 3.0), gap=0.01, yield_force=1e5
-    ),
+    case("van-mier", pair(0.25, 1.4, 40, 160), "van_mier", 3e9, burst(5, 0.01, 3.0), gap=0.01, yield_force=1e5),
     case(
         "van-mier-hardening",
         pair(0.3, 0.12, 80, 20),
@@ -214,9 +205,7 @@ def by_solver(scene: Scene, shaking: Shaking) -> dict[str, float]:
         for name, b in (("left", scene.left), ("right", scene.right))
     ]
     e = scene.restitution
-    relation = (
-        restitution.constant(e) if isinstance(e, int | float) else restitution.Restitution(*e, scene.fastest)
-    )
+    relation = restitution.constant(e) if isinstance(e, int | float) else restitution.Restitution(*e, scene.fastest)
     law = LAWS[scene.law]
     model = law(scene.stiffness, scene.plastic_exponent) if scene.law == "van_mier" else law(scene.stiffness)
     between = Interface(scene.gap, model, relation, scene.yield_force)
@@ -258,15 +247,12 @@ def test_solver_agrees_with_scipy(scene: Scene, shaking: Callable[[], Shaking]):
     # From rest with a closed gap the first touch is a matter of rounding; contact time starts with it.
     slack = abs(found["first_impact_time"] - true["first_impact_time"]) if closed else 0.0
     if not closed:
-        assert found["first_impact_time"] == pytest.approx(
-            true["first_impact_time"], abs=1e-9
-        )  # a root of free flight
+        assert found["first_impact_time"] == pytest.approx(true["first_impact_time"], abs=1e-9)  # a root of free flight
     assert slack <= 5e-3
     differences = {
         name: (found[name], true[name])
         for name, rel in TOLERANCES.items()
-        if not abs(found[name] - true[name])
-        <= rel * abs(true[name]) + (slack if name == "contact_time" else 0.0)
+        if not abs(found[name] - true[name]) <= rel * abs(true[name]) + (slack if name == "contact_time" else 0.0)
     }
     assert differences == {}
     # 1 µs, as promised.
