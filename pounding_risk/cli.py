@@ -5,6 +5,7 @@ Everything but typer is imported when a command runs, so that help and completio
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
@@ -226,9 +227,13 @@ def record_info(id: Annotated[str, typer.Argument(metavar="ID", help="A record's
 
 
 def draw(figure: Any, target: Path) -> None:
-    """Write a figure; raises PoundingError where that fails."""
+    """Write a figure under a temporary name and move it into place; raises PoundingError where that fails."""
+    partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
     try:
-        figure.savefig(target)
+        figure.savefig(partial)
+        os.replace(partial, target)
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
     typer.echo(f"written: {target}")

@@ -26,7 +26,7 @@ from pounding_risk.results import as_text, check_target, save, versions
 from pounding_risk.study import REVERSED, Study
 
 AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
-CASES_A_CHUNK = 500  # some tenths of a second: Ctrl-C and progress wait no longer
+CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
 
 Progress = Callable[[int, int], None]
 

@@ -38,6 +38,8 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
     """
     target = Path(path)
     folder = target.parent
+    if not target.name:
+        raise PoundingError(f"{target}: names no file; write one such as results{suffixes[0]}")
     if target.suffix.lower() not in suffixes:
         allowed = " or ".join(suffixes)
         raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")

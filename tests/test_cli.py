@@ -261,15 +261,16 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
     assert told.stdout.splitlines()[-1] == f"note: 2 cases have contacts {note}", told.output
 
 
-def test_impact_draws_what_it_printed(monkeypatch):
+def test_impact_draws_what_it_printed(monkeypatch, folder):
     drawn = []
-    figure = SimpleNamespace(savefig=lambda path: drawn.append(path))
+    figure = SimpleNamespace(savefig=lambda path: path.write_text("drawn"))
     made = SimpleNamespace(impact_figure=lambda found: drawn.append(found) or figure)
     monkeypatch.setitem(sys.modules, "pounding_risk.figures", made)
     told = run("impact", "--law", "hertz", "--figure", "f.svg")
     assert told.exit_code == 0, told.stderr
     assert [each.law for each in drawn[0]] == ["hertz"]
-    assert drawn[1] == Path("f.svg")
+    assert Path("f.svg").read_text() == "drawn"
+    assert not [path for path in folder.iterdir() if "partial" in path.name]
     assert told.stdout.splitlines()[-1] == "written: f.svg"
 
 
