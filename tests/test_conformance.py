@@ -10,7 +10,15 @@ import pytest
 
 from pounding_risk.collision import equal_stiffness, impact
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import LAWS, Hertz, Jankowski, Linear, VanMier, ViscousElastoplastic, stiffness_quantity
+from pounding_risk.models.contact import (
+    LAWS,
+    Hertz,
+    Jankowski,
+    Linear,
+    VanMier,
+    ViscousElastoplastic,
+    stiffness_quantity,
+)
 from pounding_risk.models.restitution import CONCRETE, constant
 
 ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8, 0.9)
@@ -86,12 +94,19 @@ def test_elastic_closed_forms():
     for law, form in ((Linear(9.35e7), exact.linear_impact), (Hertz(2.75e9), exact.hertz_impact)):
         depth, force, duration = form(law.stiffness, mass, speed)
         found = impact(law, speed, mass)
-        assert (found.peak_penetration, found.peak_force, found.duration) == pytest.approx((depth, force, duration), rel=1e-9)
+        assert (found.peak_penetration, found.peak_force, found.duration) == pytest.approx(
+            (depth, force, duration), rel=1e-9
+        )
 
 
 @pytest.mark.parametrize(
     ("e", "depth", "force", "time"),
-    [(0.2, 0.3017, 2.2177, 3.179), (0.5, 0.6280, 0.9008, 3.171), (0.65, 0.7746, 0.8203, 3.185), (0.9, 1.0050, 1.0158, 3.209)],
+    [
+        (0.2, 0.3017, 2.2177, 3.179),
+        (0.5, 0.6280, 0.9008, 3.171),
+        (0.65, 0.7746, 0.8203, 3.185),
+        (0.9, 1.0050, 1.0158, 3.209),
+    ],
 )
 def test_jankowski_is_self_similar(e: float, depth: float, force: float, time: float):
     """δ = a1 D, F = a2 β D^1.5, t = a3 D/v0 with D = (m v0²/β)^0.4, whatever m, β and v0; a to four digits, at the ξ
@@ -116,7 +131,17 @@ def _asked_for(xi: float) -> float:
 
 @pytest.mark.parametrize(
     ("share", "achieved"),
-    [(1.0, 0.647), (0.9, 0.672), (0.8, 0.718), (0.7, 0.767), (0.6, 0.815), (0.5, 0.862), (0.4, 0.904), (0.2, 0.970), (0.1, 0.991)],
+    [
+        (1.0, 0.647),
+        (0.9, 0.672),
+        (0.8, 0.718),
+        (0.7, 0.767),
+        (0.6, 0.815),
+        (0.5, 0.862),
+        (0.4, 0.904),
+        (0.2, 0.970),
+        (0.1, 0.991),
+    ],
 )
 def test_the_published_cap_makes_the_rebound_more_elastic(share: float, achieved: float):
     """Eq. (3) read literally; three digits from an independent integration at rtol 1e-11."""
@@ -154,7 +179,10 @@ def test_restitution_of_concrete():
 
 def test_equal_terms():
     """A linear spring with Hertz's peak force: F = v0 sqrt(k m), solved for k."""
-    for same, form in (("peak force", lambda f, d: (f / 0.5) ** 2 / 570.0), ("penetration", lambda f, d: 570.0 * 0.25 / d**2)):
+    for same, form in (
+        ("peak force", lambda f, d: (f / 0.5) ** 2 / 570.0),
+        ("penetration", lambda f, d: 570.0 * 0.25 / d**2),
+    ):
         depth, force, _ = exact.hertz_impact(2.75e9, 570.0, 0.5)
         found = equal_stiffness(Linear, Hertz(2.75e9), 0.5, 570.0, constant(1.0), same)
         assert found == pytest.approx(form(force, depth), rel=1e-8)

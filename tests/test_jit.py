@@ -16,11 +16,11 @@ import pytest
 
 import pounding_risk
 from pounding_risk import _jit
+from pounding_risk.core.march import march
 from pounding_risk.models import contact
 from pounding_risk.models.contact import LAWS
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.models.structures import Building
-from pounding_risk.core.march import march
 from pounding_risk.pair import Interface, solve
 
 compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
@@ -272,7 +272,9 @@ def kernels() -> dict:
 def test_every_kernel_has_the_same_flags():
     """fastmath deletes NaN guards, and flags leak between kernels: one set for all."""
     found = kernels()
-    assert {"pounding_risk.core.flight.fly", "pounding_risk.core.pound.pound", "pounding_risk.core.march.march"} <= set(found)
+    assert {"pounding_risk.core.flight.fly", "pounding_risk.core.pound.pound", "pounding_risk.core.march.march"} <= set(
+        found
+    )
     for name, dispatcher in found.items():
         options = dispatcher.targetoptions
         assert not options.get("fastmath"), name

@@ -230,7 +230,7 @@ def take_step(impact, phase, span, rtol, desk):
         attempts += 1
         if error <= SHARE * rtol:
             break
-        if not error >= 0.0 and attempts > 60:
+        if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, h, attempts
         h = next_step(h, error, rtol) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * left:
