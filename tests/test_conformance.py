@@ -72,7 +72,7 @@ def test_restitution_closed_forms(e: float):
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("ratio", [1e-6, 1e-3, 1.0, 1e3, 1e6])
 def test_momentum_and_energy(name: str, ratio: float):
-    """Momentum to 1e-12 of what the striker brought; the work of the force is ½ m v0² (1 − e²), e as achieved; the impulse (1 + e) m v0."""
+    """Momentum to 1e-12 of what the striker brought; work ½ m v0² (1 − e²), e as achieved; impulse (1 + e) m v0."""
     mass, other, speed = 1e4, 1e4 * ratio, 0.8
     found = impact(law_of(name), speed, mass, other, restitution=0.65)
     reduced = mass * other / (mass + other)
