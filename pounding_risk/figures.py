@@ -222,7 +222,7 @@ def scan_figure(results: xr.Dataset) -> Figure:
     if min(peak.sizes["gap"], peak.sizes["yield_force"]) < 2:
         return _scan_lines(results, peak)
     rows, columns = peak.sizes["polarity"], peak.sizes["record"]
-    figure, axes = blank(rows, columns, (1.6 + 2.3 * columns, 1.6 + 2.5 * rows), sharex=True, sharey=True)
+    figure, axes = blank(rows, columns, (max(7.6, 1.6 + 2.3 * columns), 1.8 + 2.5 * rows), sharex=True, sharey=True)
     low, high = float(peak.min()), float(peak.max())
     picture: Any = None
     for place in np.ndindex(rows, columns):
@@ -234,12 +234,24 @@ def scan_figure(results: xr.Dataset) -> Figure:
             axes[place].set_ylabel(f"{one['polarity'].values}\n$F_E$ [kN]", fontsize=9)
     figure.supxlabel("gap [mm]", fontsize=10)
     figure.colorbar(picture, ax=axes, label="peak relative displacement [mm]")
-    worst = results["peak_relative_displacement"].max(("gap", "yield_force")) * 1e3
-    finding = (
-        f"Peak relative displacement {float(worst.min()):.1f} to {float(worst.max()):.1f} mm by record and polarity"
-    )
+    finding = f"{_gap_needed(results)}; peak relative displacement up to {high:.1f} mm"
     title(figure, finding, f"{results.attrs['title']}; right of the dashed line there is no contact")
     return figure
+
+
+def _gap_needed(results: xr.Dataset) -> str:
+    """From which gap on there is no contact, over the records and polarities of a scan."""
+    others = [name for name in results["impact_count"].dims if name not in ("record", "polarity", "gap")]
+    touching = (results["impact_count"] > 0).any(others)
+    if bool(touching.isel(gap=-1).any()):
+        return f"Contact in {float(touching.isel(gap=-1).mean()):.0%} of the motions at the widest gap"
+    first = results["gap"].where(~touching).min("gap") * 1e3
+    low, high = float(first.min()), float(first.max())
+    return (
+        f"No contact from a gap of {low:.3g} mm on"
+        if low == high
+        else f"No contact from gaps of {low:.3g} to {high:.3g} mm on"
+    )
 
 
 def _map(axes: Axes, results: xr.Dataset, values: xr.DataArray, limits: tuple[float, float]) -> Any:
