@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit import kernel
+from pounding_risk._jit import kernel, small
 from pounding_risk.core.series import END, STAGES, STATE
 from pounding_risk.models.structures import Oscillator
 from pounding_risk.models.tableau import DOP853
@@ -72,7 +72,7 @@ def make_desk() -> np.ndarray:
     return desk
 
 
-@kernel
+@small
 def transmitted(impact, phase, state):
     """Force that the buildings feel on this branch of the law."""
     if phase.region == SLACK:
@@ -83,14 +83,14 @@ def transmitted(impact, phase, state):
     return impact.law.force(impact.memory, delta, state[2] - state[3], phase.approaching)
 
 
-@kernel
+@small
 def uncapped(impact, phase, state):
     """The law's force without cap or cut."""
     delta = max(state[0] - state[1] - impact.gap, 0.0)
     return impact.law.force(impact.memory, delta, state[2] - state[3], phase.approaching)
 
 
-@kernel
+@small
 def slopes(impact, phase, s, state, desk, row):
     """d(state)/ds = 4 s³ d(state)/dt into a row: u, v of both buildings, work, impulse, energy put in."""
     left, right = impact.left, impact.right
@@ -109,7 +109,7 @@ def slopes(impact, phase, s, state, desk, row):
     desk[row, 6] = clock * (left.mass * state[2] * drive_left + right.mass * state[3] * drive_right)
 
 
-@kernel
+@small
 def state_of(desk, row):
     """(u_left, u_right, v_left, v_right) from a row."""
     return desk[row, 0], desk[row, 1], desk[row, 2], desk[row, 3]
@@ -159,7 +159,7 @@ def attempt(impact, phase, s, h, desk):
     return fifth / sqrt(4.0 * (fifth + 0.01 * third))
 
 
-@kernel
+@small
 def nudged(state, desk, row, nudge):
     """The state a little further along its slopes."""
     return (
@@ -195,7 +195,7 @@ def energy_of(pair, state):
     return 0.5 * (kinetic + strain)
 
 
-@kernel
+@small
 def next_step(h, error, rtol):
     """Step length from the last one: 0.9 (SHARE rtol / error)^(1/8), kept within 1/5 and 5."""
     if error == 0.0:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import inf
 
-from pounding_risk._jit import kernel
+from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import (
     ELASTIC,
     LAST,
@@ -33,7 +33,7 @@ FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
 
 
-@kernel
+@small
 def read_contact(impact, phase, state, desk, row):
     """Everything that is watched in contact, into a row: uncapped force, displacements, absolute accelerations."""
     force = transmitted(impact, phase, state)
@@ -45,7 +45,7 @@ def read_contact(impact, phase, state, desk, row):
     desk[row, SHAKE_RIGHT] = (-right.fade * state[3] - right.spring * state[1]) + right.inverse_mass * force
 
 
-@kernel
+@small
 def read_end(impact, phase, h, desk, rows):
     """Readings and their slopes per unit of s at one end of a step of length h.
 
@@ -65,7 +65,7 @@ BEGIN_ROWS = (STATE, STAGES, HERE, HERE_SLOPE)
 END_ROWS = (END, LAST, NEXT, NEXT_SLOPE)
 
 
-@kernel
+@small
 def margin_at(kind, impact, phase, desk, rows):
     """(margin, its slope) of a kind of event at one end of a step, from what `read_end` left."""
     source, tangent, values, rises = rows
@@ -82,7 +82,7 @@ def margin_at(kind, impact, phase, desk, rows):
     return sign * desk[values, FORCE], sign * desk[rises, FORCE]
 
 
-@kernel
+@small
 def cubic(start, start_slope, stop, stop_slope, x):
     """Cubic through two values and slopes on [0, 1]."""
     rise = stop - start
@@ -110,7 +110,7 @@ def first_dip(start, start_slope, stop, stop_slope):
     return 2.0
 
 
-@kernel
+@small
 def dip_of(kind, impact, phase, span, desk):
     """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
     s, h = span
@@ -129,7 +129,7 @@ def dip_of(kind, impact, phase, span, desk):
     return min(dip, 1.0) if stop < 0.0 else dip
 
 
-@kernel
+@small
 def is_watched(kind, impact, phase):
     """True for the kinds of event that this branch of the law can end with."""
     if kind == YIELD:
@@ -139,7 +139,7 @@ def is_watched(kind, impact, phase):
     return kind != PART or not phase.approaching
 
 
-@kernel
+@small
 def first_event(impact, phase, span, desk):
     """Which event the step from row STATE to row END meets first, and where on it (0 to 1)."""
     kind, place = NONE, 2.0
@@ -210,7 +210,7 @@ def switched(kind, phase):
     return Phase(approaching, region, phase.ground, phase.ramp)
 
 
-@kernel
+@small
 def take_step(impact, phase, span, rtol, desk):
     """One accepted step within ``span`` = (s, length to try, length left), shortened to the first event on it.
 

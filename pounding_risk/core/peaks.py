@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from pounding_risk._jit import kernel
+from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import LAST, attempt, slopes, state_of
 from pounding_risk.core.events import END_ROWS, FORCE, read_end
 from pounding_risk.core.flight import SIGNALS
@@ -50,7 +50,7 @@ def crest(watch, sign, ends, impact, phase, span, desk):
     return best
 
 
-@kernel
+@small
 def hides_crest(watch, sign, best, span, desk):
     """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
     s, h = span
@@ -70,7 +70,7 @@ def hides_crest(watch, sign, best, span, desk):
     return start_slope, end_slope
 
 
-@kernel
+@small
 def raise_peak(watch, sign, best, impact, phase, span, desk):
     """max(best, sign × reading over the step), with the crest between its ends; the step's rows are kept."""
     here, there = sign * desk[HERE, watch], sign * desk[NEXT, watch]
@@ -87,7 +87,7 @@ def raise_peak(watch, sign, best, impact, phase, span, desk):
     return best
 
 
-@kernel
+@small
 def watch_step(impact, phase, span, peak, desk):
     """Peaks over an accepted step onto the desk; returns this contact's peak uncapped force so far.
 

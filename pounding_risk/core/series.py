@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import inf
 
-from pounding_risk._jit import kernel
+from pounding_risk._jit import kernel, small
 
 MAX_TERMS = 48
 FINEST = 2.0**-36  # of an interval: where the bisection stops
@@ -33,7 +33,7 @@ def expand(oscillator, place, speed, ramp, desk, row, terms):
         desk[row, n] = -pull / (n * (n - 1))
 
 
-@kernel
+@small
 def value_at(desk, row, terms, x):
     """Σ c_n x^n."""
     total = 0.0
@@ -42,7 +42,7 @@ def value_at(desk, row, terms, x):
     return total
 
 
-@kernel
+@small
 def slope_at(desk, row, terms, x):
     """Σ n c_n x^(n−1)."""
     total = 0.0
@@ -51,7 +51,7 @@ def slope_at(desk, row, terms, x):
     return total
 
 
-@kernel
+@small
 def bend_within(desk, row, terms, x):
     """Σ n (n−1) |c_n| x^(n−2): no second derivative on [0, x] is larger."""
     total = 0.0
@@ -60,7 +60,7 @@ def bend_within(desk, row, terms, x):
     return total
 
 
-@kernel
+@small
 def crest_bound(start, stop, span, bend):
     """The largest value that a function with |f''| ≤ bend and these end values can take on the span."""
     rise = (stop - start) / span
