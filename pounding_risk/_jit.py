@@ -23,8 +23,10 @@ from pathlib import Path
 
 import numba
 from numba import config, njit, types
+from numba.core import cgutils
 from numba.core.caching import FunctionCache
-from numba.extending import overload_method
+from numba.extending import intrinsic, overload_method
+from numba.np.arrayobj import make_array, populate_array
 
 FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False}
 INTERPRETED = bool(config.DISABLE_JIT)
@@ -145,6 +147,37 @@ def small(function):
     if INTERPRETED:
         return function
     return njit(forceinline=True, **FLAGS)(function)
+
+
+@intrinsic
+def _without_reference(typingctx, array):
+    def codegen(context, builder, signature, arguments):
+        make = make_array(signature.args[0])
+        source, view = make(context, builder, arguments[0]), make(context, builder)
+        populate_array(
+            view,
+            data=source.data,
+            shape=cgutils.unpack_tuple(builder, source.shape),
+            strides=cgutils.unpack_tuple(builder, source.strides),
+            itemsize=source.itemsize,
+            meminfo=cgutils.get_null_value(source.meminfo.type),
+            parent=cgutils.get_null_value(source.parent.type),
+        )
+        return view._getvalue()
+
+    return array(array), codegen
+
+
+def borrowed(array):
+    """The same array, its references not counted: for the inside of a kernel whose caller holds the array.
+
+    Counting is an atomic operation, and an array is handed over hundreds of times in one contact.
+    """
+    return array
+
+
+if not INTERPRETED:
+    borrowed = njit(forceinline=True, **FLAGS)(lambda array: _without_reference(array))
 
 
 def lowered(model):

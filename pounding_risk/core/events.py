@@ -212,13 +212,15 @@ def switched(kind, phase):
 
 @small
 def take_step(impact, phase, span, rtol, desk):
-    """One accepted step within ``span`` = (s, length to try, length left), shortened to the first event on it.
+    """One accepted step within ``span`` = (s, length to try, length left, known), shortened to the first event on it.
+
+    ``known`` says that the readings at its beginning stand in their rows already.
 
     The end is left in row END, its slopes on this branch in row LAST. Returns (length, event, next length to
     try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
     is not finite.
     """
-    s, h, left = span
+    s, h, left, known = span
     attempts = 0
     while True:
         # A sliver at the end of the span would cost a step of its own: split what is left evenly instead.
@@ -236,7 +238,8 @@ def take_step(impact, phase, span, rtol, desk):
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, h, attempts
     slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
-    read_end(impact, phase, h, desk, BEGIN_ROWS)
+    if not known:
+        read_end(impact, phase, h, desk, BEGIN_ROWS)
     read_end(impact, phase, h, desk, END_ROWS)
     following = next_step(h, error, rtol)
     event, place = first_event(impact, phase, (s, h), desk)

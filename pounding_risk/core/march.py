@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import inf, nan
 
-from pounding_risk._jit import kernel
-from pounding_risk.core.flight import SIGNALS, fly
+from pounding_risk._jit import borrowed, kernel, small
+from pounding_risk.core.flight import SIGNALS, Free, fly
 from pounding_risk.core.pound import pound
 from pounding_risk.core.series import HIGH, LOW, TALLY
 from pounding_risk.core.tally import (
@@ -19,7 +19,37 @@ from pounding_risk.core.tally import (
     NOT_FINITE,
     STATUS,
     TOO_MANY_CONTACTS,
+    Log,
 )
+
+
+@small
+def borrow_free(free):
+    """The free response with its arrays' references not counted."""
+    return Free(
+        borrowed(free.ground),
+        free.step,
+        free.terms,
+        borrowed(free.states),
+        borrowed(free.high),
+        borrowed(free.low),
+        free.node_map,
+        free.block_map,
+        free.fastest,
+    )
+
+
+@small
+def borrow_log(log):
+    """The log with its arrays' references not counted."""
+    return Log(
+        borrowed(log.contacts),
+        borrowed(log.steps),
+        borrowed(log.levels),
+        borrowed(log.first),
+        borrowed(log.reached),
+        borrowed(log.used),
+    )
 
 
 @kernel
@@ -28,6 +58,8 @@ def march(pair, free, law, limits, rtol, desk, log):
 
     Peaks are left in rows HIGH and LOW of the desk, everything else in row TALLY.
     """
+    # The caller holds all arrays until this returns.
+    desk, free, log = borrowed(desk), borrow_free(free), borrow_log(log)
     desk[HIGH, :SIGNALS] = 0.0
     desk[LOW, :SIGNALS] = 0.0
     desk[TALLY, :] = 0.0

@@ -31,8 +31,19 @@ from pounding_risk.core.events import (
     switched,
     take_step,
 )
+from pounding_risk.core.flight import SIGNALS
 from pounding_risk.core.peaks import watch_step
-from pounding_risk.core.series import END, HERE, HIGH, STAGES, STATE, TALLY
+from pounding_risk.core.series import (
+    END,
+    HERE,
+    HERE_SLOPE,
+    HIGH,
+    NEXT,
+    NEXT_SLOPE,
+    STAGES,
+    STATE,
+    TALLY,
+)
 from pounding_risk.core.tally import (
     APPROACH,
     AT_END,
@@ -161,7 +172,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     # Where nobody asks for this contact's own peak, only one above the run's peak so far is worth the search.
     each = log.levels.size > 0 or log.contacts.shape[0] > 0
     peak = 0.0 if each else desk[TALLY, DEMAND]
-    plateau, depth, yielded, stalled = 0.0, 0.0, 0, 0
+    plateau, depth, yielded, stalled, known = 0.0, 0.0, 0, 0, False
     since = -offset  # of the current node, after the touch
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
     ramp = ramp_at(free, node, since)
@@ -181,7 +192,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
             phase = Phase(phase.approaching, phase.region, ramp[0], ramp[1])
             slopes(impact, phase, s, state, desk, STAGES)
             continue
-        moved, event, h, attempts = take_step(impact, phase, (s, h, left), rtol, desk)
+        moved, event, h, attempts = take_step(impact, phase, (s, h, left, known), rtol, desk)
         desk[TALLY, STEPS] += attempts
         if moved <= 0.0 and event == NONE:
             finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
@@ -212,9 +223,13 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
                 desk[TALLY, YIELDS] += 1.0
                 if desk[TALLY, YIELDS] == 1.0:
                     desk[TALLY, FIRST_YIELD] = time
-        if event == NONE:
+        known = event == NONE
+        if known:
             for part in range(7):
                 desk[STAGES, part] = desk[LAST, part]
+            for watch in range(SIGNALS):
+                desk[HERE, watch] = desk[NEXT, watch]
+                desk[HERE_SLOPE, watch] = desk[NEXT_SLOPE, watch]
         else:
             phase = switched(event, phase)
             slopes(impact, phase, s, state, desk, STAGES)
