@@ -21,5 +21,6 @@ def test_notebook_runs_and_is_stored_without_results(path: Path, tmp_path: Path)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert not any(cell.outputs for cell in code), "strip the outputs before committing"
     NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": tmp_path}}).execute()
+    assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
     pictures = [out for cell in code for out in cell.outputs if "image/png" in out.get("data", {})]
     assert len(pictures) >= 3

@@ -1,0 +1,213 @@
+"""Figures from made-up results: what they say comes from the data alone, and needs no solver."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from pounding_risk import figures
+from pounding_risk.errors import PoundingError
+
+
+def made_impact(mass: float, speed: float, force: list[float]) -> SimpleNamespace:
+    values = np.array(force)
+    return SimpleNamespace(
+        law="viscous_elastoplastic",
+        mass=mass,
+        approach_speed=speed,
+        time=np.linspace(0.0, 4e-3, len(force)),
+        penetration=np.linspace(0.0, 1e-3, len(force)),
+        force=values,
+        peak_force=values.max(),
+        restitution_asked=0.5,
+        restitution=0.75,
+    )
+
+
+def made_run(law: str, scale: float = 1.0, first_yield: float = np.nan, parts_at: float = 1.0) -> xr.Dataset:
+    """Two seconds in which the displacement is a sine, scaled after ``parts_at``."""
+    time = np.linspace(0.0, 2.0, 201)
+    moved = -4e-3 * np.sin(2.0 * np.pi * time) * np.where(time > parts_at, 2.0 * scale, 1.0)
+    told = {"impact_count": 2.0, "peak_contact_force": 3e5, "peak_relative_displacement": np.abs(moved).max()}
+    named = {name: ("time", moved**2) for name in ("energy_ground", "energy_damping", "energy_contact", "energy_held")}
+    return xr.Dataset(
+        {
+            "relative_displacement": ("time", moved),
+            "contact_force": ("time", np.maximum(moved, 0.0) * 1e8),
+            "ground_acceleration": ("time", moved * 1e3),
+            "contact_start": ("contact", [0.5, 1.5]),
+            "contact_end": ("contact", [0.6, 1.6]),
+            **named,
+        },
+        coords={"time": time, "gap": 0.005},
+        attrs={
+            "title": "A pair",
+            "record": "R1",
+            "polarity": "as recorded",
+            "contact_model": law,
+            "gap": 0.005,
+            "yield_force": np.inf if np.isnan(first_yield) else 3e5,
+            "pga": 4.903325,
+            "outputs": json.dumps({**told, "first_yield_time": first_yield}),
+        },
+    )
+
+
+def made_scan(gaps: int = 4, forces: tuple[float, ...] = (2e5, 4e5, np.inf)) -> xr.Dataset:
+    """Two records, two polarities; yielding doubles the peak in the first record and halves it in the second."""
+    shape = (2, 2, 1, gaps, len(forces))
+    peak = np.full(shape, 5e-3)
+    peak[0, ..., 0] = 10e-3
+    peak[1, ..., 0] = 2.5e-3
+    count = np.ones(shape, dtype=int)
+    count[:, :, :, -1] = 0
+    exceeded = np.zeros(shape, dtype=int)
+    exceeded[..., 0] = 1
+    dims = ("record", "polarity", "contact_model", "gap", "yield_force")
+    return xr.Dataset(
+        {
+            "peak_relative_displacement": (dims, peak),
+            "impact_count": (dims, count),
+            "yield_exceedance": (dims, exceeded),
+            "first_yield_time": (dims, np.where(exceeded, 2.4, np.nan)),
+        },
+        coords={
+            "record": ["R1", "R2"],
+            "polarity": ["as recorded", "reversed"],
+            "contact_model": ["viscous_elastoplastic"],
+            "gap": np.arange(gaps) * 1e-3,
+            "yield_force": list(forces),
+        },
+        attrs={
+            "title": "A grid",
+            "records": json.dumps([{"name": "R1", "event": "Here, There", "date": "1999-01-01"}]),
+        },
+    )
+
+
+def drawn() -> dict[str, object]:
+    runs = [made_run("jankowski"), made_run("viscous_elastoplastic", 0.5, 1.0)]
+    impacts = [made_impact(570.0, 2.5, [0, 3e5, 3e5, 3e5, 0]), made_impact(290.0, 2.5, [0, 3e5, 3e5, 0, 0])]
+    impacts.append(made_impact(570.0, 0.5, [0, 1e5, 0, 0, 0]))
+    return {
+        "impact": figures.impact_figure(impacts, note="assumed: all"),
+        "simulation": figures.simulation_figure(runs[1]),
+        "comparison": figures.comparison_figure(runs, note="assumed: all"),
+        "window": figures.window_figure(made_scan().isel(record=[1], gap=[0]), (2e5, 2e5)),
+        "scan": figures.scan_figure(made_scan()),
+        "lines over gap": figures.scan_figure(made_scan(forces=(np.inf,))),
+        "lines over force": figures.scan_figure(made_scan(gaps=1)),
+        "ratio": figures.ratio_figure(made_scan()),
+    }
+
+
+@pytest.fixture(scope="module")
+def gallery():
+    return drawn()
+
+
+FOUND = {
+    "impact": "Equal plateaus of 300 kN for 2.0 ms (570 kg) and 1.0 ms (290 kg); none at 0.5 m/s (100 kN)",
+    "simulation": "2 contacts, peak force 300 kN, peak relative displacement 4.00 mm",
+    "comparison": "Identical until 1.00 s; yielding lowers the peak from 8.00 to 4.00 mm",
+    "window": "First yield near 2.4 s, then a smaller peak: $F_E$ from 200 to 200 kN",
+    "scan": "No contact from a gap of 3 mm on; peak relative displacement up to 10.0 mm",
+    "lines over gap": "Peak relative displacement 2.5 to 10.0 mm",
+    "lines over force": "Peak relative displacement 2.5 to 10.0 mm",
+    "ratio": "Yielding raises the peak in 50 % and lowers it in 50 % of the 16 cases that yield: 0.50 to 2.00 times",
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_titles_say_what_was_found(gallery, name):
+    assert gallery[name].get_suptitle().splitlines()[0] == FOUND[name]
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_axes_have_units(gallery, name):
+    for axes in gallery[name].axes:
+        told = [*axes.get_shared_x_axes().get_siblings(axes), *axes.get_shared_y_axes().get_siblings(axes)]
+        assert any("[" in each.get_ylabel() for each in told)
+        # A scale of colours has one axis, and shared axes are labelled at the edge of the figure.
+        assert any("[" in each.get_xlabel() for each in told) or axes.get_label() == "<colorbar>"
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_nothing_written_leaves_the_page(gallery, name):
+    figure = gallery[name]
+    figure.canvas.draw()
+    texts = [text for text in figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_text().strip()]
+    page = figure.bbox
+    for text in texts:
+        if text.get_visible():
+            box = text.get_window_extent()
+            # Ticks beyond an axis' limits are made but not drawn.
+            inside = page.x0 - 1 <= box.x0 and box.x1 <= page.x1 + 1 and page.y0 - 1 <= box.y0 and box.y1 <= page.y1 + 1
+            assert inside or text.axes is None or not text.axes.bbox.padded(40).overlaps(box), text.get_text()
+
+
+@pytest.mark.parametrize("name", FOUND)
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_files_are_the_same_for_the_same_data(gallery, name, suffix, tmp_path):
+    first = figures.write(gallery[name], tmp_path / f"a{suffix}").read_bytes()
+    assert figures.write(gallery[name], tmp_path / f"b{suffix}").read_bytes() == first
+    assert b"CreationDate" not in first and b"<dc:date>" not in first and b"Matplotlib" not in first
+
+
+def test_the_same_data_drawn_anew_is_the_same_file(tmp_path):
+    once = {name: figures.write(figure, tmp_path / f"{name}.svg").read_bytes() for name, figure in drawn().items()}
+    again = {name: figures.write(figure, tmp_path / f"{name}.svg").read_bytes() for name, figure in drawn().items()}
+    assert once == again
+
+
+def test_parting_is_found_from_the_histories():
+    one = made_run("jankowski")
+    assert figures.parting(one, made_run("viscous_elastoplastic", 0.5, parts_at=1.2)) == pytest.approx(1.0)
+    assert np.isnan(figures.parting(one, one))
+    assert figures.comparison_figure([one, one]).get_suptitle().startswith("Identical throughout: peak 8.00 mm")
+
+
+def test_another_law_is_not_called_yielding():
+    text = figures.comparison_figure([made_run("jankowski"), made_run("hertz", 1.5)]).get_suptitle()
+    assert text.startswith("Identical until 1.00 s; hertz raises the peak from 8.00 to 12.00 mm")
+
+
+def test_other_numbers_other_title():
+    text = figures.impact_figure([made_impact(570.0, 2.5, [0, 3e5, 0]), made_impact(570.0, 0.5, [0, 1e5, 0])])
+    assert text.get_suptitle().startswith("Peak force 300, 100 kN")
+
+
+@pytest.mark.parametrize("figure", [figures.ratio_figure, lambda data: figures.window_figure(data, (2e5, 2e5))])
+def test_without_a_case_to_compare_with(figure):
+    with pytest.raises(PoundingError, match=r'no case without yielding; add "inf" to grid\.yield_force'):
+        figure(made_scan(forces=(2e5, 4e5)))
+
+
+def test_a_grid_that_never_yields():
+    quiet = made_scan()
+    quiet["yield_exceedance"] = quiet["yield_exceedance"] * 0
+    assert figures.ratio_figure(quiet).get_suptitle().startswith("No case yields")
+
+
+def test_maps_name_the_earthquake_where_it_is_known(gallery):
+    headings = [axes.get_title() for axes in gallery["scan"].axes if axes.get_title()]
+    assert headings == ["R1\nHere 1999", "R2"]
+
+
+def test_a_grid_in_any_order_is_drawn_in_rising_order(gallery):
+    turned = made_scan().isel(gap=slice(None, None, -1), yield_force=[1, 2, 0])
+    assert figures.scan_figure(turned).get_suptitle() == gallery["scan"].get_suptitle()
+    assert figures.ratio_figure(turned).get_suptitle() == gallery["ratio"].get_suptitle()
+    ticks = [text.get_text() for text in figures.scan_figure(turned).axes[0].get_yticklabels()]
+    assert ticks == ["200", "400", "∞"]
+
+
+def test_the_law_shown_is_named_where_there_are_several():
+    several = xr.concat([made_scan(), made_scan().assign_coords(contact_model=["jankowski"])], "contact_model")
+    assert figures.scan_figure(several).get_suptitle().splitlines()[1].startswith("A grid, nonlinear viscoelastic; ")
+    strong = xr.concat([made_scan().assign_coords(pga=value) for value in (1.961330, 4.903325)], "pga")
+    assert figures.ratio_figure(strong).get_suptitle().splitlines()[1].startswith("A grid, 0.50 g; ")
