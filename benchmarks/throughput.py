@@ -96,7 +96,7 @@ def run_grid(bench: Bench, screening: bool, threads: int, rtol: float = RTOL) ->
     def work(first: int) -> None:
         piece = slice(first, first + width)
         grid = (bench.gaps[piece], bench.yield_forces, RESTITUTION)
-        sweep(bench.pair, free, LAW, grid, rtol, screening, make_desk(), raw[piece], how[piece])
+        sweep(bench.pair, free, LAW, grid, rtol, screening, make_desk(rtol), raw[piece], how[piece])
 
     pieces = range(0, shape[0], width)
     if threads == 1:

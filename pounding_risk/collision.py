@@ -72,7 +72,7 @@ def impact(
         np.zeros(2), NEVER, 4, np.zeros((2, 4)), np.zeros((1, SIGNALS)), np.zeros((1, SIGNALS)), still, still, 0.0
     )
     log = make_log(1, ROWS, np.zeros(0))
-    desk = make_desk()
+    desk = make_desk(rtol)
     start = (0.0, 0.0, float(speed), 0.0)
     limits = (0.0, float(yield_force), rule)
     finish, *_ = pound(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)

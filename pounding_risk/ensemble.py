@@ -156,7 +156,17 @@ def _worker(
         place = (*chunk.motion, chunk.law, chunk.gaps)
         free: Free = frees[chunk.motion]
         grid = (gaps[chunk.gaps], strengths, study.restitution)
-        sweep(pair, free, lowered(laws[chunk.law]), grid, study.rtol, screening, make_desk(), raw[place], how[place])
+        sweep(
+            pair,
+            free,
+            lowered(laws[chunk.law]),
+            grid,
+            study.rtol,
+            screening,
+            make_desk(study.rtol),
+            raw[place],
+            how[place],
+        )
         return int(how[place].size)
 
     return work

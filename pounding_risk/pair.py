@@ -73,7 +73,7 @@ def free_response(pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray,
 
 def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:
     """`march` for one interface; returns its raw columns (see `outputs`)."""
-    desk = make_desk()
+    desk = make_desk(rtol)
     limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
     march(pair, free, lowered(interface.law), limits, float(rtol), desk, log or make_log(0, 0, np.zeros(0)))
     return np.concatenate([desk[TALLY, :TALLIED], desk[HIGH, :SIGNALS], desk[LOW, :SIGNALS]])

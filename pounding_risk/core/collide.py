@@ -19,15 +19,27 @@ import numpy as np
 from pounding_risk._jit import kernel, small
 from pounding_risk.core.series import END, STAGES, STATE
 from pounding_risk.models.structures import Oscillator
-from pounding_risk.models.tableau import DOP853
+from pounding_risk.models.tableau import DOP853, DORMAND_PRINCE
 
-LAST = STAGES + len(DOP853.nodes)  # row of the slopes at the end of a step
-# The tableau on the desk, sparse: a row for each stage with pairs (earlier stage, weight), then a row with the final
-# weights and both error weights, (stage, weight, fifth, third); −1 ends a row. A stage's node stands in column NODE.
-TABLE = LAST + 1
+# Rows of the desk that belong to the contact phase: the slopes at every stage of a step and at its end, those at the
+# late stages, and what lies between both ends of a step: a polynomial's rows, a place on it and what is read there.
+LAST = STAGES + len(DOP853.nodes)
+POLYNOMIAL = LAST + 1 + len(DOP853.late_nodes)
+TERMS = 7
+PEEK, PEEK_SLOPE, PEEKED, PEEKED_RISE = range(POLYNOMIAL + TERMS, POLYNOMIAL + TERMS + 4)
+# The tableau on the desk, sparse. A row for each stage with pairs (earlier row of slopes, weight); a row with the final
+# weights and the error weights, (row of slopes, weight, fifth, third); pairs for the late stages and for the
+# polynomial. −1 ends a row. The last columns hold a stage's node and, in row FINAL, what the method is.
+TABLE = PEEKED_RISE + 1
 FINAL = TABLE + len(DOP853.nodes)
-NODE = 60
-DESK = (FINAL + 1, 64)
+LATE = FINAL + 1
+BETWEEN = LATE + len(DOP853.late_nodes)
+NODE, COUNTED, LATES, END_WEIGHT, POWER = 59, 60, 61, 62, 63
+DESK = (BETWEEN + len(DOP853.between), 64)
+
+# The method by tolerance, loosest first: each serves tolerances from its own on. Most steps end at a record sample or
+# an event, so that a low order saves its stages only where few digits are asked for.
+METHODS = ((1e-4, DORMAND_PRINCE), (0.0, DOP853))
 
 # A run takes hundreds of steps whose errors add up: each may spend this share of the tolerance, so that the energy of
 # all shipped scenes closes to the tolerance itself.
@@ -59,17 +71,32 @@ class Phase(NamedTuple):
     ramp: float  # its slope [m/s³]
 
 
-def make_desk() -> np.ndarray:
-    """A desk with the tableau on it, for one thread."""
+def make_desk(rtol: float = 0.0) -> np.ndarray:
+    """A desk for one thread, with the tableau that suits the tolerance on it."""
+    method = next(method for least, method in METHODS if rtol >= least)
+    stages = len(method.nodes)
     desk = np.zeros(DESK)
-    for stage, row in enumerate(DOP853.a):
-        pairs = [(column, weight) for column, weight in enumerate(row) if weight != 0.0]
-        desk[TABLE + stage, : 2 * len(pairs) + 1] = [*np.ravel(pairs), -1.0]
-        desk[TABLE + stage, NODE] = DOP853.c[stage]
-    columns = np.column_stack([np.arange(len(DOP853.b)), DOP853.b, *DOP853.e])
-    used = columns[np.any(columns[:, 1:] != 0.0, axis=1)]
-    desk[FINAL, : used.size + 1] = [*used.ravel(), -1.0]
+    desk[[TABLE, LATE, BETWEEN], 0] = -1.0
+    for first, rows in ((TABLE, method.a), (LATE, method.late), (BETWEEN, method.d)):
+        for place, row in enumerate(rows):
+            write_pairs(desk[first + place], [row], stages)
+    desk[BETWEEN + len(method.d) : BETWEEN + len(DOP853.between), 0] = -1.0
+    desk[TABLE : TABLE + stages, NODE] = method.c
+    desk[LATE : LATE + len(method.late), NODE] = method.late_nodes
+    errors = np.zeros((2, stages + 1))
+    errors[: len(method.e)] = method.e
+    write_pairs(desk[FINAL], [np.append(method.b, 0.0), *errors * (np.arange(stages + 1) < stages)], stages)
+    desk[FINAL, [COUNTED, LATES, END_WEIGHT]] = stages, len(method.late), errors[0, stages]
+    desk[FINAL, POWER] = 1.0 / method.order
     return desk
+
+
+def write_pairs(target: np.ndarray, rows: list[np.ndarray], stages: int) -> None:
+    """Write the columns of a tableau that any of the rows uses: its row of slopes, then a weight for each row."""
+    columns = np.arange(len(rows[0]))
+    entries = np.column_stack([np.where(columns < stages, columns, columns + LAST - STAGES - stages), *rows])
+    used = entries[np.any(entries[:, 1:] != 0.0, axis=1)]
+    target[: used.size + 1] = [*used.ravel(), -1.0]
 
 
 @small
@@ -115,25 +142,32 @@ def state_of(desk, row):
     return desk[row, 0], desk[row, 1], desk[row, 2], desk[row, 3]
 
 
+@small
+def trial_state(table, h, desk):
+    """The state at a stage whose row of the table is given."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    place = 0
+    while desk[table, place] >= 0.0:
+        weight = desk[table, place + 1]
+        u, w, v, z = state_of(desk, STAGES + int(desk[table, place]))
+        a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
+        place += 2
+    u, w, v, z = state_of(desk, STATE)
+    return u + h * a, w + h * b, v + h * c, z + h * d
+
+
 @kernel
 def attempt(impact, phase, s, h, desk):
     """One step of the tableau from row STATE, whose slopes are in row STAGES, to row END; returns its error.
 
-    The error is that of Hairer's 8(5,3) pair, in units of the contact's scales of penetration and speed. The
-    table is read from the desk: written out in the code it is no faster and takes ten times as long to compile,
-    and sums of a known length fall to LLVM's loop vectoriser, which makes them half as fast again.
+    The error is that of the embedded pair (for DOP853, Hairer's 8(5,3)), in units of the contact's scales of
+    penetration and speed. The table is read from the desk: written out in the code it is no faster and takes ten
+    times as long to compile, and sums of a known length fall to LLVM's loop vectoriser, which makes them half as
+    fast again.
     """
     k = STAGES
-    for stage in range(1, LAST - STAGES):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        place = 0
-        while desk[TABLE + stage, place] >= 0.0:
-            weight = desk[TABLE + stage, place + 1]
-            u, w, v, z = state_of(desk, k + int(desk[TABLE + stage, place]))
-            a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
-            place += 2
-        u, w, v, z = state_of(desk, STATE)
-        trial = (u + h * a, w + h * b, v + h * c, z + h * d)
+    for stage in range(1, int(desk[FINAL, COUNTED])):
+        trial = trial_state(TABLE + stage, h, desk)
         slopes(impact, phase, s + desk[TABLE + stage, NODE] * h, trial, desk, k + stage)
     a, b, c, d, work, impulse, power = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     a5, b5, c5, d5, a3, b3, c3, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -151,12 +185,64 @@ def attempt(impact, phase, s, h, desk):
         place += 4
     for part, change in enumerate((a, b, c, d, work, impulse, power)):
         desk[END, part] = desk[STATE, part] + h * change
+    if desk[FINAL, END_WEIGHT] != 0.0:
+        finish(impact, phase, s + h, desk)
+        weight = desk[FINAL, END_WEIGHT]
+        u, w, v, z = state_of(desk, LAST)
+        a5, b5, c5, d5 = a5 + weight * u, b5 + weight * w, c5 + weight * v, d5 + weight * z
     deep, fast = h / impact.depth, h / impact.speed
     fifth = deep * deep * (a5 * a5 + b5 * b5) + fast * fast * (c5 * c5 + d5 * d5)
     third = deep * deep * (a3 * a3 + b3 * b3) + fast * fast * (c3 * c3 + d3 * d3)
     if fifth == 0.0:
         return 0.0
     return fifth / sqrt(4.0 * (fifth + 0.01 * third))
+
+
+@small
+def finish(impact, phase, s, desk):
+    """Slopes at the end of a step, into row LAST."""
+    slopes(impact, phase, s, state_of(desk, END), desk, LAST)
+
+
+@kernel
+def spread(impact, phase, span, desk):
+    """The polynomial between both ends of the step just made, ``span`` = (s, h); rows END and LAST are its end's.
+
+    With x from 0 to 1: y = y0 + x (P0 + (1−x) (P1 + x (P2 + (1−x) (P3 + ...)))), Hairer's continuous extension.
+    """
+    s, h = span
+    for late in range(int(desk[FINAL, LATES])):
+        trial = trial_state(LATE + late, h, desk)
+        slopes(impact, phase, s + desk[LATE + late, NODE] * h, trial, desk, LAST + 1 + late)
+    for part in range(4):
+        change = desk[END, part] - desk[STATE, part]
+        desk[POLYNOMIAL, part] = change
+        desk[POLYNOMIAL + 1, part] = h * desk[STAGES, part] - change
+        desk[POLYNOMIAL + 2, part] = 2.0 * change - h * (desk[STAGES, part] + desk[LAST, part])
+    for row in range(TERMS - 3):
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        place = 0
+        while desk[BETWEEN + row, place] >= 0.0:
+            weight = desk[BETWEEN + row, place + 1]
+            u, w, v, z = state_of(desk, STAGES + int(desk[BETWEEN + row, place]))
+            a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
+            place += 2
+        for part, value in enumerate((a, b, c, d)):
+            desk[POLYNOMIAL + 3 + row, part] = h * value
+
+
+@small
+def state_between(x, desk):
+    """The state at a place x of the step, 0 to 1, on the polynomial."""
+    rest = 1.0 - x
+    a, b, c, d = state_of(desk, POLYNOMIAL + TERMS - 1)
+    for back in range(1, TERMS):
+        row = TERMS - 1 - back
+        factor = rest if row % 2 == 0 else x
+        u, w, v, z = state_of(desk, POLYNOMIAL + row)
+        a, b, c, d = u + factor * a, w + factor * b, v + factor * c, z + factor * d
+    u, w, v, z = state_of(desk, STATE)
+    return u + x * a, w + x * b, v + x * c, z + x * d
 
 
 @small
@@ -196,11 +282,14 @@ def energy_of(pair, state):
 
 
 @small
-def next_step(h, error, rtol):
-    """Step length from the last one: 0.9 (SHARE rtol / error)^(1/8), kept within 1/5 and 5."""
+def next_step(h, error, rtol, desk):
+    """Step length from the last one: 0.9 (SHARE rtol / error)^(1/order), kept within 1/5 and 5."""
     if error == 0.0:
         return 5.0 * h
-    return h * min(5.0, max(0.2, 0.9 * sqrt(sqrt(sqrt(SHARE * rtol / error)))))
+    left = SHARE * rtol / error
+    # Roots are several times faster than a power, and this is the usual method's.
+    change = sqrt(sqrt(sqrt(left))) if desk[FINAL, POWER] == 0.125 else left ** desk[FINAL, POWER]
+    return h * min(5.0, max(0.2, 0.9 * change))
 
 
 @kernel

@@ -6,25 +6,33 @@ cannot pull would turn to tension, and where the bodies part.
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 
 from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import (
     ELASTIC,
+    END_WEIGHT,
+    FINAL,
     LAST,
+    PEEK,
+    PEEK_SLOPE,
+    PEEKED,
+    PEEKED_RISE,
     SHARE,
     SLACK,
     YIELDING,
     Phase,
     attempt,
+    finish,
     next_step,
     nudged,
     slopes,
+    spread,
+    state_between,
     state_of,
     transmitted,
     uncapped,
 )
-from pounding_risk.core.flight import SIGNALS
 from pounding_risk.core.series import END, HERE, HERE_SLOPE, NEXT, NEXT_SLOPE, STAGES, STATE
 
 # What is watched for its peak; past the force, the numbers are those of the signals watched in flight.
@@ -49,20 +57,40 @@ def read_contact(impact, phase, state, desk, row):
 def read_end(impact, phase, h, desk, rows):
     """Readings and their slopes per unit of s at one end of a step of length h.
 
-    ``rows`` = (state, slopes of the state, readings, slopes of the readings); the last are differences over a
-    ten-millionth of the step.
+    ``rows`` = (state, slopes of the state, readings, slopes of the readings). The slope of the force is a difference
+    over a ten-millionth of the step; all else is linear in it and in the slopes of the state.
     """
     source, tangent, values, rises = rows
+    left, right = impact.left, impact.right
     state = state_of(desk, source)
     nudge = 1e-7 * h
+    ahead = nudged(state, desk, tangent, nudge)
     read_contact(impact, phase, state, desk, values)
-    read_contact(impact, phase, nudged(state, desk, tangent, nudge), desk, rises)
-    for watch in range(SIGNALS):
-        desk[rises, watch] = (desk[rises, watch] - desk[values, watch]) / nudge
+    desk[rises, FORCE] = (uncapped(impact, phase, ahead) - desk[values, FORCE]) / nudge
+    felt = desk[rises, FORCE]
+    if phase.region != ELASTIC:
+        felt = (transmitted(impact, phase, ahead) - transmitted(impact, phase, state)) / nudge
+    u, w, v, z = state_of(desk, tangent)
+    desk[rises, PLACE_LEFT] = u
+    desk[rises, PLACE_RIGHT] = w
+    desk[rises, SHAKE_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
+    desk[rises, SHAKE_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * felt
 
 
 BEGIN_ROWS = (STATE, STAGES, HERE, HERE_SLOPE)
 END_ROWS = (END, LAST, NEXT, NEXT_SLOPE)
+PEEK_ROWS = (PEEK, PEEK_SLOPE, PEEKED, PEEKED_RISE)
+
+
+@small
+def peek(impact, phase, span, x, desk):
+    """State and readings at a place x of the step, 0 to 1, into PEEK_ROWS; `spread` has laid out the step."""
+    s, h = span
+    state = state_between(x, desk)
+    for part in range(4):
+        desk[PEEK, part] = state[part]
+    slopes(impact, phase, s + x * h, state, desk, PEEK_SLOPE)
+    read_end(impact, phase, h, desk, PEEK_ROWS)
 
 
 @small
@@ -163,7 +191,37 @@ def event_passed(landed, impact, phase, desk):
 
 
 @kernel
-def land(kind, place, impact, phase, span, desk):
+def settle(kind, place, impact, phase, span, desk):
+    """Refine the place of an event on the step's polynomial: Newton's rule in a bracket; 2 where there is none.
+
+    ``place`` is the guess of the model between the ends, which may see a dip that the step does not have.
+    """
+    h = span[1]
+    crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
+    low, high, x = 0.0, 1.0, place
+    for _ in range(40):
+        peek(impact, phase, span, x, desk)
+        value, slope = margin_at(kind, impact, phase, desk, PEEK_ROWS)
+        if value < 0.0:
+            high, crossed = x, True
+        elif crossed or slope < 0.0:
+            low = x
+        else:
+            high = x  # past the bottom of a dip that has not crossed yet
+        new = x - value / (h * slope) if slope < 0.0 else -1.0
+        if not low < new < high:
+            if slope < 0.0 and value >= 0.0 and not crossed and new >= high:
+                return 2.0
+            new = 0.5 * (low + high)
+        # Newton's rule squares what is left; the landing repeats the step and sees to the rest.
+        if abs(new - x) <= 1e-5 or high - low <= 1e-9:
+            return new if crossed or high - low > 1e-9 else 2.0
+        x = new
+    return x
+
+
+@kernel
+def land(kind, place, impact, phase, span, rtol, desk):
     """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
 
     Returns the length of the step, whose end is left in row END and its slopes in row LAST, and whether the event
@@ -174,12 +232,11 @@ def land(kind, place, impact, phase, span, desk):
     length = place * h
     crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
     converged = False
-    # Branches join continuously, so that a landing this close costs its square in the state; where the bodies
-    # part a law may drop a force that it still had.
-    close = 1e-13 if kind == PART else 1e-8
+    # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
+    close = 1e-3 * sqrt(rtol)
     for _ in range(50):
         attempt(impact, phase, s, length, desk)
-        slopes(impact, phase, s + length, state_of(desk, END), desk, LAST)
+        finish(impact, phase, s + length, desk)
         read_end(impact, phase, h, desk, END_ROWS)
         value, slope = margin_at(kind, impact, phase, desk, END_ROWS)
         if value > 0.0:
@@ -191,6 +248,10 @@ def land(kind, place, impact, phase, span, desk):
         if not low <= new <= high:
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
+        if converged:
+            for part in range(7):
+                desk[END, part] += (new - length) * desk[LAST, part]
+            length = new
         if converged or high - low <= 1e-13 * h:
             break
         length = new
@@ -208,6 +269,17 @@ def switched(kind, phase):
     elif kind == CUT:
         region = ELASTIC if region == SLACK else SLACK
     return Phase(approaching, region, phase.ground, phase.ramp)
+
+
+@kernel
+def end_on(kind, place, impact, phase, span, rtol, desk):
+    """End the step on an event; returns (length, event), the whole length and NONE where it is not there."""
+    spread(impact, phase, span, desk)
+    place = settle(kind, place, impact, phase, span, desk)
+    if place > 1.0:
+        return span[1], NONE
+    length, there = land(kind, place, impact, phase, span, rtol, desk)
+    return length, kind if there else NONE
 
 
 @small
@@ -234,25 +306,24 @@ def take_step(impact, phase, span, rtol, desk):
             break
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, h, attempts
-        h = next_step(h, error, rtol) if error >= 0.0 else 0.1 * h
+        h = next_step(h, error, rtol, desk) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, h, attempts
-    slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
+    if desk[FINAL, END_WEIGHT] == 0.0:
+        finish(impact, phase, s + h, desk)
     if not known:
         read_end(impact, phase, h, desk, BEGIN_ROWS)
     read_end(impact, phase, h, desk, END_ROWS)
-    following = next_step(h, error, rtol)
+    following = next_step(h, error, rtol, desk)
     event, place = first_event(impact, phase, (s, h), desk)
     if event != NONE:
         following = h
-        h, there = land(event, place, impact, phase, (s, h), desk)
-        event = event if there else NONE
+        h, event = end_on(event, place, impact, phase, (s, h), rtol, desk)
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
         for _ in range(PART):
             earlier = event_passed(event, impact, phase, desk)
             if earlier == NONE:
                 break
-            event = earlier
-            place = min(dip_of(event, impact, phase, (s, h), desk), 1.0)
-            h, there = land(event, place, impact, phase, (s, h), desk)
+            place = min(dip_of(earlier, impact, phase, (s, h), desk), 1.0)
+            h, event = end_on(earlier, place, impact, phase, (s, h), rtol, desk)
     return h, event, following, attempts

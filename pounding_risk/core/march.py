@@ -10,13 +10,19 @@ from pounding_risk.core.pound import pound
 from pounding_risk.core.series import HIGH, LOW, TALLY
 from pounding_risk.core.tally import (
     AT_END,
+    COMPLETE,
     COUNT,
+    ENERGY,
+    ENERGY_OPEN,
     FINISHED,
     FIRST_TOUCH,
     FIRST_YIELD,
     IMPULSE,
     MAX_CONTACTS,
     NOT_FINITE,
+    OPEN_FLOOR,
+    OPEN_SHARE,
+    RESIDUAL,
     STATUS,
     TOO_MANY_CONTACTS,
     Log,
@@ -85,3 +91,7 @@ def march(pair, free, law, limits, rtol, desk, log):
         total += desk[HIGH, signal] + desk[LOW, signal]
     if not abs(total) < inf:
         desk[TALLY, STATUS] = NOT_FINITE
+    elif desk[TALLY, STATUS] == COMPLETE:
+        limit = (OPEN_SHARE * rtol + OPEN_FLOOR) * desk[TALLY, ENERGY]
+        if not abs(desk[TALLY, RESIDUAL]) <= limit:
+            desk[TALLY, STATUS] = ENERGY_OPEN

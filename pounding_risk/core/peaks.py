@@ -2,52 +2,61 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 
 from pounding_risk._jit import kernel, small
-from pounding_risk.core.collide import LAST, attempt, slopes, state_of
-from pounding_risk.core.events import END_ROWS, FORCE, read_end
+from pounding_risk.core.collide import PEEKED, PEEKED_RISE, spread
+from pounding_risk.core.events import FORCE, peek
 from pounding_risk.core.flight import SIGNALS
-from pounding_risk.core.series import END, HERE, HERE_SLOPE, HIGH, LOW, NEXT, NEXT_SLOPE, TALLY
+from pounding_risk.core.series import HERE, HERE_SLOPE, HIGH, LOW, NEXT, NEXT_SLOPE, TALLY
 from pounding_risk.core.tally import LOWEST_FORCE
 
 
 @kernel
 def crest(watch, sign, ends, impact, phase, span, desk):
-    """The largest sign × reading inside the step, where its slope turns; found on repeated steps.
+    """The largest sign × reading inside the step, where its slope turns; found on the step's polynomial.
 
-    ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois). Rows END,
-    LAST, NEXT and NEXT_SLOPE are overwritten.
+    ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the crest
+    of the cubic through both ends.
     """
-    s, h = span
-    low, high = 0.0, h
+    low, high = 0.0, 1.0
     low_slope, high_slope = ends
     best = -inf
     side = 0
+    x = low_slope / (low_slope - high_slope)
+    if span[0] > 0.0:
+        rise = sign * (desk[NEXT, watch] - desk[HERE, watch]) / span[1]
+        x = cubic_crest(rise, low_slope, high_slope)
     for _ in range(60):
-        length = low + (high - low) * low_slope / (low_slope - high_slope)
-        if not low < length < high:
-            length = 0.5 * (low + high)
-        attempt(impact, phase, s, length, desk)
-        state = state_of(desk, END)
-        slopes(impact, phase, s + length, state, desk, LAST)
-        read_end(impact, phase, h, desk, END_ROWS)
-        best = max(best, sign * desk[NEXT, watch])
-        slope = sign * desk[NEXT_SLOPE, watch]
+        peek(impact, phase, span, x, desk)
+        best = max(best, sign * desk[PEEKED, watch])
+        slope = sign * desk[PEEKED_RISE, watch]
         if slope > 0.0:
-            moved = length - low
-            low, low_slope = length, slope
+            low, low_slope = x, slope
             high_slope = 0.5 * high_slope if side == 1 else high_slope
             side = 1
         else:
-            moved = high - length
-            high, high_slope = length, slope
+            high, high_slope = x, slope
             low_slope = 0.5 * low_slope if side == -1 else low_slope
             side = -1
+        new = low + (high - low) * low_slope / (low_slope - high_slope)
+        if not low < new < high:
+            new = 0.5 * (low + high)
         # The reading is flat at its crest: a place good to 1e-5 of the step gives it to 1e-10.
-        if moved <= 1e-5 * h or high - low <= 1e-5 * h:
+        if abs(new - x) <= 1e-5 or high - low <= 1e-5:
             break
+        x = new
     return best
+
+
+@small
+def cubic_crest(rise, start_slope, stop_slope):
+    """Where on (0, 1) the cubic with this mean slope and these end slopes, positive and negative, is highest."""
+    bend = 2.0 * (3.0 * rise - 2.0 * start_slope - stop_slope)
+    twist = 3.0 * (start_slope + stop_slope - 2.0 * rise)
+    # Root of start + bend x + twist x² where it falls, in the form that does not cancel.
+    root = sqrt(max(bend * bend - 4.0 * twist * start_slope, 0.0))
+    return min(max(2.0 * start_slope / (root - bend), 1e-3), 1.0 - 1e-3) if root > bend else 0.5
 
 
 @small
@@ -70,45 +79,41 @@ def hides_crest(watch, sign, best, span, desk):
     return start_slope, end_slope
 
 
-@small
+@kernel
 def raise_peak(watch, sign, best, impact, phase, span, desk):
-    """max(best, sign × reading over the step), with the crest between its ends; the step's rows are kept."""
-    here, there = sign * desk[HERE, watch], sign * desk[NEXT, watch]
-    best = max(best, there)
-    # Error control keeps a step from hiding a crest twice as high as both its ends.
-    if 2.0 * max(here, there) <= best:
-        return best
-    ends = hides_crest(watch, sign, best, span, desk)
-    if ends[0] > 0.0:
-        best = max(best, crest(watch, sign, ends, impact, phase, span, desk))
-        attempt(impact, phase, span[0], span[1], desk)
-        slopes(impact, phase, span[0] + span[1], state_of(desk, END), desk, LAST)
-        read_end(impact, phase, span[1], desk, END_ROWS)
-    return best
+    """max(best, sign × reading over the step), with the crest between its ends; and whether the step is laid out.
+
+    ``span`` = (s, h, whether the step is laid out already by `spread`).
+    """
+    best = max(best, sign * desk[NEXT, watch])
+    ends = hides_crest(watch, sign, best, (span[0], span[1]), desk)
+    if not ends[0] > 0.0:
+        return best, span[2]
+    if not span[2]:
+        spread(impact, phase, (span[0], span[1]), desk)
+    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), desk)), True
 
 
 @small
 def watch_step(impact, phase, span, peak, desk):
     """Peaks over an accepted step onto the desk; returns this contact's peak uncapped force so far.
 
-    Its readings stand on the desk already.
+    Its readings stand on the desk already. Error control keeps a step from hiding a crest twice as high as both its
+    ends: what stays below half of the peak so far is not looked at.
     """
-    peak = max(peak, desk[HERE, FORCE])
-    for part in range(2 * SIGNALS):
-        watch, sign = part // 2, 1.0 - 2.0 * (part % 2)
-        if watch == FORCE and sign < 0.0 and impact.least > -inf:
-            continue
-        if watch == FORCE:
-            best = peak if sign > 0.0 else -desk[TALLY, LOWEST_FORCE]
-        else:
-            best = desk[HIGH, watch] if sign > 0.0 else -desk[LOW, watch]
-        best = raise_peak(watch, sign, best, impact, phase, span, desk)
-        if watch == FORCE and sign > 0.0:
-            peak = best
-        elif watch == FORCE:
-            desk[TALLY, LOWEST_FORCE] = -best
-        elif sign > 0.0:
-            desk[HIGH, watch] = best
-        else:
-            desk[LOW, watch] = -best
+    laid = False
+    here, there = desk[HERE, FORCE], desk[NEXT, FORCE]
+    peak = max(peak, here)
+    if 2.0 * max(here, there) > peak:
+        peak, laid = raise_peak(FORCE, 1.0, peak, impact, phase, (*span, laid), desk)
+    if impact.least == -inf and 2.0 * min(here, there) < desk[TALLY, LOWEST_FORCE]:
+        lowest, laid = raise_peak(FORCE, -1.0, -desk[TALLY, LOWEST_FORCE], impact, phase, (*span, laid), desk)
+        desk[TALLY, LOWEST_FORCE] = -lowest
+    for watch in range(FORCE + 1, SIGNALS):
+        here, there = desk[HERE, watch], desk[NEXT, watch]
+        if 2.0 * max(here, there) > desk[HIGH, watch]:
+            desk[HIGH, watch], laid = raise_peak(watch, 1.0, desk[HIGH, watch], impact, phase, (*span, laid), desk)
+        if 2.0 * min(here, there) < desk[LOW, watch]:
+            lowest, laid = raise_peak(watch, -1.0, -desk[LOW, watch], impact, phase, (*span, laid), desk)
+            desk[LOW, watch] = -lowest
     return peak

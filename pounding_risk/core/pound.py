@@ -11,23 +11,21 @@ from pounding_risk.core.collide import (
     YIELDING,
     Impact,
     Phase,
-    attempt,
     begin,
     energy_of,
     slopes,
+    spread,
     state_of,
     transmitted,
 )
 from pounding_risk.core.events import (
-    END_ROWS,
     FORCE,
     NONE,
     PART,
     TURN,
     YIELD,
     dip_of,
-    land,
-    read_end,
+    settle,
     switched,
     take_step,
 )
@@ -140,12 +138,11 @@ def mark_levels(impact, phase, span, peak, desk, log):
         if desk[HERE, FORCE] < level:
             i = impact
             watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth)
+            spread(impact, phase, (s, h), desk)
             place = min(dip_of(YIELD, watched, phase, (s, h), desk), 1.0)
-            length, _ = land(YIELD, place, watched, phase, (s, h), desk)
-            attempt(impact, phase, s, h, desk)
-            slopes(impact, phase, s + h, state_of(desk, END), desk, LAST)
-            read_end(impact, phase, h, desk, END_ROWS)
-        log.first[log.used[2]] = touched + (s + length) ** 4
+            length = h * min(settle(YIELD, place, watched, phase, (s, h), desk), 1.0)
+        square = (s + length) * (s + length)
+        log.first[log.used[2]] = touched + square * square
         log.used[2] += 1
 
 

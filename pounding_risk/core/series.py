@@ -9,9 +9,13 @@ from __future__ import annotations
 
 from math import inf
 
+import numpy as np
+
 from pounding_risk._jit import kernel, small
 
 MAX_TERMS = 48
+# 1 / (n (n−1)): a division would take longer than all else in a term.
+SHARES = np.array([0.0, 0.0] + [1.0 / (n * (n - 1)) for n in range(2, MAX_TERMS)])
 FINEST = 2.0**-36  # of an interval: where the bisection stops
 
 # A run works on one array, its desk; these are its rows. (One array is one reference to count in a call, and
@@ -30,7 +34,7 @@ def expand(oscillator, place, speed, ramp, desk, row, terms):
             pull += oscillator.ground * ramp[0]
         elif n == 3:
             pull += oscillator.ground * ramp[1]
-        desk[row, n] = -pull / (n * (n - 1))
+        desk[row, n] = -pull * SHARES[n]
 
 
 @small
@@ -52,11 +56,29 @@ def slope_at(desk, row, terms, x):
 
 
 @small
+def bend_at(desk, row, terms, x):
+    """Σ n (n−1) c_n x^(n−2)."""
+    total = 0.0
+    for n in range(terms - 1, 1, -1):
+        total = total * x + n * (n - 1) * desk[row, n]
+    return total
+
+
+@small
 def bend_within(desk, row, terms, x):
     """Σ n (n−1) |c_n| x^(n−2): no second derivative on [0, x] is larger."""
     total = 0.0
     for n in range(terms - 1, 1, -1):
         total = total * x + n * (n - 1) * abs(desk[row, n])
+    return total
+
+
+@small
+def twist_within(desk, row, terms, x):
+    """Σ n (n−1) (n−2) |c_n| x^(n−3): no third derivative on [0, x] is larger."""
+    total = 0.0
+    for n in range(terms - 1, 2, -1):
+        total = total * x + n * (n - 1) * (n - 2) * abs(desk[row, n])
     return total
 
 
@@ -84,7 +106,9 @@ def root_between(desk, terms, level, low, high):
         new = x - excess / slope if slope > 0.0 else low
         if not low <= new <= high:
             new = 0.5 * (low + high)
-        if new == x or high - low <= 4e-16 * high:
+        # Rounding of the series' value moves its root by eps × level / slope: no rule does better.
+        floor = 4e-16 * (high + abs(level) / slope) if slope > 0.0 else 4e-16 * high
+        if abs(new - x) <= floor or high - low <= floor:
             return new
         x = new
     return x
@@ -134,6 +158,32 @@ def first_rise(desk, terms, level, stop):
 
 
 @kernel
+def summit(desk, row, terms, sign, start, end):
+    """The largest sign × series on a stretch that is concave throughout: Newton's rule for its slope."""
+    if sign * slope_at(desk, row, terms, start) <= 0.0:
+        return sign * value_at(desk, row, terms, start)
+    if sign * slope_at(desk, row, terms, end) >= 0.0:
+        return sign * value_at(desk, row, terms, end)
+    low, high = start, end
+    x = 0.5 * (start + end)
+    for _ in range(60):
+        slope = sign * slope_at(desk, row, terms, x)
+        if slope > 0.0:
+            low = x
+        else:
+            high = x
+        new = x - slope / (sign * bend_at(desk, row, terms, x))
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        # Flat at the summit: a place good to 1e-8 gives the value to rounding.
+        near = abs(new - x) <= 1e-8 * (end - start)
+        x = new
+        if near:
+            break
+    return sign * value_at(desk, row, terms, x)
+
+
+@kernel
 def highest(desk, row, terms, sign, stop, best):
     """max(best, sign × series of a row on [0, stop]), to rounding."""
     start = 0.0
@@ -148,7 +198,15 @@ def highest(desk, row, terms, sign, stop, best):
         best = max(best, at_end)
         span = end - start
         crest = crest_bound(at_start, at_end, span, bend_within(desk, row, terms, end))
-        if not crest > best + 1e-15 * abs(best) or span <= finest:
+        done = not crest > best + 1e-15 * abs(best) or span <= finest
+        if not done:
+            bend = sign * bend_at(desk, row, terms, 0.5 * (start + end))
+            spread = 0.5 * span * twist_within(desk, row, terms, end)
+            if bend + spread < 0.0:
+                best = max(best, summit(desk, row, terms, sign, start, end))
+            # A stretch that is convex throughout is highest at an end.
+            done = abs(bend) > spread
+        if done:
             start, at_start = end, at_end
             top -= 1
         else:
