@@ -17,7 +17,7 @@ from pounding_risk.cli_input import check_folder, contact_laws, read_option, res
 from pounding_risk.errors import PoundingError
 
 FIGURES = (".png", ".svg", ".pdf")
-BAD_INPUT, INTERRUPTED = 2, 130
+BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
 NONE: list[str] = []
 
 
@@ -45,6 +45,7 @@ Overrides = Annotated[
     list[str],
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
 ]
+Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
 Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
 
 
@@ -146,6 +147,7 @@ def simulate(
     pga: Annotated[str | None, typer.Option(help="Peak ground acceleration.", show_default="the first")] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write histories (.nc).", show_default=False)] = None,
     figure: Figure = None,
+    strict: Strict = False,
 ) -> None:
     """Run one case of a scene in full: outputs, contacts, histories."""
     dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
@@ -170,6 +172,8 @@ def simulate(
         from pounding_risk.figures import simulation_figure
 
         draw(simulation_figure(dataset), figure_file)
+    if strict and dataset.attrs["status"] != "complete":
+        raise typer.Exit(RUN_FAILED)
 
 
 @app.command()
@@ -180,25 +184,34 @@ def scan(
     screening: Annotated[
         bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
     ] = True,
+    check_fraction: Annotated[
+        float, typer.Option(help="Share of the runs to make again at a tighter tolerance, 0 to 1.")
+    ] = 0.01,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
     figure: Figure = None,
+    strict: Strict = False,
 ) -> None:
     """Run a scene's whole grid and write one dataset (netCDF)."""
     out_file, figure_file = results_file(scene, out), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_output import Watch
     from pounding_risk.cli_tables import print_scan
+    from pounding_risk.ensemble import failures
     from pounding_risk.ensemble import scan as run
     from pounding_risk.scenario import read_scene
 
     study = read_scene(scene, overrides)
     start = perf_counter()
     with Watch("scan") as watch:
-        dataset = run(study, out_file, screening=screening, workers=workers, progress=watch)
+        dataset = run(
+            study, out_file, screening=screening, check_fraction=check_fraction, workers=workers, progress=watch
+        )
     print_scan(dataset, perf_counter() - start, out_file)
     if figure_file is not None:
         from pounding_risk.figures import scan_figure
 
         draw(scan_figure(dataset), figure_file)
+    if strict and failures(dataset):
+        raise typer.Exit(RUN_FAILED)
 
 
 @records_app.callback(invoke_without_command=True)

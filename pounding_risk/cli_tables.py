@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from pounding_risk.plan import Plan
 
 MOST_CONTACTS = 60  # rows of the table of contacts
-FASTER = "faster than the range of the restitution relation, which is held at its end there"
 COUNTS = ("cases", "simulated", "known without a run of their own")
+FASTER = "faster than the range of the restitution relation, which is held at its end there"
 
 
 def print_plan(plan: Plan) -> None:
@@ -132,10 +132,12 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
 
 def print_scan(dataset: Any, seconds: float, target: Path) -> None:
     """How many cases there were, how they ended, how long it took, and where the results are."""
-    from pounding_risk.ensemble import summary
+    from pounding_risk.ensemble import failures, summary
+    from pounding_risk.recheck import findings
 
     counts = summary(dataset)
-    pairs = [(name, str(count)) if name in COUNTS else ("failed", f"{count}: {name}") for name, count in counts.items()]
+    pairs = [(name, str(counts[name])) for name in COUNTS]
+    pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
     rate = counts["cases"] / seconds
     pairs.append(("time", f"{seconds:.3g} s, {rate:.3g} cases a second with reading and compiling"))
     print_pairs([*pairs, ("written", str(target))])

@@ -22,6 +22,7 @@ from pounding_risk.models.contact import LAWS
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
+from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
 from pounding_risk.results import as_text, check_target, save, versions
 from pounding_risk.study import REVERSED, Study
 
@@ -44,6 +45,7 @@ def scan(
     out: str | Path | None = None,
     *,
     screening: bool = True,
+    check_fraction: float = 0.01,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -51,11 +53,14 @@ def scan(
 
     Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
     yield_force [N]; see `outputs` for the variables. ``screening`` leaves out runs whose answer is known exactly;
-    the answers are the same without it. ``progress`` is called with (cases done, cases in all). Raises SceneError
-    for a faulty scene, RecordError for a record that cannot be used, PoundingError for an ``out`` that cannot be
-    written; all of them before the first run.
+    the answers are the same without it. ``check_fraction`` of the runs, a random sample and at least one, are made
+    again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
+    `recheck`). ``progress`` is called with (cases done, cases in all). Raises SceneError for a faulty scene,
+    RecordError for a record that cannot be used, PoundingError for an ``out`` that cannot be written or a
+    ``check_fraction`` outside 0 to 1; all of them before the first run.
     """
     target = None if out is None else check_target(out)
+    check_share(check_fraction)
     study = as_study(study)
     motions = motions_of(study)
     laws = laws_of(study)
@@ -63,12 +68,36 @@ def scan(
     shape = (*frees.shape, len(laws), len(study.grid.gaps), len(study.grid.yield_forces))
     raw = np.zeros((*shape, COLUMNS))
     how = np.zeros(shape, dtype=np.int8)
-    work = _worker(study, frees, laws, (raw, how), screening)
-    _run(list(_chunks(shape)), work, workers or cpu_count() or 1, _counter(how.size, progress))
+    workers = workers or cpu_count() or 1
+    _run(
+        list(_chunks(shape)), _worker(study, frees, laws, (raw, how), screening), workers, _counter(how.size, progress)
+    )
     dataset = _dataset(study, motions, frees, (raw, how))
+    if check_fraction > 0.0:
+        _add_checks(dataset, study, (frees, laws), (raw, how), (check_fraction, workers))
     if target is not None:
         save(dataset, target)
     return dataset
+
+
+def _add_checks(dataset: xr.Dataset, study: Study, made: Any, arrays: Any, how_much: tuple[float, int]) -> None:
+    """Make a share of the runs again and add what `recheck` found; ``made`` = (free responses, laws)."""
+    frees, laws = made
+    raw, how = arrays
+    grid = RunGrid(
+        oscillators(*study.buildings),
+        frees,
+        laws,
+        np.array(study.grid.gaps),
+        np.array(study.grid.yield_forces),
+        study.restitution,
+        study.rtol,
+    )
+    fraction, workers = how_much
+    dims = tuple(dim for dim in AXES if dim in dataset.dims)
+    shape = [dataset.sizes[dim] for dim in dims]
+    for name, (values, told) in check_runs(grid, arrays, sample(raw, how, fraction), workers).items():
+        dataset[name] = (dims, values.reshape(shape), told)
 
 
 def as_study(scene: Study | str | Path) -> Study:
@@ -311,15 +340,22 @@ def _attributes(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
     }
 
 
+def failures(dataset: xr.Dataset) -> dict[str, int]:
+    """How many cases failed, by the sentence that says why."""
+    status = dataset["status"].values
+    counts = {sentence: int((status == code).sum()) for code, sentence in STATUS_SENTENCES.items() if code != COMPLETE}
+    return {sentence: count for sentence, count in counts.items() if count}
+
+
 def summary(dataset: xr.Dataset) -> dict[str, int]:
-    """Cases in all, those simulated, those known without a run, and those that failed, by sentence."""
+    """Cases in all, those simulated, those known without a run, those found sensitive, those failed by sentence."""
     status = dataset["status"].values
     counts = {
         "cases": int(status.size),
         "simulated": int(dataset["simulated"].sum()),
         "known without a run of their own": int((dataset["simulated"] == 0).sum()),
     }
-    failures = {
-        sentence: int((status == code).sum()) for code, sentence in STATUS_SENTENCES.items() if code != COMPLETE
-    }
-    return counts | {sentence: count for sentence, count in failures.items() if count}
+    if "sensitive" in dataset:
+        counts["made again"] = int((dataset["sensitive"] >= 0).sum())
+        counts["of these sensitive"] = int((dataset["sensitive"] == 1).sum())
+    return counts | failures(dataset)

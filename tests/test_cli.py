@@ -105,7 +105,8 @@ def test_commands_are_public_calls_of_the_same_name():
 
 @pytest.mark.parametrize("name", ["validate", "impact", "simulate", "scan"])
 def test_options_are_the_arguments_of_the_call(name):
-    shared = {"scene", "out", "figure", "overrides", "stiffness"}  # files, the scene and the law are made into objects
+    # Files, the scene and the law are made into objects; --strict is the command's own, for its exit status.
+    shared = {"scene", "out", "figure", "overrides", "stiffness", "strict"}
     options = set(inspect.signature(getattr(cli, name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
@@ -306,7 +307,8 @@ def test_scan_writes_and_sums_up():
         ["simulated", str(simulated)],
         ["known without a run of their own", str(6 - simulated)],
     ]
-    assert table[3][1].endswith("cases a second with reading and compiling")
+    assert table[3][0] == "made again" and table[3][1].startswith("1 of ")
+    assert table[4][1].endswith("cases a second with reading and compiling")
     assert table[-1] == ["written", "scene.nc"]
     every = run("scan", "scene.toml", "--no-screening", "-o", "scene.nc", "--set", "solver.rtol=1e-7")
     assert rows(every.stdout)[1] == ["simulated", "6"]
@@ -376,6 +378,31 @@ def test_a_real_process_ends_with_status_2_and_no_traceback():
     out, err = process.communicate(timeout=120)
     assert (process.returncode, out) == (2, "")
     assert err.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    "command", [("scan", "scene.toml", "-o", "out.nc"), ("simulate", "scene.toml", "-o", "out.nc")]
+)
+def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
+    """A ground motion beyond all numbers: the dataset is written either way, with NaN and a reason."""
+    wild = ("--set", "records.pga='1e200 g'")
+    for strict, status in (((), 0), (("--strict",), 3)):
+        Path("out.nc").unlink(missing_ok=True)
+        result = run(*command, *wild, *strict)
+        assert result.exit_code == status, result.output
+        assert "the motion is not finite" in result.output
+        assert Path("out.nc").exists()
+    Path("out.nc").unlink()
+    assert run(*command, "--strict").exit_code == 0
+
+
+def test_scan_tells_how_far_runs_move_when_made_again():
+    text = run("scan", "scene.toml", "--check-fraction", "1").output
+    words = dict(rows(text)[:-1])["made again"]
+    assert words.startswith("2 of 2 runs at rtol 1e-08: peak relative displacement moves by ")
+    assert "made again" not in run("scan", "scene.toml", "-o", "0.nc", "--check-fraction", "0").output
+    refused = run("scan", "scene.toml", "--check-fraction", "2", "-o", "r.nc")
+    assert refused.exit_code == 2 and "from 0 to 1" in refused.stderr
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")

@@ -95,7 +95,9 @@ def solve_growth(table: Tableau, steps: int) -> tuple[float, list[float], float]
 
 
 @pytest.mark.parametrize(
-    ("table", "steps", "orders"), [(DOP853, 8, (8, 6, 4, 8)), (DORMAND_PRINCE, 16, (5, 5, 5))], ids=lambda v: str(v)[:14]
+    ("table", "steps", "orders"),
+    [(DOP853, 8, (8, 6, 4, 8)), (DORMAND_PRINCE, 16, (5, 5, 5))],
+    ids=lambda v: str(v)[:14],
 )
 def test_errors_fall_with_the_declared_order(table, steps, orders):
     """Over the whole span with h^order; within one step the estimates and the polynomial with the powers given."""

@@ -1,0 +1,162 @@
+"""Runs made again at a tighter tolerance: which, how far they move, which are called sensitive, what is told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pounding_risk.core import tally
+from pounding_risk.ensemble import failures, scan, summary
+from pounding_risk.errors import PoundingError
+from pounding_risk.outputs import COLUMNS, HIGH
+from pounding_risk.recheck import changes, findings, is_sensitive, sample, tighter
+from pounding_risk.scenario import parse_scene
+
+SCENE = """
+[scene]
+name = "checked"
+[[building]]
+name = "left"
+mass = "500 t"
+period = "{left}"
+damping = {damping}
+[[building]]
+name = "right"
+mass = "800 t"
+period = "1.0 s"
+damping = {damping}
+[[interface]]
+gap = "0 mm"
+contact_model = "{law}"
+stiffness = "2.75e9 N/m^1.5"
+{e}
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "{length}"]
+[grid]
+gap = ["0 mm", "5 mm", "20 mm"]
+{forces}
+[solver]
+rtol = {rtol}
+"""
+
+
+def study(rtol: float = 1e-6, law: str = "viscous_elastoplastic", damping: float = 0.05, left: str = "0.5 s", **more):
+    e = "" if law == "hertz" else "restitution = 0.65"
+    forces = "" if law == "hertz" else 'yield_force = ["800 kN", "inf"]'
+    length = more.get("length", "12 s")
+    return parse_scene(SCENE.format(rtol=rtol, law=law, damping=damping, left=left, e=e, forces=forces, length=length))
+
+
+def rows(**columns: list[float]) -> np.ndarray:
+    """Raw rows of runs that are complete, with some columns given by the tally's name; ``HIGH`` is the largest u."""
+    length = len(next(iter(columns.values())))
+    raw = np.zeros((length, COLUMNS))
+    for name, values in columns.items():
+        raw[:, HIGH if name == "HIGH" else getattr(tally, name)] = values
+    return raw
+
+
+def test_the_sample_is_of_complete_runs_and_the_same_each_day():
+    how = np.zeros((4, 25), dtype=np.int8)
+    how[:, ::2] = 1
+    raw = np.zeros((4, 25, COLUMNS))
+    raw[1, :, tally.STATUS] = tally.EXHAUSTED
+    places = sample(raw, how, 0.3)
+    assert len(places) == 12  # 3 rows of 13 runs, times 0.3, rounded up
+    assert len(np.unique(places, axis=0)) == 12
+    assert all(how[tuple(place)] == 1 and place[0] != 1 for place in places)
+    assert np.array_equal(places, sample(raw, how, 0.3))
+    assert len(sample(raw, how, 1e-9)) == 1 and len(sample(raw, how, 1.0)) == 39
+    assert len(sample(raw, np.zeros_like(how), 1.0)) == 0
+
+
+def test_changes_are_relative_for_amounts_and_plain_for_counts():
+    first = rows(HIGH=[0.1, 0.1, 0.0], PEAK_FORCE=[1e6, 2e6, 0.0], COUNT=[3, 5, 0], DEMAND=[1e6, 2e6, 0.0])
+    second = rows(HIGH=[0.1, 0.2, 0.0], PEAK_FORCE=[1e6, 1e6, 0.0], COUNT=[3, 7, 0], DEMAND=[1e6, 0.9e6, 0.0])
+    found = changes(first, second, np.full(3, 1e6))
+    assert found["peak_relative_displacement"].tolist() == [0.0, 0.5, 0.0]
+    assert found["peak_contact_force"].tolist() == [0.0, 1.0, 0.0]
+    assert found["impact_count"].tolist() == [0.0, 2.0, 0.0]
+    assert found["yield_exceedance"].tolist() == [0.0, 1.0, 0.0]
+    assert is_sensitive(found, 1e-6).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("column", ["HIGH", "PEAK_FORCE", "COUNT", "DEMAND"])
+def test_each_output_alone_makes_a_run_sensitive(column):
+    """A change just over the limit does, one just under it does not; counts and flags may not change at all."""
+    values = {"HIGH": [0.1, 0.1], "PEAK_FORCE": [1e6, 1e6], "COUNT": [3.0, 3.0], "DEMAND": [1e6, 1e6]}
+    first = rows(**values)
+    moved = {"HIGH": [0.1 * (1 + 9e-4), 0.1 * (1 + 1.1e-3)], "PEAK_FORCE": [1e6 * (1 - 9e-4), 1e6 * (1 - 1.1e-3)]}
+    moved |= {"COUNT": [3.0, 4.0], "DEMAND": [1.1e6, 0.9e6]}
+    second = rows(**(values | {column: moved[column]}))
+    assert is_sensitive(changes(first, second, np.full(2, 1e6)), 1e-3).tolist() == [False, True]
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_run_that_fails_once_is_sensitive(which):
+    pair = [rows(HIGH=[0.1]), rows(HIGH=[0.1])]
+    pair[which][0, tally.STATUS] = tally.ENERGY_OPEN
+    found = changes(*pair, np.full(1, np.inf))
+    assert all(np.isnan(values).all() for values in found.values())
+    assert is_sensitive(found, 1e-6).tolist() == [True]
+
+
+def test_the_tolerance_of_the_second_run():
+    assert tighter(1e-6) == pytest.approx(1e-8)
+    assert tighter(1e-12) == tighter(1e-11) == 1e-12
+
+
+def test_changes_are_those_of_two_scans():
+    """Every run checked: the differences equal those of a whole scan at the tighter tolerance, to the bit."""
+    loose = scan(study(1e-4), check_fraction=1.0, screening=False)
+    tight = scan(study(tighter(1e-4)), check_fraction=0.0, screening=False)
+    assert (loose["sensitive"] >= 0).all()
+    for name in ("peak_relative_displacement", "peak_contact_force"):
+        expected = np.abs(loose[name] - tight[name]) / np.abs(tight[name])
+        assert np.array_equal(loose[f"change_{name}"], expected)
+        assert float(expected.max()) > 0.0
+    assert np.array_equal(loose["change_impact_count"], np.abs(loose["impact_count"] - tight["impact_count"]))
+
+
+def test_only_the_sample_has_values():
+    dataset = scan(study(), check_fraction=0.2)
+    checked = dataset["sensitive"] >= 0
+    assert int(checked.sum()) == summary(dataset)["made again"] == np.ceil(0.2 * int(dataset["simulated"].sum()))
+    assert not np.isnan(dataset["change_peak_contact_force"].values[checked.values]).any()
+    assert np.isnan(dataset["change_peak_contact_force"].values[~checked.values]).all()
+    assert dataset["sensitive"].dims == dataset["impact_count"].dims
+
+
+def test_no_check_leaves_no_variables():
+    dataset = scan(study(length="3 s"), check_fraction=0.0)
+    assert not [name for name in dataset if "change" in name or name == "sensitive"]
+    assert list(findings(dataset)) == []
+
+
+@pytest.mark.slow
+def test_a_lossless_pair_with_a_closed_gap_is_sensitive():
+    """Elastic contacts, no damping, gap closed: late histories grow by orders of magnitude from rounding."""
+    wild = scan(study(1e-6, "hertz", 0.0, "0.13 s", length="50 s"), check_fraction=1.0)
+    assert int((wild["sensitive"] == 1).sum()) >= 1
+    told = dict(findings(wild))
+    assert "runs at rtol 1e-08" in told["made again"] and "moves by more than rtol" in told["sensitive"]
+
+
+@pytest.mark.parametrize("fraction", [-0.1, 1.5, np.nan])
+def test_a_share_outside_its_range_is_refused(fraction):
+    with pytest.raises(PoundingError, match="from 0 to 1"):
+        scan(study(), check_fraction=fraction)
+
+
+def test_failed_runs_are_counted_and_not_made_again():
+    stiff = SCENE.replace("2.75e9", "1e30").format(
+        rtol=1e-6, law="jankowski", damping=0.05, left="0.5 s", e="restitution = 0.65", forces="", length="8 s"
+    )
+    dataset = scan(parse_scene(stiff), check_fraction=1.0)
+    failed = failures(dataset)
+    assert sum(failed.values()) >= 1 and set(failed) < set(tally.STATUS_SENTENCES.values())
+    bad = dataset["status"].values != tally.COMPLETE
+    assert np.isnan(dataset["peak_relative_displacement"].values[bad]).all()
+    assert (dataset["impact_count"].values[bad] == -1).all()
+    assert (dataset["sensitive"].values[bad] == -1).all()
