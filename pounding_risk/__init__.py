@@ -17,6 +17,7 @@ _HOMES = {
     "impact": "collision",
     "simulate": "history",
     "scan": "ensemble",
+    "accuracy": "ladder",
     "read_scene": "scenario",
     "read_motion": "motions",
     "open_results": "results",

@@ -5,8 +5,8 @@ status, they do not raise), ``nogil`` (a scan is threads over compiled calls).
 
 Cache: numba stamps a compiled function with the text of its own file only, so an edited contact law would go
 on answering with its old numbers. The cache folder therefore carries a digest of every source file that kernels
-are made of, `core/` and `models/`: any edit starts a new folder. A cache that cannot be written or read is left
-unused.
+are made of, `core/`, `models/` and `methods/`: any edit starts a new folder. A cache that cannot be written or read
+is left unused.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from numba.extending import intrinsic, overload_method
 from numba.np.arrayobj import make_array, populate_array
 
 FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False}
+KERNEL_FOLDERS = ("core", "models", "methods")
 INTERPRETED = bool(config.DISABLE_JIT)
 
 
@@ -39,7 +40,7 @@ def source_digest() -> str:
     """
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
-    files = [*(package / "core").rglob("*.py"), *(package / "models").rglob("*.py")]
+    files = [file for folder in KERNEL_FOLDERS for file in (package / folder).rglob("*.py")]
     for file in sorted([*files, Path(__file__), package / "quantities.py"]):
         digest.update(file.relative_to(package).as_posix().encode())
         digest.update(file.read_bytes())

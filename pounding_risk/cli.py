@@ -214,6 +214,39 @@ def scan(
         raise typer.Exit(RUN_FAILED)
 
 
+@app.command()
+def accuracy(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
+    ] = None,
+    overrides: Overrides = NONE,
+    cases: Annotated[int, typer.Option(min=1, help="Cases of the grid, at most; thinned evenly.")] = 24,
+    budget: Annotated[
+        float, typer.Option(min=0.0, help="Seconds a setting may take; slower ones are left out.")
+    ] = 20.0,
+    scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
+    figure: Figure = None,
+) -> None:
+    """What each digit costs in time on this scene: this solver, fixed steps and SciPy against a reference."""
+    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli_accuracy import print_accuracy
+    from pounding_risk.cli_output import Watch
+    from pounding_risk.ladder import accuracy as run
+    from pounding_risk.scenario import read_scene
+
+    study = read_scene(scene, overrides)
+    with Watch("accuracy", "settings") as watch:
+        dataset = run(study, out_file, cases=cases, budget=budget, scipy=scipy, progress=watch)
+    print_accuracy(dataset)
+    if out_file is not None:
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import accuracy_figure
+
+        draw(accuracy_figure(dataset), figure_file)
+
+
 @records_app.callback(invoke_without_command=True)
 def records(ctx: typer.Context) -> None:
     """List the strong-motion records that come with the project."""

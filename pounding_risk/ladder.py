@@ -1,0 +1,508 @@
+"""What accuracy costs in time, on a user's own scene: many settings of many methods against a converged reference.
+
+The event-driven solver from loose to tight tolerances; Newmark's average acceleration, central difference and
+Runge-Kutta 4 with fixed steps; SciPy's DOP853 and Radau. Every compiled method runs all cases of a motion in one
+compiled call, timed in processor time after it was compiled; the event-driven solver's time includes the free
+response, which the cases of a motion share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from math import inf, isfinite, nan
+from pathlib import Path
+from statistics import median
+from time import process_time
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk._jit import lowered
+from pounding_risk.core import tally
+from pounding_risk.core.collide import make_desk
+from pounding_risk.core.sweep import sweep
+from pounding_risk.ensemble import as_study, driven, law_of, motions_of
+from pounding_risk.methods import fixed
+from pounding_risk.methods.general import solve_general
+from pounding_risk.outputs import COLUMNS, HIGH, LOW
+from pounding_risk.pair import Interface, free_response, oscillators
+from pounding_risk.results import as_text, check_target, save, versions
+from pounding_risk.study import Study
+
+EVENT = "event-driven"
+FIXED = {
+    "Newmark average acceleration": "newmark",
+    "central difference": "central_difference",
+    "Runge-Kutta 4": "rk4",
+}
+GENERAL = {"SciPy DOP853": "DOP853", "SciPy Radau": "Radau"}
+RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
+STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6)  # s
+GENERAL_RTOLS = {"SciPy DOP853": (1e-3, 1e-6, 1e-9, 1e-12), "SciPy Radau": (1e-3, 1e-6)}
+REFERENCE = 1e-12  # rtol of the event-driven reference
+LEVELS = tuple(10.0**-power for power in range(2, 10))
+DIGITS = 4  # that the commands print
+RESTING = 1e-6  # s from which on a first impact is one, and not a gap that is closed at rest
+REPEATS, BRIEF = 5, 1.0  # repetitions, and the seconds from which a call is timed once
+
+OUTPUTS = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "yield_exceedance": "yield exceedance",
+    "first_impact_time": "first impact time",
+    "gap_required": "gap required",
+}
+REACH, FORCE, COUNT, YIELDS, FIRST, GAP = range(6)
+
+
+class Setting(NamedTuple):
+    """One method with one tolerance or step."""
+
+    method: str
+    value: float  # rtol, or the longest step [s]
+
+    @property
+    def words(self) -> str:
+        """As a table has it: "event-driven, rtol 1e-06"."""
+        return f"{self.method}, {'dt' if self.method in FIXED else 'rtol'} {self.value:.0e}"
+
+
+class Batch(NamedTuple):
+    """One law under one motion: every gap with every yield force of the bench."""
+
+    motion: int  # its place in `Bench.motions`
+    law: Any
+    labels: tuple[str, ...]  # of its cases
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The cases that every setting runs."""
+
+    pair: Any
+    motions: tuple[Any, ...]  # in each polarity and amplitude
+    batches: tuple[Batch, ...]
+    gaps: np.ndarray
+    yield_forces: np.ndarray
+    restitution: Any
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Gaps and yield forces."""
+        return len(self.gaps), len(self.yield_forces)
+
+    @property
+    def size(self) -> int:
+        """How many cases there are in all."""
+        return len(self.batches) * len(self.gaps) * len(self.yield_forces)
+
+    @property
+    def grid(self) -> tuple[np.ndarray, np.ndarray, Any]:
+        """As `sweep` takes it."""
+        return self.gaps, self.yield_forces, self.restitution
+
+    def each(self, axis: int) -> np.ndarray:
+        """The gap (axis 0) or yield force (axis 1) of every case."""
+        values = np.meshgrid(self.gaps, self.yield_forces, indexing="ij")[axis]
+        return np.tile(values.ravel(), len(self.batches))
+
+
+class Outcome(NamedTuple):
+    """What a setting found and spent."""
+
+    values: np.ndarray  # (cases, OUTPUTS)
+    steps: float  # in contact, per contact
+    residual: float  # largest share of energy that is unaccounted for; NaN where the method keeps no account
+    seconds: float  # per case
+    free_seconds: float  # per motion: a run without contact, for the gap required
+
+
+def accuracy(
+    study: Study | str | Path,
+    out: str | Path | None = None,
+    *,
+    cases: int = 24,
+    budget: float = 20.0,
+    scipy: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Error and time of every setting of every method on a scene's cases, as a dataset (and written to ``out``).
+
+    At most about ``cases`` of the grid are run, thinned evenly along gaps and yield forces; a setting that would take
+    more than ``budget`` [s] for one pass is left out and named, and SciPy runs the first few cases only (none without
+    ``scipy``). Dimensions: setting, case, output, level. Variables: ``error`` (relative for amounts and times; of
+    counts, the difference over the count; of the yield exceedance, 0 or 1), ``value``, ``reference``, ``time``
+    [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an error level. The attribute
+    ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer change.
+
+    Raises as `scan` does, before the first run.
+    """
+    target = None if out is None else check_target(out)
+    study = as_study(study)
+    bench = bench_of(study, cases)
+    left_out: list[str] = []
+    compile_time = warm_up(bench)
+    reference = run_event(bench, REFERENCE).values
+    found = run_ladder(bench, budget, scipy, left_out, progress or (lambda done, total: None))
+    dataset = _dataset(study, bench, found, reference)
+    dataset.attrs |= {
+        "finding": finding(dataset),
+        "left_out": as_text(left_out),
+        "reference": _reference_words(dataset, reference),
+        "compile_seconds": compile_time,
+    }
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def bench_of(study: Study, cases: int) -> Bench:
+    """The scene's cases: all motions and laws, and as many gaps and yield forces as fit, evenly spaced."""
+    grid = study.grid
+    senses, amplitudes = study.records.polarities, grid.pgas
+    motions, names = [], []
+    for motion, sense, pga in product(motions_of(study), senses, amplitudes):
+        motions.append(driven(motion, sense, pga))
+        names.append(f"{motion.name} {sense}" + ("" if pga is None else f" {pga:.4g} m/s2"))
+    most = max(1, cases // (len(motions) * len(grid.contact_models)))
+    strengths = _thinned(grid.yield_forces, max(1, int(most**0.5)) if len(grid.gaps) > 1 else most)
+    gaps = _thinned(grid.gaps, max(1, most // len(strengths)))
+    batches = []
+    for (number, name), law in product(enumerate(names), grid.contact_models):
+        labels = (f"{name}, {law}, gap {gap:.4g} m, F_E {force:.4g} N" for gap, force in product(gaps, strengths))
+        batches.append(Batch(number, lowered(law_of(study, law)), tuple(labels)))
+    pair = oscillators(*study.buildings)
+    return Bench(pair, tuple(motions), tuple(batches), np.array(gaps), np.array(strengths), study.restitution)
+
+
+def _thinned(values: tuple[float, ...], most: int) -> tuple[float, ...]:
+    """At most so many of the values, first and last among them where there is room."""
+    if len(values) <= most:
+        return values
+    places = np.unique(np.linspace(0, len(values) - 1, max(most, 2)).round().astype(int))
+    return tuple(values[place] for place in (places if most > 1 else places[-1:]))
+
+
+def run_event(bench: Bench, rtol: float) -> Outcome:
+    """The event-driven solver over all cases, every case run."""
+    raws, required, free_seconds, seconds = [], [], 0.0, 0.0
+    frees: dict[int, Any] = {}
+    for batch in bench.batches:
+        motion = bench.motions[batch.motion]
+        out, how = np.zeros((*bench.shape, COLUMNS)), np.zeros(bench.shape, dtype=np.int8)
+        start = process_time()
+        if batch.motion not in frees:
+            frees[batch.motion] = free_response(bench.pair, motion.acceleration, motion.dt)
+            free_seconds += process_time() - start
+        free = frees[batch.motion]
+        sweep(bench.pair, free, batch.law, bench.grid, rtol, False, make_desk(rtol), out, how)
+        seconds += process_time() - start
+        raws.append(out.reshape(-1, COLUMNS))
+        required += [max(float(free.high[:, 0].max()), 0.0)] * how.size
+    raw = np.concatenate(raws)
+    columns = (np.maximum(raw[:, HIGH], -raw[:, LOW]), raw[:, tally.PEAK_FORCE], raw[:, tally.COUNT])
+    exceeds = raw[:, tally.DEMAND] >= bench.each(1)
+    values = np.column_stack([*columns, exceeds, raw[:, tally.FIRST_TOUCH], required])
+    values[raw[:, tally.STATUS] != tally.COMPLETE] = nan
+    residual = np.abs(raw[:, tally.RESIDUAL]) / np.where(raw[:, tally.ENERGY] > 0.0, raw[:, tally.ENERGY], 1.0)
+    steps = raw[:, tally.STEPS].sum() / max(raw[:, tally.COUNT].sum(), 1.0)
+    return Outcome(values, steps, float(residual.max()), seconds / bench.size, free_seconds / len(bench.motions))
+
+
+def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
+    """A fixed-step method over all cases in steps of about ``dt`` [s], a whole number of them a sample."""
+    stepper, rows, seconds, free_seconds, required = fixed.STEPPERS[method], [], 0.0, 0.0, []
+    grounds = [fixed.divided(motion.acceleration, motion.dt, dt) for motion in bench.motions]
+    for batch in bench.batches:
+        out = np.zeros((*bench.shape, fixed.COLUMNS))
+        start = process_time()
+        fixed.sweep_fixed(stepper, bench.pair, batch.law, bench.grid, grounds[batch.motion], out)
+        seconds += process_time() - start
+        rows.append(out.reshape(-1, fixed.COLUMNS))
+    alone = (np.array([inf]), np.array([inf]), bench.restitution)
+    for ground in grounds:
+        out = np.zeros((1, 1, fixed.COLUMNS))
+        start = process_time()
+        fixed.sweep_fixed(stepper, bench.pair, bench.batches[0].law, alone, ground, out)
+        free_seconds += process_time() - start
+        required.append(nan if out[0, 0, fixed.UNSTABLE] else out[0, 0, fixed.CLOSING])
+    raw = np.concatenate(rows)
+    exceeds = raw[:, fixed.DEMAND] >= bench.each(1)
+    every = np.repeat([required[batch.motion] for batch in bench.batches], len(bench.gaps) * len(bench.yield_forces))
+    columns = (raw[:, fixed.REACH], raw[:, fixed.FORCE], raw[:, fixed.COUNT], exceeds, raw[:, fixed.FIRST], every)
+    values = np.column_stack(columns)
+    values[raw[:, fixed.UNSTABLE] != 0.0] = nan
+    steps = raw[:, fixed.TOUCHING].sum() / max(raw[:, fixed.COUNT].sum(), 1.0)
+    return Outcome(values, steps, nan, seconds / bench.size, free_seconds / len(bench.motions))
+
+
+def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
+    """SciPy over the first case of the first motions, at most so many; all others are NaN."""
+    values, contacts, steps = np.full((bench.size, len(OUTPUTS)), nan), 0.0, 0.0
+    spent: list[tuple[float, float]] = []
+    width = len(bench.gaps) * len(bench.yield_forces)
+    for place, batch in enumerate(bench.batches):
+        if len(spent) == most or batch.motion < len(spent):
+            continue
+        motion = bench.motions[batch.motion]
+        given = bench.pair, (motion.acceleration, motion.dt)
+        strength, start = float(bench.yield_forces[0]), process_time()
+        run = solve_general(
+            solver, given[0], Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength), given[1], rtol
+        )
+        middle = process_time()
+        # A gap of a kilometre stays open, and leaves SciPy's root search a finite number.
+        alone = solve_general(solver, given[0], Interface(1e3, batch.law, bench.restitution), given[1], rtol)
+        spent.append((middle - start, process_time() - middle))
+        contacts, steps = contacts + run.impact_count, steps + run.steps
+        values[place * width] = (
+            run.peak_relative_displacement,
+            run.peak_contact_force,
+            run.impact_count,
+            run.uncapped_force >= strength,
+            run.first_impact_time,
+            alone.peak_closing,
+        )
+    seconds, free_seconds = np.mean(spent, axis=0)
+    return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
+
+
+def warm_up(bench: Bench) -> float:
+    """Compile every kernel that is needed; returns the seconds it took."""
+    start = process_time()
+    short = tuple(replace(motion, acceleration=motion.acceleration[:3]) for motion in bench.motions)
+    for batch in {type(batch.law): batch for batch in bench.batches}.values():
+        small = replace(bench, motions=short, batches=(batch,))
+        run_event(small, REFERENCE)
+        for method in FIXED.values():
+            run_fixed(small, method, inf)
+    return process_time() - start
+
+
+def run_ladder(
+    bench: Bench, budget: float, scipy: bool, left_out: list[str], progress: Callable[[int, int], None]
+) -> dict[Setting, Outcome]:
+    """Every setting that keeps to the budget; quick ones several times in turns, of which the median counts."""
+    runs = dict(_settings(bench, scipy))
+    found: dict[Setting, list[Outcome]] = {}
+    pace: dict[str, float] = {}  # seconds of a pass times the step, by fixed-step method
+    for number, (setting, call) in enumerate(runs.items()):
+        progress(number, len(runs))
+        expected = pace.get(setting.method, 0.0) / setting.value
+        if setting.method in FIXED and expected > budget:
+            left_out.append(f"{setting.words}: would take about {expected:.0f} s, more than the budget of {budget:g} s")
+            continue
+        start = process_time()
+        found[setting] = [call()]
+        pace[setting.method] = (process_time() - start) * setting.value
+    brief = [s for s, all_of in found.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
+    for _ in range(REPEATS - 1):
+        for setting in brief:
+            found[setting].append(runs[setting]())
+    progress(len(runs), len(runs))
+    return {setting: _middle(outcomes) for setting, outcomes in found.items()}
+
+
+def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
+    for rtol in RTOLS:
+        yield Setting(EVENT, rtol), partial(run_event, bench, rtol)
+    longest = max(motion.dt for motion in bench.motions)
+    for (name, method), dt in product(FIXED.items(), STEPS):
+        # A step above the longest sample is that sample again.
+        if dt <= longest * (1.0 + 1e-9):
+            yield Setting(name, dt), partial(run_fixed, bench, method, dt)
+    most = min(3, len(bench.motions))
+    for name, method in GENERAL.items() if scipy else ():
+        for rtol in GENERAL_RTOLS[name]:
+            yield Setting(name, rtol), partial(run_general, bench, method, rtol, most)
+
+
+def _middle(outcomes: list[Outcome]) -> Outcome:
+    times = {key: median(getattr(outcome, key) for outcome in outcomes) for key in ("seconds", "free_seconds")}
+    return outcomes[0]._replace(**times)
+
+
+def errors_of(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Errors (cases, outputs): relative for amounts and times, of counts the difference over the count.
+
+    A motion that is not finite where the reference is has an infinite error; so has a first impact that only one has.
+    """
+    scale = np.abs(reference)
+    scale[:, YIELDS] = 1.0
+    scale[scale == 0.0] = 1.0
+    errors = np.abs(values - reference) / scale
+    neither = np.isnan(values[:, FIRST]) & np.isnan(reference[:, FIRST]) & np.isfinite(values[:, REACH])
+    errors[neither, FIRST] = 0.0
+    return np.where(np.isnan(errors), inf, errors)
+
+
+def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
+    settings, outcomes = list(found), list(found.values())
+    errors = np.stack([errors_of(outcome.values, reference.copy()) for outcome in outcomes])
+    for place, setting in enumerate(settings):
+        # SciPy runs some cases only: what was not run has no error.
+        if setting.method in GENERAL:
+            errors[place][np.isnan(outcomes[place].values[:, REACH])] = nan
+    # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
+    errors[:, bench.each(0) == 0.0, FIRST] = nan
+    times = np.array([[o.seconds] * GAP + [o.free_seconds] for o in outcomes])
+    labels = [label for batch in bench.batches for label in batch.labels]
+    coords: dict[str, Any] = {
+        "setting": [setting.words for setting in settings],
+        "method": ("setting", [setting.method for setting in settings]),
+        "parameter": ("setting", [setting.value for setting in settings], {"long_name": "rtol, or longest step [s]"}),
+        "case": labels,
+        "output": list(OUTPUTS),
+        "level": ("level", list(LEVELS), {"long_name": "error level"}),
+        "solver": list(dict.fromkeys(setting.method for setting in settings)),
+    }
+    variables = {
+        "error": (("setting", "case", "output"), errors, {"units": "1", "long_name": "error against the reference"}),
+        "value": (("setting", "case", "output"), np.stack([o.values for o in outcomes]), {"long_name": "answer"}),
+        "reference": (("case", "output"), reference, {"long_name": f"event-driven solver at rtol {REFERENCE:g}"}),
+        "time": (("setting", "output"), times, {"units": "s", "long_name": "processor time per run"}),
+        "steps_per_contact": ("setting", [o.steps for o in outcomes], {"units": "1", "long_name": "steps per contact"}),
+        "energy_residual": (
+            "setting",
+            [o.residual for o in outcomes],
+            {"units": "1", "long_name": "largest energy residual of a run; NaN where the method keeps no account"},
+        ),
+    }
+    dataset = xr.Dataset(variables, coords=coords)
+    reach = np.array([[times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]])
+    dataset["time_to_reach"] = (
+        ("solver", "output", "level"),
+        reach,
+        {
+            "units": "s",
+            "long_name": "time per run at which every case is within the error level; NaN where that is not reached",
+        },
+    )
+    return dataset.assign_attrs(
+        title=study.name,
+        scene=study.text or study.to_toml(),
+        scene_resolved=study.to_toml(),
+        versions=as_text(versions()),
+    )
+
+
+def summed_up(errors: np.ndarray) -> tuple[float, float]:
+    """(median, worst) over the cases that were run."""
+    known = errors[~np.isnan(errors)]
+    return (float(np.median(known)), float(known.max())) if known.size else (nan, nan)
+
+
+def curve(dataset: xr.Dataset, solver: str, output: str) -> list[tuple[float, float]]:
+    """(error, time) of a method's settings, errors the worst over the cases: the envelope from loose and quick on."""
+    mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
+    points = sorted(zip(mine["time"].values, (summed_up(e)[1] for e in mine["error"].values), strict=True))
+    envelope: list[tuple[float, float]] = []
+    for time, error in points:
+        if isfinite(error) and (not envelope or error < envelope[-1][0]):
+            envelope.append((error, time))
+    return envelope
+
+
+def times_to_reach(dataset: xr.Dataset, solver: str, output: str) -> list[float]:
+    """Time per run at which all cases are within each of `LEVELS`; NaN where a method's ladder does not get there.
+
+    Between settings, straight lines in the logarithms of error and time.
+    """
+    points = curve(dataset, solver, output)
+    found = []
+    for level in LEVELS:
+        place = next((i for i, (error, _) in enumerate(points) if error <= level), None)
+        if place is None:
+            found.append(nan)
+        elif place == 0 or points[place][0] <= 0.0:
+            found.append(points[place][1])
+        else:
+            (e0, t0), (e1, t1) = points[place - 1], points[place]
+            share = np.log(e0 / level) / np.log(e0 / e1)
+            found.append(float(t0 * (t1 / t0) ** share))
+    return found
+
+
+def holds_digits(values: np.ndarray, reference: np.ndarray) -> bool:
+    """True where no value is further from the reference than half a unit of its last printed digit."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        unit = 10.0 ** (np.floor(np.log10(np.abs(reference))) - (DIGITS - 1))
+    unit[:, [COUNT, YIELDS]] = 1.0
+    same = np.abs(values - reference) <= 0.5 * np.where(np.isfinite(unit), unit, 0.0)
+    same |= np.isnan(values) & np.isnan(reference)
+    # No digit of a first touch from rest means anything; see `_dataset`.
+    same[reference[:, FIRST] < RESTING, FIRST] = True
+    return bool(same.all())
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One sentence: the cheapest setting whose printed digits no longer change, and the runner-up."""
+    reference, times = dataset["reference"].values, dataset["time"].isel(output=REACH).values
+    names, methods = dataset["setting"].values, dataset["method"].values
+    good = [
+        place
+        for place in range(len(names))
+        if methods[place] not in GENERAL and holds_digits(dataset["value"].values[place], reference)
+    ]
+    count = f"{dataset.sizes['case']} case" + ("s" if dataset.sizes["case"] > 1 else "")
+    if not good:
+        return f"No setting keeps all {DIGITS} printed digits of every output in all of {count}."
+    best = min(good, key=times.__getitem__)
+    told = f"{names[best]} is the cheapest setting whose {DIGITS} printed digits no longer change in {count}: "
+    told += f"{time_words(times[best])} a run"
+    others = [place for place in good if methods[place] != methods[best]]
+    if others:
+        second = min(others, key=times.__getitem__)
+        told += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
+    elif methods[best] == EVENT:
+        told += "; no setting of another method gets there"
+    return told + "."
+
+
+def time_words(seconds: float) -> str:
+    """A time per run in µs, ms or s."""
+    if seconds < 1e-3:
+        return f"{seconds * 1e6:.3g} µs"
+    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def beaten_at(dataset: xr.Dataset) -> list[str]:
+    """Where other methods reach an error level in less time than the event-driven solver, a line for each output.
+
+    Counts and flags are right or wrong and have no levels.
+    """
+    told = []
+    reach = dataset["time_to_reach"]
+    for output in (REACH, FORCE, FIRST, GAP):
+        ours = reach.sel(solver=EVENT).values[output]
+        found = []
+        for solver in (name for name in reach["solver"].values if name != EVENT):
+            ratios = [
+                (level, a / b)
+                for level, a, b in zip(LEVELS, ours, reach.sel(solver=solver).values[output], strict=True)
+            ]
+            at = [(level, ratio) for level, ratio in ratios if ratio > 1.0]
+            if at:
+                found.append(f"{solver} down to {at[-1][0]:.0e} ({max(ratio for _, ratio in at):.2g} times at most)")
+        if found:
+            told.append(f"{list(OUTPUTS.values())[output]}: {'; '.join(found)}")
+    return told
+
+
+def _reference_words(dataset: xr.Dataset, reference: np.ndarray) -> str:
+    words = f"event-driven solver at rtol {REFERENCE:g}"
+    for rtol in GENERAL_RTOLS["SciPy DOP853"][::-1]:
+        name = Setting("SciPy DOP853", rtol).words
+        if name in dataset["setting"].values:
+            errors = dataset["error"].sel(setting=name).values
+            run = ~np.isnan(errors[:, REACH])
+            apart = max(errors[run, REACH].max(), errors[run, FORCE].max())
+            return (
+                f"{words}; {name} differs from it by {apart:.0e} at most in displacement and force ({run.sum()} runs)"
+            )
+    return words
