@@ -228,7 +228,7 @@ def accuracy(
     scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
     figure: Figure = None,
 ) -> None:
-    """What each digit costs in time on this scene: this solver, fixed steps and SciPy against a reference."""
+    """What each digit of a scene's answers costs in time, by method."""
     out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_accuracy import print_accuracy
     from pounding_risk.cli_output import Watch

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
+from math import isinf, isnan
 from typing import Any
-
-import numpy as np
 
 from pounding_risk.cli_output import print_pairs, print_table
 
@@ -14,7 +13,7 @@ HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 
 def print_accuracy(dataset: Any) -> None:
     """Settings by method with time, median and worst error of each output, steps per contact, energy residual."""
-    from pounding_risk.ladder import OUTPUTS, beaten_at, summed_up, time_words
+    from pounding_risk.work_precision import OUTPUTS, beaten_at, summed_up, time_words
 
     times = dataset["time"].sel(output="peak_relative_displacement").values
     rows = []
@@ -27,7 +26,7 @@ def print_accuracy(dataset: Any) -> None:
                 time_words(times[place]),
                 *(_error_words(*summed_up(errors[:, output])) for output in range(len(OUTPUTS))),
                 f"{float(dataset['steps_per_contact'].values[place]):.0f}",
-                "–" if np.isnan(residual) else f"{residual:.0e}",
+                "–" if isnan(residual) else f"{residual:.0e}",
             )
         )
     heads = ("setting", "time a run", *HEADS, "steps a contact", "energy residual")
@@ -46,6 +45,6 @@ def print_accuracy(dataset: Any) -> None:
 
 
 def _error_words(middle: float, worst: float) -> str:
-    if np.isnan(middle):
+    if isnan(middle):
         return "–"
-    return " / ".join("∞" if np.isinf(value) else "0" if value == 0.0 else f"{value:.0e}" for value in (middle, worst))
+    return " / ".join("∞" if isinf(value) else "0" if value == 0.0 else f"{value:.0e}" for value in (middle, worst))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.figures_style import QUIET, blank, title
+from pounding_risk.work_precision import EVENT, OUTPUTS, summed_up
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,8 +23,6 @@ WHOLE = ("impact_count", "yield_exceedance")
 
 def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     """Median error over the cases (lines) and largest (dotted) against processor time per run, as `accuracy` found."""
-    from pounding_risk.ladder import OUTPUTS
-
     figure, axes = blank(2, 3, size=(12.0, 7.6))
     solvers = [str(name) for name in dataset["solver"].values]
     for place, (output, words) in enumerate(OUTPUTS.items()):
@@ -41,8 +40,6 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 
 
 def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:
-    from pounding_risk.ladder import EVENT, summed_up
-
     solver, output = which
     colour, marker = style
     mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from math import inf, isfinite, nan
+from math import inf, nan
 from pathlib import Path
 from statistics import median
 from time import process_time
@@ -32,8 +32,19 @@ from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions
 from pounding_risk.study import Study
+from pounding_risk.work_precision import (
+    EVENT,
+    FIRST,
+    FORCE,
+    GAP,
+    LEVELS,
+    OUTPUTS,
+    REACH,
+    errors_of,
+    finding,
+    times_to_reach,
+)
 
-EVENT = "event-driven"
 FIXED = {
     "Newmark average acceleration": "newmark",
     "central difference": "central_difference",
@@ -44,20 +55,7 @@ RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4, 1e-5, 1e-6)  # s
 GENERAL_RTOLS = {"SciPy DOP853": (1e-3, 1e-6, 1e-9, 1e-12), "SciPy Radau": (1e-3, 1e-6)}
 REFERENCE = 1e-12  # rtol of the event-driven reference
-LEVELS = tuple(10.0**-power for power in range(2, 10))
-DIGITS = 4  # that the commands print
-RESTING = 1e-6  # s from which on a first impact is one, and not a gap that is closed at rest
 REPEATS, BRIEF = 5, 1.0  # repetitions, and the seconds from which a call is timed once
-
-OUTPUTS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "yield_exceedance": "yield exceedance",
-    "first_impact_time": "first impact time",
-    "gap_required": "gap required",
-}
-REACH, FORCE, COUNT, YIELDS, FIRST, GAP = range(6)
 
 
 class Setting(NamedTuple):
@@ -327,20 +325,6 @@ def _middle(outcomes: list[Outcome]) -> Outcome:
     return outcomes[0]._replace(**times)
 
 
-def errors_of(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Errors (cases, outputs): relative for amounts and times, of counts the difference over the count.
-
-    A motion that is not finite where the reference is has an infinite error; so has a first impact that only one has.
-    """
-    scale = np.abs(reference)
-    scale[:, YIELDS] = 1.0
-    scale[scale == 0.0] = 1.0
-    errors = np.abs(values - reference) / scale
-    neither = np.isnan(values[:, FIRST]) & np.isnan(reference[:, FIRST]) & np.isfinite(values[:, REACH])
-    errors[neither, FIRST] = 0.0
-    return np.where(np.isnan(errors), inf, errors)
-
-
 def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
     settings, outcomes = list(found), list(found.values())
     errors = np.stack([errors_of(outcome.values, reference.copy()) for outcome in outcomes])
@@ -389,109 +373,6 @@ def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], referenc
         scene_resolved=study.to_toml(),
         versions=as_text(versions()),
     )
-
-
-def summed_up(errors: np.ndarray) -> tuple[float, float]:
-    """(median, worst) over the cases that were run."""
-    known = errors[~np.isnan(errors)]
-    return (float(np.median(known)), float(known.max())) if known.size else (nan, nan)
-
-
-def curve(dataset: xr.Dataset, solver: str, output: str) -> list[tuple[float, float]]:
-    """(error, time) of a method's settings, errors the worst over the cases: the envelope from loose and quick on."""
-    mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
-    points = sorted(zip(mine["time"].values, (summed_up(e)[1] for e in mine["error"].values), strict=True))
-    envelope: list[tuple[float, float]] = []
-    for time, error in points:
-        if isfinite(error) and (not envelope or error < envelope[-1][0]):
-            envelope.append((error, time))
-    return envelope
-
-
-def times_to_reach(dataset: xr.Dataset, solver: str, output: str) -> list[float]:
-    """Time per run at which all cases are within each of `LEVELS`; NaN where a method's ladder does not get there.
-
-    Between settings, straight lines in the logarithms of error and time.
-    """
-    points = curve(dataset, solver, output)
-    found = []
-    for level in LEVELS:
-        place = next((i for i, (error, _) in enumerate(points) if error <= level), None)
-        if place is None:
-            found.append(nan)
-        elif place == 0 or points[place][0] <= 0.0:
-            found.append(points[place][1])
-        else:
-            (e0, t0), (e1, t1) = points[place - 1], points[place]
-            share = np.log(e0 / level) / np.log(e0 / e1)
-            found.append(float(t0 * (t1 / t0) ** share))
-    return found
-
-
-def holds_digits(values: np.ndarray, reference: np.ndarray) -> bool:
-    """True where no value is further from the reference than half a unit of its last printed digit."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        unit = 10.0 ** (np.floor(np.log10(np.abs(reference))) - (DIGITS - 1))
-    unit[:, [COUNT, YIELDS]] = 1.0
-    same = np.abs(values - reference) <= 0.5 * np.where(np.isfinite(unit), unit, 0.0)
-    same |= np.isnan(values) & np.isnan(reference)
-    # No digit of a first touch from rest means anything; see `_dataset`.
-    same[reference[:, FIRST] < RESTING, FIRST] = True
-    return bool(same.all())
-
-
-def finding(dataset: xr.Dataset) -> str:
-    """One sentence: the cheapest setting whose printed digits no longer change, and the runner-up."""
-    reference, times = dataset["reference"].values, dataset["time"].isel(output=REACH).values
-    names, methods = dataset["setting"].values, dataset["method"].values
-    good = [
-        place
-        for place in range(len(names))
-        if methods[place] not in GENERAL and holds_digits(dataset["value"].values[place], reference)
-    ]
-    count = f"{dataset.sizes['case']} case" + ("s" if dataset.sizes["case"] > 1 else "")
-    if not good:
-        return f"No setting keeps all {DIGITS} printed digits of every output in all of {count}."
-    best = min(good, key=times.__getitem__)
-    told = f"{names[best]} is the cheapest setting whose {DIGITS} printed digits no longer change in {count}: "
-    told += f"{time_words(times[best])} a run"
-    others = [place for place in good if methods[place] != methods[best]]
-    if others:
-        second = min(others, key=times.__getitem__)
-        told += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
-    elif methods[best] == EVENT:
-        told += "; no setting of another method gets there"
-    return told + "."
-
-
-def time_words(seconds: float) -> str:
-    """A time per run in µs, ms or s."""
-    if seconds < 1e-3:
-        return f"{seconds * 1e6:.3g} µs"
-    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
-
-
-def beaten_at(dataset: xr.Dataset) -> list[str]:
-    """Where other methods reach an error level in less time than the event-driven solver, a line for each output.
-
-    Counts and flags are right or wrong and have no levels.
-    """
-    told = []
-    reach = dataset["time_to_reach"]
-    for output in (REACH, FORCE, FIRST, GAP):
-        ours = reach.sel(solver=EVENT).values[output]
-        found = []
-        for solver in (name for name in reach["solver"].values if name != EVENT):
-            ratios = [
-                (level, a / b)
-                for level, a, b in zip(LEVELS, ours, reach.sel(solver=solver).values[output], strict=True)
-            ]
-            at = [(level, ratio) for level, ratio in ratios if ratio > 1.0]
-            if at:
-                found.append(f"{solver} down to {at[-1][0]:.0e} ({max(ratio for _, ratio in at):.2g} times at most)")
-        if found:
-            told.append(f"{list(OUTPUTS.values())[output]}: {'; '.join(found)}")
-    return told
 
 
 def _reference_words(dataset: xr.Dataset, reference: np.ndarray) -> str:

@@ -11,7 +11,9 @@ import xarray as xr
 
 from pounding_risk import accuracy, ladder
 from pounding_risk.errors import PoundingError
-from pounding_risk.ladder import (
+from pounding_risk.ladder import Setting, bench_of, run_event, run_fixed
+from pounding_risk.scenario import parse_scene
+from pounding_risk.work_precision import (
     COUNT,
     EVENT,
     FIRST,
@@ -20,16 +22,12 @@ from pounding_risk.ladder import (
     OUTPUTS,
     REACH,
     YIELDS,
-    Setting,
-    bench_of,
+    beaten_at,
     errors_of,
     finding,
     holds_digits,
-    run_event,
-    run_fixed,
     times_to_reach,
 )
-from pounding_risk.scenario import parse_scene
 
 SCENE = """
 [scene]
@@ -152,7 +150,7 @@ def test_where_another_method_is_quicker_is_told():
     names = [EVENT, "Runge-Kutta 4"]
     reach = [[times_to_reach(data, name, output) for output in OUTPUTS] for name in names]
     data["time_to_reach"] = (("solver", "output", "level"), np.array(reach))
-    told = ladder.beaten_at(data.assign_coords(solver=names))
+    told = beaten_at(data.assign_coords(solver=names))
     assert len(told) == 4  # counts and flags have no levels
     assert told[0] == "peak relative displacement: Runge-Kutta 4 down to 1e-02 (4 times at most)"
 

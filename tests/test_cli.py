@@ -21,7 +21,7 @@ import pounding_risk
 from pounding_risk import cli, cli_output
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = ("demo", "validate", "impact", "simulate", "scan")
+COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "accuracy")
 SCENE = """\
 [scene]
 name = "A pair"
@@ -394,6 +394,22 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
         assert Path("out.nc").exists()
     Path("out.nc").unlink()
     assert run(*command, "--strict").exit_code == 0
+
+
+def test_accuracy_prints_settings_and_the_finding():
+    told = run(
+        "accuracy", "scene.toml", "--cases", "1", "--budget", "0.5", "--no-scipy", "-o", "a.nc", "--figure", "a.png"
+    )
+    assert told.exit_code == 0, told.output
+    table = rows(told.stdout)
+    assert table[0][:2] == ["setting", "time a run"]
+    assert any(line[0] == "event-driven, rtol 1e-06" for line in table)
+    words = dict(line[:2] for line in table if len(line) == 2)
+    assert words["cases"] == "1" and "printed digits" in words["finding"]
+    assert Path("a.png").stat().st_size > 10_000
+    assert pounding_risk.open_results("a.nc").attrs["finding"] == words["finding"]
+    assert run("accuracy", "bad.toml").exit_code == 2
+    assert run("accuracy", "scene.toml", "-o", "a.txt").exit_code == 2
 
 
 def test_scan_tells_how_far_runs_move_when_made_again():

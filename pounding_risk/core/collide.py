@@ -11,6 +11,7 @@ turn to tension in a law that cuts it, the bodies part.
 
 from __future__ import annotations
 
+from functools import cache
 from math import inf, sqrt
 from typing import NamedTuple
 
@@ -73,7 +74,12 @@ class Phase(NamedTuple):
 
 def make_desk(rtol: float = 0.0) -> np.ndarray:
     """A desk for one thread, with the tableau that suits the tolerance on it."""
-    method = next(method for least, method in METHODS if rtol >= least)
+    return _template(next(place for place, (least, _) in enumerate(METHODS) if rtol >= least)).copy()
+
+
+@cache
+def _template(place: int) -> np.ndarray:
+    method = METHODS[place][1]
     stages = len(method.nodes)
     desk = np.zeros(DESK)
     desk[[TABLE, LATE, BETWEEN], 0] = -1.0
