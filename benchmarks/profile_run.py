@@ -29,14 +29,14 @@ WORDS = {
     ("pound", "march"): "contacts",
     ("take_step", "pound"): "accepted steps",
     ("attempt", "take_step"): "attempts at them",
-    ("land", "take_step"): "landings on an event",
+    ("land", "end_on"): "landings on an event",
     ("attempt", "land"): "attempts for landings",
     ("crest", "raise_peak"): "crests searched inside a step",
-    ("attempt", "crest"): "attempts for crests",
-    ("attempt", "raise_peak"): "attempts to go back from a crest",
+    ("peek", "crest"): "looks at a step between its ends for crests",
+    ("peek", "settle"): "looks at a step between its ends for landings",
     ("slopes", "attempt"): "evaluations of the force in all attempts",
     ("block_is_quiet", "fly"): "blocks of 16 samples looked at in flight",
-    ("interval_is_quiet", "fly"): "sample intervals looked at in flight",
+    ("unquiet", "fly"): "sample intervals looked at in flight",
     ("search_interval", "fly"): "sample intervals searched",
 }
 
