@@ -18,6 +18,7 @@ _HOMES = {
     "simulate": "history",
     "scan": "ensemble",
     "accuracy": "ladder",
+    "stability": "hard",
     "read_scene": "scenario",
     "read_motion": "motions",
     "open_results": "results",

@@ -247,6 +247,27 @@ def accuracy(
         draw(accuracy_figure(dataset), figure_file)
 
 
+@app.command()
+def stability(
+    rtol: Annotated[float, typer.Option(help="Tolerance of the solver, 1e-12 to 1e-2.")] = 1e-6,
+    law: Annotated[
+        list[str] | None, typer.Option(help="Contact model; repeat for several.", show_default="all")
+    ] = None,
+    case: Annotated[
+        list[str] | None, typer.Option(help="Number of a case; repeat for several.", show_default="all")
+    ] = None,
+) -> None:
+    """Run the hard cases and show what holds, and by how much."""
+    from pounding_risk.cli_output import Watch
+    from pounding_risk.cli_stability import print_stability
+    from pounding_risk.hard import stability as run
+
+    with Watch("stability") as watch:
+        rows = run(rtol, law, case, progress=watch)
+    if not print_stability(rows):
+        raise typer.Exit(RUN_FAILED)
+
+
 @records_app.callback(invoke_without_command=True)
 def records(ctx: typer.Context) -> None:
     """List the strong-motion records that come with the project."""

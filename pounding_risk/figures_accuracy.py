@@ -35,7 +35,7 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     counts = (
         f"{dataset.attrs['title']}; {dataset.sizes['case']} cases; median error (lines) and largest (dotted, counts)"
     )
-    title(figure, fill(dataset.attrs["finding"], 110), counts, note)
+    title(figure, fill(dataset.attrs["finding"], 125), counts, note)
     return figure
 
 

@@ -240,7 +240,7 @@ def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
 
 
 def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
-    """SciPy over the first case of the first motions, at most so many; all others are NaN."""
+    """SciPy over one case of each of the first motions, the first gap with the largest yield force; others are NaN."""
     values, contacts, steps = np.full((bench.size, len(OUTPUTS)), nan), 0.0, 0.0
     spent: list[tuple[float, float]] = []
     width = len(bench.gaps) * len(bench.yield_forces)
@@ -249,7 +249,7 @@ def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
             continue
         motion = bench.motions[batch.motion]
         given = bench.pair, (motion.acceleration, motion.dt)
-        strength, start = float(bench.yield_forces[0]), process_time()
+        strength, start = float(bench.yield_forces[-1]), process_time()
         run = solve_general(
             solver, given[0], Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength), given[1], rtol
         )
@@ -258,7 +258,7 @@ def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
         alone = solve_general(solver, given[0], Interface(1e3, batch.law, bench.restitution), given[1], rtol)
         spent.append((middle - start, process_time() - middle))
         contacts, steps = contacts + run.impact_count, steps + run.steps
-        values[place * width] = (
+        values[place * width + len(bench.yield_forces) - 1] = (
             run.peak_relative_displacement,
             run.peak_contact_force,
             run.impact_count,

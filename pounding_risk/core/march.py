@@ -87,6 +87,9 @@ def march(pair, free, law, limits, rtol, desk, log):
             desk[TALLY, STATUS] = finish
             break
     total = desk[TALLY, IMPULSE]
+    # Whatever is not finite in the ground motion stays in the free response; a search only passes it over.
+    for part in range(4):
+        total += free.states[free.ground.size - 1, part]
     for signal in range(SIGNALS):
         total += desk[HIGH, signal] + desk[LOW, signal]
     if not abs(total) < inf:

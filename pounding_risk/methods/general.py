@@ -155,10 +155,13 @@ def _what_ended(found: Any, events: list[Any]) -> int:
 def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, float], rtol: float) -> Answer:
     """One run from rest by a solver of `SOLVERS`; ``motion`` = (a_g [m/s²], time between samples [s]).
 
-    Raises RuntimeError where SciPy gives up.
+    Raises RuntimeError where SciPy gives up, ValueError for a ground motion that is not finite.
     """
     model, seen = ScipyPair(pair, interface), Seen()
     ground, dt = np.asarray(motion[0], dtype=float), float(motion[1])
+    if not np.isfinite(ground).all():
+        # SciPy's step control would try again for ever.
+        raise ValueError(f"sample {int(np.argmin(np.isfinite(ground)))} of the ground motion is not finite")
     options: Any = {"method": solver, "rtol": rtol, "atol": ABSOLUTE}
     y = np.zeros(4)
     for sample in range(len(ground) - 1):
