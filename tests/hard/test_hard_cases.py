@@ -33,7 +33,6 @@ ALSO_ELSEWHERE = {
     "38": ("test_motions.py", "test_doubts_are_flagged"),
     "42": ("test_hard_inputs.py", "test_critical_damping_is_refused"),
 }
-OPEN = {"32": "max and min pass over NaN, so that a run ends as if its ground motion did where the NaN stands"}
 
 
 def numbered(case: Case) -> str:
@@ -42,9 +41,8 @@ def numbered(case: Case) -> str:
 
 def parameters():
     for case in CASES:
-        marks = pytest.mark.xfail(reason=OPEN[case.number], strict=True) if case.number in OPEN else ()
         for law in case.laws:
-            yield pytest.param(case, law, marks=marks, id=f"{case.number}-{case.figure.__name__}-{law}")
+            yield pytest.param(case, law, id=f"{case.number}-{case.figure.__name__}-{law}")
 
 
 @pytest.mark.parametrize(("case", "law"), list(parameters()))
@@ -57,7 +55,7 @@ def test_it_holds(case: Case, law: str):
 @pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-8])
 def test_it_holds_at_other_tolerances(rtol: float):
-    rows = stability(rtol, case=[case.number for case in CASES if case.number not in OPEN])
+    rows = stability(rtol)
     assert [(row.case.number, row.law, row.figure) for row in rows if not row.holds] == []
 
 
