@@ -18,6 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures import Oscillator
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
+from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
 from pounding_risk.study import Study
 
@@ -55,9 +56,12 @@ def simulate(
 
     Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
     both buildings together: W_ground = kinetic + strain + damping + contact. Raises as `scan` does, and
-    PoundingError for a record or polarity that the scene does not have.
+    PoundingError for a record or polarity that the scene does not have and for a number out of its range.
     """
     study = as_study(study)
+    for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):
+        if value is not None and not quantity.allows(value):
+            raise PoundingError(f"simulate: {name} is {value:g}; {article(quantity.words)} must be {bounds(quantity)}")
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)

@@ -50,13 +50,15 @@ def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, f
 def free_response(pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float) -> Free:
     """The response of both buildings without contact to a_g [m/s²] sampled every ``dt`` [s], from rest.
 
-    Exact for a_g linear between samples. Samples are divided where the stiffer building would pass more than
-    2.5 rad of its vibration between them, so that a Taylor series sums to rounding over every interval.
+    Exact for a_g linear between samples; NaN from the first sample on that is not finite. Samples are divided
+    where the stiffer building would pass more than 2.5 rad of its vibration between them, so that a Taylor series
+    sums to rounding over every interval.
     """
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
     parts = max(1, ceil(omega * dt / 2.5))
     count = (len(acceleration) - 1) * parts + 1
-    ground = np.interp(np.arange(count) / parts, np.arange(len(acceleration)), acceleration)
+    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    ground = np.interp(np.arange(count) / parts, np.arange(len(acceleration)), known)
     step = dt / parts
     terms, size = 4, 1.0
     while size > 1e-19 and terms < MAX_TERMS:

@@ -46,6 +46,10 @@ METHODS = ((1e-4, DORMAND_PRINCE), (0.0, DOP853))
 # all shipped scenes closes to the tolerance itself.
 SHARE = 0.05
 
+# What comes back of a contact is e times what came: its own error must stay this small a part of it.
+REBOUND_SHARE = 0.1
+ROUNDING = 1e-15  # of a displacement
+
 SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
 
 
@@ -61,6 +65,7 @@ class Impact(NamedTuple):
     memory: float  # damping constant of this contact
     speed: float  # scale of velocity for the error control [m/s]
     depth: float  # and of penetration [m]
+    still: float  # speed below which the direction of the motion is rounding [m/s]
 
 
 class Phase(NamedTuple):
@@ -300,13 +305,17 @@ def next_step(h, error, rtol, desk):
 
 @kernel
 def begin(pair, fastest, law, limits, state):
-    """Freeze what a contact remembers of its start; returns the `Impact` and the approach speed."""
+    """Freeze what a contact remembers of its start; returns the `Impact`, the approach speed and e."""
     left, right = pair
     gap, yield_force, restitution = limits
     speed = max(state[2] - state[3], 0.0)
     mass = 1.0 / (left.inverse_mass + right.inverse_mass)
-    memory = law.begin(restitution.at(speed), speed, mass)
+    e = restitution.at(speed)
+    memory = law.begin(e, speed, mass)
     # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
     scale = max(speed, 1e-3 * fastest, 1e-12)
     depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
-    return Impact(left, right, law, gap, law.ceiling(yield_force), law.floor(), memory, scale, depth), speed
+    # δ is a difference of displacements: what they round by, the contact's stiffness turns into a speed.
+    still = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
+    impact = Impact(left, right, law, gap, law.ceiling(yield_force), law.floor(), memory, scale, depth, still)
+    return impact, speed, e

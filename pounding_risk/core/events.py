@@ -14,10 +14,6 @@ from pounding_risk.core.collide import (
     END_WEIGHT,
     FINAL,
     LAST,
-    PEEK,
-    PEEK_SLOPE,
-    PEEKED,
-    PEEKED_RISE,
     SHARE,
     SLACK,
     YIELDING,
@@ -25,72 +21,14 @@ from pounding_risk.core.collide import (
     attempt,
     finish,
     next_step,
-    nudged,
-    slopes,
     spread,
-    state_between,
-    state_of,
-    transmitted,
-    uncapped,
 )
-from pounding_risk.core.series import END, HERE, HERE_SLOPE, NEXT, NEXT_SLOPE, STAGES, STATE
-
-# What is watched for its peak; past the force, the numbers are those of the signals watched in flight.
-FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
+from pounding_risk.core.peaks import crest, hides_crest
+from pounding_risk.core.readings import BEGIN_ROWS, END_ROWS, FORCE, PEEK_ROWS, peek, read_end
+from pounding_risk.core.series import END
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
-
-
-@small
-def read_contact(impact, phase, state, desk, row):
-    """Everything that is watched in contact, into a row: uncapped force, displacements, absolute accelerations."""
-    force = transmitted(impact, phase, state)
-    left, right = impact.left, impact.right
-    desk[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
-    desk[row, PLACE_LEFT] = state[0]
-    desk[row, PLACE_RIGHT] = state[1]
-    desk[row, SHAKE_LEFT] = (-left.fade * state[2] - left.spring * state[0]) - left.inverse_mass * force
-    desk[row, SHAKE_RIGHT] = (-right.fade * state[3] - right.spring * state[1]) + right.inverse_mass * force
-
-
-@small
-def read_end(impact, phase, h, desk, rows):
-    """Readings and their slopes per unit of s at one end of a step of length h.
-
-    ``rows`` = (state, slopes of the state, readings, slopes of the readings). The slope of the force is a difference
-    over a ten-millionth of the step; all else is linear in it and in the slopes of the state.
-    """
-    source, tangent, values, rises = rows
-    left, right = impact.left, impact.right
-    state = state_of(desk, source)
-    nudge = 1e-7 * h
-    ahead = nudged(state, desk, tangent, nudge)
-    read_contact(impact, phase, state, desk, values)
-    desk[rises, FORCE] = (uncapped(impact, phase, ahead) - desk[values, FORCE]) / nudge
-    felt = desk[rises, FORCE]
-    if phase.region != ELASTIC:
-        felt = (transmitted(impact, phase, ahead) - transmitted(impact, phase, state)) / nudge
-    u, w, v, z = state_of(desk, tangent)
-    desk[rises, PLACE_LEFT] = u
-    desk[rises, PLACE_RIGHT] = w
-    desk[rises, SHAKE_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
-    desk[rises, SHAKE_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * felt
-
-
-BEGIN_ROWS = (STATE, STAGES, HERE, HERE_SLOPE)
-END_ROWS = (END, LAST, NEXT, NEXT_SLOPE)
-PEEK_ROWS = (PEEK, PEEK_SLOPE, PEEKED, PEEKED_RISE)
-
-
-@small
-def peek(impact, phase, span, x, desk):
-    """State and readings at a place x of the step, 0 to 1, into PEEK_ROWS; `spread` has laid out the step."""
-    s, h = span
-    state = state_between(x, desk)
-    for part in range(4):
-        desk[PEEK, part] = state[part]
-    slopes(impact, phase, s + x * h, state, desk, PEEK_SLOPE)
-    read_end(impact, phase, h, desk, PEEK_ROWS)
+MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a crest is told apart from it
 
 
 @small
@@ -99,13 +37,15 @@ def margin_at(kind, impact, phase, desk, rows):
     source, tangent, values, rises = rows
     if kind == TURN:
         sign = 1.0 if phase.approaching else -1.0
+        # A turn is one that rounding does not undo: bodies at rest against each other turn no more.
         rate = desk[source, 2] - desk[source, 3]
-        return sign * rate, sign * (desk[tangent, 2] - desk[tangent, 3])
+        return sign * rate + impact.still, sign * (desk[tangent, 2] - desk[tangent, 3])
     if kind == PART:
         return desk[source, 0] - desk[source, 1] - impact.gap, desk[tangent, 0] - desk[tangent, 1]
     if kind == YIELD:
         sign = 1.0 if phase.region == YIELDING else -1.0
-        return sign * (desk[values, FORCE] - impact.strength), sign * desk[rises, FORCE]
+        # Past F_E by more than rounding, so that a plateau of no length is not left and entered again and again.
+        return sign * (desk[values, FORCE] - impact.strength) + MET * impact.strength, sign * desk[rises, FORCE]
     sign = -1.0 if phase.region == SLACK else 1.0
     return sign * desk[values, FORCE], sign * desk[rises, FORCE]
 
@@ -138,16 +78,31 @@ def first_dip(start, start_slope, stop, stop_slope):
     return 2.0
 
 
+@kernel
+def rise_above(impact, phase, span, desk):
+    """Where on the step the uncapped force, below F_E at both ends, has its crest above it; 2 where it has not.
+
+    The crest is that of `peaks.watch_step`. One that passes F_E by rounding is left to it: it counts, and needs no
+    landing on a plateau of no length.
+    """
+    ends = hides_crest(FORCE, 1.0, impact.strength, span, desk)
+    if not ends[0] > 0.0:
+        return 2.0
+    spread(impact, phase, span, desk)
+    best, place = crest(FORCE, 1.0, ends, impact, phase, span, desk)
+    return place if best > BARELY * impact.strength else 2.0
+
+
 @small
 def dip_of(kind, impact, phase, span, desk):
     """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
     s, h = span
     stop, stop_slope = margin_at(kind, impact, phase, desk, END_ROWS)
-    if kind == TURN and abs(stop) <= 1e-14 * impact.speed:
-        return 2.0
     if stop >= 0.0 and stop_slope <= 0.0:
         return 2.0
     start, start_slope = margin_at(kind, impact, phase, desk, BEGIN_ROWS)
+    if kind == YIELD and phase.region == ELASTIC and stop >= 0.0 and start > 0.0:
+        return rise_above(impact, phase, span, desk)
     start = max(start, 0.0)
     # At the touch δ^(1/4) has no slope in t and a finite one in s; where it rises from there is all that counts.
     start_slope = h * start_slope if s > 0.0 else stop - start
@@ -183,10 +138,10 @@ def first_event(impact, phase, span, desk):
 def event_passed(landed, impact, phase, desk):
     """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
     for candidate in range(TURN, PART + 1):
-        if candidate != landed and is_watched(candidate, impact, phase):
-            slack = 1e-14 * impact.speed if candidate == TURN else 0.0
-            if margin_at(candidate, impact, phase, desk, END_ROWS)[0] < -slack:
-                return candidate
+        if candidate == landed or not is_watched(candidate, impact, phase):
+            continue
+        if margin_at(candidate, impact, phase, desk, END_ROWS)[0] < 0.0:
+            return candidate
     return NONE
 
 
@@ -279,6 +234,8 @@ def end_on(kind, place, impact, phase, span, rtol, desk):
     if place > 1.0:
         return span[1], NONE
     length, there = land(kind, place, impact, phase, span, rtol, desk)
+    # A crest that passes F_E by less than the tolerance may stay below it when the step is made again: still a yield.
+    there = there or (kind == YIELD and phase.region == ELASTIC)
     return length, kind if there else NONE
 
 

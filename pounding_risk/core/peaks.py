@@ -6,22 +6,22 @@ from math import inf, sqrt
 
 from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import PEEKED, PEEKED_RISE, spread
-from pounding_risk.core.events import FORCE, peek
 from pounding_risk.core.flight import SIGNALS
+from pounding_risk.core.readings import FORCE, peek
 from pounding_risk.core.series import HERE, HERE_SLOPE, HIGH, LOW, NEXT, NEXT_SLOPE, TALLY
 from pounding_risk.core.tally import LOWEST_FORCE
 
 
 @kernel
 def crest(watch, sign, ends, impact, phase, span, desk):
-    """The largest sign × reading inside the step, where its slope turns; found on the step's polynomial.
+    """The largest sign × reading inside the step, where its slope turns, and its place; on the step's polynomial.
 
     ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the crest
     of the cubic through both ends.
     """
     low, high = 0.0, 1.0
     low_slope, high_slope = ends
-    best = -inf
+    best, there = -inf, 0.0
     side = 0
     x = low_slope / (low_slope - high_slope)
     if span[0] > 0.0:
@@ -29,7 +29,8 @@ def crest(watch, sign, ends, impact, phase, span, desk):
         x = cubic_crest(rise, low_slope, high_slope)
     for _ in range(60):
         peek(impact, phase, span, x, desk)
-        best = max(best, sign * desk[PEEKED, watch])
+        if sign * desk[PEEKED, watch] > best:
+            best, there = sign * desk[PEEKED, watch], x
         slope = sign * desk[PEEKED_RISE, watch]
         if slope > 0.0:
             low, low_slope = x, slope
@@ -46,7 +47,7 @@ def crest(watch, sign, ends, impact, phase, span, desk):
         if abs(new - x) <= 1e-5 or high - low <= 1e-5:
             break
         x = new
-    return best
+    return best, there
 
 
 @small
@@ -91,7 +92,7 @@ def raise_peak(watch, sign, best, impact, phase, span, desk):
         return best, span[2]
     if not span[2]:
         spread(impact, phase, (span[0], span[1]), desk)
-    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), desk)), True
+    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), desk)[0]), True
 
 
 @small

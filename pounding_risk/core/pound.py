@@ -8,6 +8,7 @@ from pounding_risk._jit import kernel
 from pounding_risk.core.collide import (
     ELASTIC,
     LAST,
+    REBOUND_SHARE,
     YIELDING,
     Impact,
     Phase,
@@ -19,7 +20,6 @@ from pounding_risk.core.collide import (
     transmitted,
 )
 from pounding_risk.core.events import (
-    FORCE,
     NONE,
     PART,
     TURN,
@@ -31,6 +31,7 @@ from pounding_risk.core.events import (
 )
 from pounding_risk.core.flight import SIGNALS
 from pounding_risk.core.peaks import watch_step
+from pounding_risk.core.readings import FORCE
 from pounding_risk.core.series import (
     END,
     HERE,
@@ -137,7 +138,7 @@ def mark_levels(impact, phase, span, peak, desk, log):
         length = 0.0
         if desk[HERE, FORCE] < level:
             i = impact
-            watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth)
+            watched = Impact(i.left, i.right, i.law, i.gap, level, i.least, i.memory, i.speed, i.depth, i.still)
             spread(impact, phase, (s, h), desk)
             place = min(dip_of(YIELD, watched, phase, (s, h), desk), 1.0)
             length = h * min(settle(YIELD, place, watched, phase, (s, h), desk), 1.0)
@@ -160,7 +161,8 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     Returns (how it ended, node, time after it, state then).
     """
     node, offset = start
-    impact, speed = begin(pair, free.fastest, law, limits, state)
+    impact, speed, e = begin(pair, free.fastest, law, limits, state)
+    rtol = min(rtol, REBOUND_SHARE * e)
     desk[STATE, :8] = 0.0
     for part in range(4):
         desk[STATE, part] = state[part]
@@ -194,7 +196,10 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         if moved <= 0.0 and event == NONE:
             finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
             break
+        before = peak
         peak = watch_step(impact, phase, (s, moved), peak, desk)
+        # The step may end on another event where the force just meets F_E: that counts as well.
+        met = event == YIELD or (yielded == 0 and peak > before and peak >= impact.strength)
         if log.levels.size > 0:
             mark_levels(impact, phase, (s, moved, touched), peak, desk, log)
         s += moved
@@ -213,7 +218,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
             break
         if event == TURN and phase.approaching:
             depth = max(depth, delta)
-        if event == YIELD and phase.region == ELASTIC:
+        if met and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
             yielded += 1
             if yielded == 1:
@@ -236,6 +241,5 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     for level in range(log.levels.size):
         log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
     lift_off(impact, energy, (peak, force, depth), duration, desk)
-    e = limits[2].at(speed)
     write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), desk)
     return finish, node, duration - since, state
