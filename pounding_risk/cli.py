@@ -295,9 +295,11 @@ def record_info(id: Annotated[str, typer.Argument(metavar="ID", help="A record's
 
 def draw(figure: Any, target: Path) -> None:
     """Write a figure under a temporary name and move it into place; raises PoundingError where that fails."""
+    from pounding_risk.figures_style import write
+
     partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
     try:
-        figure.savefig(partial)
+        write(figure, partial)
         os.replace(partial, target)
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
