@@ -33,7 +33,7 @@ FORCE_OPERATIONS = 60  # in `slopes` with Jankowski's law: products, sums and tw
 @kernel
 def repeat_attempts(pair, law, restitution, desk, count):
     """So many attempts at the same step in contact."""
-    impact, _, _ = begin(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH)
+    impact, _, _ = begin(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
     phase = Phase(True, ELASTIC, 0.5, 10.0)
     for part in range(4):
         desk[STATE, part] = TOUCH[part]

@@ -17,6 +17,7 @@ from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import LAWS
+from pounding_risk.models.effects import bare
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
 
@@ -104,8 +105,8 @@ def impact(
 
 
 def name_of(law: Any) -> str:
-    """The scene-file name of a law, or its class name where it is a user's own."""
-    return next((name for name, known in LAWS.items() if isinstance(law, known)), type(law).__name__)
+    """The scene-file name of a law without its effects, or its class name where it is a user's own."""
+    return next((name for name, known in LAWS.items() if isinstance(bare(law), known)), type(bare(law)).__name__)
 
 
 def restitution_of(words: str | float) -> Restitution:

@@ -19,6 +19,7 @@ from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact import LAWS
+from pounding_risk.models.effects import bare, references, with_effects
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
@@ -138,7 +139,11 @@ def laws_of(study: Study) -> tuple[Any, ...]:
 
 
 def law_of(study: Study, name: str) -> Any:
-    """One contact law of the scene, its stiffness by the scene's equal terms where the unit differs."""
+    """One contact law of the scene with its effects; its stiffness by equal terms where the unit differs."""
+    return with_effects(_calibrated(study, name), study.effects)
+
+
+def _calibrated(study: Study, name: str) -> Any:
     terms = study.equal_terms
     if not study.needs_equal_terms(name) or terms is None:
         return study.law(name)
@@ -326,11 +331,13 @@ def _attributes(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
         "Conventions": "CF-1.11",
         "title": study.name,
         "source": "pounding_risk: event-driven pair solver",
-        "references": "; ".join(dict.fromkeys(law.reference for law in laws)),
+        "references": "; ".join(dict.fromkeys(references(law) for law in laws)),
         "scene": study.text or study.to_toml(),
         "scene_resolved": study.to_toml(),
         "overrides": as_text(list(study.overrides)),
-        "stiffness": as_text({name: law.stiffness for name, law in zip(study.grid.contact_models, laws, strict=True)}),
+        "stiffness": as_text(
+            {name: bare(law).stiffness for name, law in zip(study.grid.contact_models, laws, strict=True)}
+        ),
         "restitution": study.restitution_words,
         "rtol": study.rtol,
         "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),

@@ -15,6 +15,7 @@ from pounding_risk.core.series import LEFT, RIGHT, expand
 from pounding_risk.core.tally import CONTACT_COLUMNS, STATUS, STATUS_SENTENCES, Log, make_log
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects import references
 from pounding_risk.models.structures import Oscillator
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
@@ -85,7 +86,7 @@ def simulate(
         gap=interface.gap,
         yield_force=interface.yield_force,
         pga=motion.pga,
-        references=interface.law.reference,
+        references=references(interface.law),
         status=STATUS_SENTENCES[int(raw[STATUS])],
         outputs=as_text(outputs),
         building_outputs=as_text({key: list(map(float, values)) for key, values in sides.items()}),

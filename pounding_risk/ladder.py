@@ -26,6 +26,7 @@ from pounding_risk.core import tally
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.sweep import sweep
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of
+from pounding_risk.errors import PoundingError
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import solve_general
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
@@ -142,6 +143,9 @@ def accuracy(
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
+    if study.effects:
+        named = ", ".join(effect.name for effect in study.effects)
+        raise PoundingError(f"accuracy: the methods beside the event-driven solver know no {named}; remove [effects]")
     bench = bench_of(study, cases)
     left_out: list[str] = []
     compile_time = warm_up(bench)

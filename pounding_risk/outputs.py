@@ -66,7 +66,7 @@ RUN: dict[str, Output] = {
     "yield_exceedance": Output(
         "1",
         "1 where the uncapped force reaches the yield force",
-        lambda raw, strength: (raw[..., tally.DEMAND] >= strength).astype(float),
+        lambda raw, _: (raw[..., tally.YIELDS] > 0.0).astype(float),
         whole=True,
     ),
     "yield_demand": Output("1", "largest uncapped force over the yield force", _share),
@@ -78,8 +78,9 @@ RUN: dict[str, Output] = {
     "energy_plastic": Output(
         "J",
         "energy that yielding takes; none in laws whose plateau is retraced",
-        lambda raw, _: np.zeros_like(raw[..., 0]),
+        _column(tally.PLASTIC),
     ),
+    "permanent_set": Output("m", "by how much dents have widened the gap at the end", _column(tally.SET)),
     "energy_residual": Output(
         "1",
         "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch",

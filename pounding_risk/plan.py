@@ -12,7 +12,7 @@ from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, PGA, RTOL, TAIL, TIME, YIELD_FORCE, Quantity, say
-from pounding_risk.study import Study
+from pounding_risk.study import Effect, Study
 
 BYTES_A_CASE = 8 * 25  # about as many outputs as a pair has, before compression
 
@@ -71,6 +71,7 @@ class Plan:
             ("interface", _interface(study)),
             *(("contact model", words) for words in _laws(study)),
             ("restitution", _restitution(study)),
+            *(("effect", _effect(effect)) for effect in study.effects),
             ("records", _amplitude(study, len(self.records))),
             ("polarity", " and ".join(study.records.polarities)),
             *_grid(study),
@@ -162,6 +163,11 @@ def _restitution(study: Study) -> str:
         return study.restitution_words
     held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
     return f"{study.restitution_words}: falls with the approach speed{held}"
+
+
+def _effect(effect: Effect) -> str:
+    options = ", ".join(f"{key} {value}" for key, value in effect.written().items())
+    return f"{effect.name}: {options}" if options else effect.name
 
 
 def _amplitude(study: Study, count: int) -> str:

@@ -14,12 +14,21 @@ from math import inf, pi, sqrt
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    create_model,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact import EXPONENT, LAWS, stiffness_quantity
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import Building
 from pounding_risk.quantities import (
@@ -54,6 +63,7 @@ from pounding_risk.study import (
     EQUAL_TERMS,
     NO_RESTITUTION,
     POLARITIES,
+    Effect,
     EqualTerms,
     Grid,
     RecordRequest,
@@ -140,8 +150,11 @@ class InterfaceTable(Section):
     equal_terms: EqualTermsTable | None = None
 
 
-class EffectsTable(Section):
-    """This version has none; the names of later ones are known to ``scene_checks``."""
+# One key an effect; those of later versions are known to ``scene_checks``.
+_EFFECT_KEYS: dict[str, Any] = {
+    name: (Annotated[Effect | None, Reads(scene_keys.effect(name), {"type": "object"})], None) for name in EFFECTS
+}
+EffectsTable = create_model("EffectsTable", __base__=Section, **_EFFECT_KEYS)
 
 
 class RecordsTable(Section):
@@ -175,7 +188,7 @@ class SceneTables(Section):
     scene: SceneTable = SceneTable()
     building: list[BuildingTable]
     interface: list[InterfaceTable]
-    effects: EffectsTable = EffectsTable()
+    effects: EffectsTable = EffectsTable()  # type: ignore[valid-type]
     records: RecordsTable
     grid: GridTable = GridTable()
     solver: SolverTable = SolverTable()
@@ -290,6 +303,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
             grid.pga or (records.pga,),
         ),
         rtol=tables.solver.rtol,
+        effects=tuple(found for name in EFFECTS if (found := getattr(tables.effects, name)) is not None),
         text=origin.text,
         source=origin.source,
         overrides=origin.overrides,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.effects import EFFECTS, refusal
 from pounding_risk.quantities import QuantityError, parse, shown
 from pounding_risk.scene_text import Fault, nearest
 from pounding_risk.study import EQUAL_TERMS, matching
@@ -18,10 +19,7 @@ _STOREYS = "buildings of several storeys are not in this version; write mass and
 _CODE_PERIOD = 'code periods are not in this version; write the period itself, such as period = "0.208 s"'
 _EFFECT = "this effect is not in this version; remove it: the scene then runs as if the effect did not act"
 _NOT_YET = "not in this version"
-EFFECTS = (
-    "permanent_set",
-    "unloading_stiffness",
-    "strain_rate",
+LATER_EFFECTS = (
     "wave_passage",
     "inelastic_storeys",
     "p_delta",
@@ -41,7 +39,7 @@ LATER: Mapping[str, Mapping[str, str]] = {
     "interface": {
         "contact": "contact points by storey are not in this version; remove it: the masses meet at one",
     },
-    "effects": dict.fromkeys(EFFECTS, _EFFECT),
+    "effects": dict.fromkeys(LATER_EFFECTS, _EFFECT),
     "records": {
         "set": "record sets by name are not in this version; list the records in names or files instead",
         "components": 'rotated components are not in this version; name one, such as names = ["RSN6-180"]',
@@ -86,6 +84,7 @@ def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
     """All faults that more than one key takes part in."""
     yield from _buildings(raw)
     yield from _interfaces(raw)
+    yield from _effects(raw)
     yield from _records(raw)
 
 
@@ -166,6 +165,38 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
                 absent=True,
             )
         yield from _laws(index, keys, grid)
+
+
+def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    """Effects without what they act on, or with a contact model that they do not act on."""
+    asked = {name: options for name, options in table(raw, "effects").items() if name in EFFECTS}
+    if not asked:
+        return
+    keys = next((keys for _, keys in tables(raw, "interface")), {})
+    names = [keys.get("contact_model"), *_as_list(table(raw, "grid").get("contact_model"))]
+    laws = dict.fromkeys(name for name in names if isinstance(name, str) and name in LAWS)
+    for name, options in asked.items():
+        kind: Any = EFFECTS[name]
+        for needed in kind.needs:
+            if needed not in asked:
+                yield Fault(("effects", name), f"acts on what {needed} leaves; write {needed} = {{}} as well")
+        if isinstance(options, dict) and options.get("code") == "mc1990" and "strength" not in options:
+            yield Fault(("effects", name), 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
+        for law in laws:
+            why = refusal(LAWS[law])
+            if why:
+                takers = ", ".join(other for other in LAWS if not refusal(LAWS[other]))
+                yield Fault(
+                    ("effects", name),
+                    f"{law} {why}; remove {name}, or choose among {takers}",
+                )
+    exponent = keys.get("plastic_exponent", 0)
+    if "permanent_set" in asked and "van_mier" in laws and exponent not in (0, 0.0, "0"):
+        yield Fault(
+            ("effects", "permanent_set"),
+            "van_mier with a plastic_exponent above 0 hardens while it yields, and what it remembers of that is not "
+            "published; remove plastic_exponent, or permanent_set",
+        )
 
 
 def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fault]:

@@ -15,12 +15,13 @@ from typing import Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.models.contact import LAWS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.processing import STEPS, read_steps
 from pounding_risk.quantities import EXAMPLES, RESTITUTION, TIME, Quantity, parse, shown
 from pounding_risk.scene_checks import LATER_RESTITUTION
 from pounding_risk.scene_text import nearest
-from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES, StepTable, unknown_law
+from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES, Effect, StepTable, unknown_law
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
 LONGEST_AXIS = 10_000  # values of one grid key
@@ -173,6 +174,53 @@ def same(value: Any) -> str:
         hint = nearest(value, EQUAL_TERMS) if isinstance(value, str) else ""
         raise Unreadable(f"{shown(value)} is not a common ground of contact models{hint}; it may be {known}")
     return str(value)
+
+
+def effect(name: str) -> Callable[[Any], Effect]:
+    """A reader of an effect's table."""
+    kind: Any = EFFECTS[name]
+
+    def option(key: str, value: Any) -> Any:
+        allowed = kind.options[key]
+        if isinstance(allowed, Quantity):
+            return parse(value, allowed)
+        if value not in allowed:
+            hint = nearest(value, allowed) if isinstance(value, str) else ""
+            raise Unreadable(f"{shown(value)} is not one of {', '.join(map(shown, allowed))}{hint}; write one of these")
+        return value
+
+    def read(value: Any) -> Effect:
+        if not isinstance(value, dict):
+            raise Unreadable(f"{shown(value)} is not a table; write {name} = {{{_options(kind)}}}, or remove it")
+        faults: list[tuple[tuple[str | int, ...], str]] = []
+        found = []
+        for key in [*value, *(key for key in kind.options if key not in value and key not in kind.optional)]:
+            try:
+                if key not in kind.options:
+                    raise Unreadable(
+                        f"unknown key{nearest(key, kind.options)}; {name} takes {_options(kind) or 'no keys'}"
+                    )
+                if key not in value:
+                    raise Unreadable(f"missing; write {name} = {{{_options(kind)}}}")
+                found.append((key, option(key, value[key])))
+            except ValueError as error:
+                faults.append(((key,), str(error)))
+        if faults:
+            raise Several(faults)
+        return Effect(name, tuple(sorted(found)))
+
+    return read
+
+
+def _options(kind: Any) -> str:
+    """An effect's keys as a scene has them, each with an example."""
+    examples = {
+        key: shown(allowed.example if allowed.unit != "1" else float(allowed.example))
+        if isinstance(allowed, Quantity)
+        else shown(allowed[-1])
+        for key, allowed in kind.options.items()
+    }
+    return ", ".join(f"{key} = {example}" for key, example in examples.items() if key not in kind.optional)
 
 
 def record_names(value: Any) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.processing import STEPS
@@ -28,6 +29,20 @@ class EqualTerms(NamedTuple):
 
     same: str
     speed: float  # m/s
+
+
+class Effect(NamedTuple):
+    """One effect that the scene names, with its options in SI."""
+
+    name: str
+    options: tuple[tuple[str, Any], ...] = ()
+
+    def written(self) -> dict[str, Any]:
+        """The options as a scene file has them: quantities as text, exact."""
+        kinds = EFFECTS[self.name].options  # type: ignore[attr-defined]
+        return {
+            key: exact(value, kinds[key]) if isinstance(kinds[key], Quantity) else value for key, value in self.options
+        }
 
 
 class StepTable(Mapping[str, Any]):
@@ -107,6 +122,7 @@ class Study:
     records: RecordRequest
     grid: Grid
     rtol: float
+    effects: tuple[Effect, ...] = ()  # in the order in which they wrap a law
     text: str = field(default="", compare=False, repr=False)
     source: str = field(default="scene", compare=False)
     overrides: tuple[str, ...] = field(default=(), compare=False)
@@ -158,10 +174,12 @@ class Study:
             "contact_model": list(self.grid.contact_models),
         }
         pgas = [exact(pga, PGA) for pga in self.grid.pgas if pga is not None]
+        effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
             "building": [_building(building) for building in self.buildings],
             "interface": [self._interface()],
+            **({"effects": effects} if effects else {}),
             "records": _records(self.records),
             "grid": {**grid, "pga": pgas} if pgas else grid,
             "solver": {"rtol": self.rtol},

@@ -40,7 +40,13 @@ KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events"
 LARGEST_FILE = 400  # lines
 LARGER = {"models/contact.py": 480}  # one short class a law, and the laws belong side by side
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
-ALSO = {"models/tableau.py": {"numpy", "dataclasses"}}  # a table is arrays
+ALSO = {
+    "models/tableau.py": {"numpy", "dataclasses"},  # a table is arrays
+    "models/contact.py": {"pounding_risk.models.memory"},
+    # An effect wraps a law, and refuses numbers of a scene in words.
+    "models/effects.py": {"collections.abc", "pounding_risk.errors"}
+    | {f"pounding_risk.models.{name}" for name in ("contact", "memory")},
+}
 
 
 class Import:

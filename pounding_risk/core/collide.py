@@ -304,18 +304,22 @@ def next_step(h, error, rtol, desk):
 
 
 @kernel
-def begin(pair, fastest, law, limits, state):
-    """Freeze what a contact remembers of its start; returns the `Impact`, the approach speed and e."""
+def begin(pair, fastest, law, limits, state, worn):
+    """Freeze what a contact remembers of its start; returns the `Impact`, the approach speed and e.
+
+    ``worn`` is what earlier contacts of the run have left behind.
+    """
     left, right = pair
     gap, yield_force, restitution = limits
     speed = max(state[2] - state[3], 0.0)
     mass = 1.0 / (left.inverse_mass + right.inverse_mass)
     e = restitution.at(speed)
-    memory = law.begin(e, speed, mass)
+    memory = law.resume(law.begin(e, speed, mass), worn)
+    strength = law.ceiling(yield_force) * law.hardening(speed)
     # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
     scale = max(speed, 1e-3 * fastest, 1e-12)
     depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
     # δ is a difference of displacements: what they round by, the contact's stiffness turns into a speed.
     still = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
-    impact = Impact(left, right, law, gap, law.ceiling(yield_force), law.floor(), memory, scale, depth, still)
+    impact = Impact(left, right, law, gap, strength, law.floor(), memory, scale, depth, still)
     return impact, speed, e

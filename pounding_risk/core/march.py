@@ -23,6 +23,7 @@ from pounding_risk.core.tally import (
     OPEN_FLOOR,
     OPEN_SHARE,
     RESIDUAL,
+    SET,
     STATUS,
     TOO_MANY_CONTACTS,
     Log,
@@ -74,13 +75,16 @@ def march(pair, free, law, limits, rtol, desk, log):
     state = (0.0, 0.0, 0.0, 0.0)
     node, offset = 0, 0.0
     while True:
-        node, offset, state = fly(pair, free, limits[0], (node, offset), state, desk)
+        # The gap is as wide as the dents of the contacts before have left it.
+        gap = limits[0] + desk[TALLY, SET]
+        node, offset, state = fly(pair, free, gap, (node, offset), state, desk)
         if node < 0:
             break
         if desk[TALLY, COUNT] >= MAX_CONTACTS:
             desk[TALLY, STATUS] = TOO_MANY_CONTACTS
             break
-        finish, node, offset, state = pound(pair, free, law, limits, rtol, (node, offset), state, desk, log)
+        now = gap, limits[1], limits[2]
+        finish, node, offset, state = pound(pair, free, law, now, rtol, (node, offset), state, desk, log)
         if finish == AT_END:
             break
         if finish != FINISHED:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pounding_risk._jit import kernel
+from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import (
     ELASTIC,
     LAST,
@@ -60,10 +60,13 @@ from pounding_risk.core.tally import (
     NOT_FINITE,
     PEAK_FORCE,
     PENETRATION,
+    PLASTIC,
     RESIDUAL,
+    SET,
     STEPS,
     UNDERFLOW,
     VISCOUS,
+    WORN,
     YIELDS,
 )
 
@@ -97,21 +100,27 @@ def touch_down(impact, held, touched, speed, desk):
 
 
 @kernel
-def lift_off(impact, energy, peaks, duration, desk):
-    """Close a contact in the tally; ``peaks`` = (uncapped force, transmitted force, penetration)."""
+def lift_off(impact, energy, peaks, yielding, duration, desk):
+    """Close a contact in the tally.
+
+    ``peaks`` = (uncapped force, transmitted force, penetration), ``yielding`` = (dent, energy lost with it).
+    """
     state = state_of(desk, STATE)
     delta = max(state[0] - state[1] - impact.gap, 0.0)
     after = energy_of((impact.left, impact.right), state)
     work = desk[STATE, 4]
     desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], after)
     desk[TALLY, RESIDUAL] += after - energy - (desk[STATE, 6] - work)
-    desk[TALLY, VISCOUS] += work - impact.law.stored(delta, impact.strength)
+    desk[TALLY, VISCOUS] += work - impact.law.held(impact.memory, delta, impact.strength) - yielding[1]
+    desk[TALLY, PLASTIC] += yielding[1]
+    desk[TALLY, SET] += yielding[0]
+    desk[TALLY, WORN] = impact.law.worn(impact.memory)
     desk[TALLY, CONTACT_TIME] += duration
     desk[TALLY, IMPULSE] += desk[STATE, 5]
     desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], peaks[0])
     desk[TALLY, PEAK_FORCE] = max(desk[TALLY, PEAK_FORCE], peaks[1])
     desk[TALLY, PENETRATION] = max(desk[TALLY, PENETRATION], peaks[2])
-    desk[HIGH, 0] = max(desk[HIGH, 0], impact.gap + peaks[2])
+    desk[HIGH, 0] = max(desk[HIGH, 0], impact.gap - yielding[0] + peaks[2])
 
 
 @kernel
@@ -127,6 +136,13 @@ def write_contact(log, values, desk):
         log.contacts[row, 10] = desk[STATE, 4]
         log.contacts[row, 11] = log.used[1]
     log.used[0] = row + 1
+
+
+@small
+def widened(impact, memory, dent):
+    """The contact with a gap that is wider by a dent, and what it remembers since."""
+    i = impact
+    return Impact(i.left, i.right, i.law, i.gap + dent, i.strength, i.least, memory, i.speed, i.depth, i.still)
 
 
 @kernel
@@ -161,7 +177,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     Returns (how it ended, node, time after it, state then).
     """
     node, offset = start
-    impact, speed, e = begin(pair, free.fastest, law, limits, state)
+    impact, speed, e = begin(pair, free.fastest, law, limits, state, desk[TALLY, WORN])
     rtol = min(rtol, REBOUND_SHARE * e)
     desk[STATE, :8] = 0.0
     for part in range(4):
@@ -172,6 +188,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     each = log.levels.size > 0 or log.contacts.shape[0] > 0
     peak = 0.0 if each else desk[TALLY, DEMAND]
     plateau, depth, yielded, stalled, known = 0.0, 0.0, 0, 0, False
+    dented, lost = 0.0, 0.0
     since = -offset  # of the current node, after the touch
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
     ramp = ramp_at(free, node, since)
@@ -216,8 +233,15 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         if event == PART or stalled > 50:
             finish = FINISHED if event == PART else UNDERFLOW
             break
+        retraced = True
         if event == TURN and phase.approaching:
-            depth = max(depth, delta)
+            depth = max(depth, delta + dented)
+            if phase.region == YIELDING:
+                memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
+                if dent >= 0.0:
+                    # What stays widens the gap, here and for the contacts after this one.
+                    impact = widened(impact, memory, dent)
+                    dented, lost, retraced = dented + dent, lost + taken, False
         if met and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
             yielded += 1
@@ -234,12 +258,14 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
                 desk[HERE_SLOPE, watch] = desk[NEXT_SLOPE, watch]
         else:
             phase = switched(event, phase)
+            if not retraced:
+                phase = Phase(phase.approaching, ELASTIC, phase.ground, phase.ramp)
             slopes(impact, phase, s, state, desk, STAGES)
-    depth = max(depth, state[0] - state[1] - impact.gap)
+    depth = max(depth, state[0] - state[1] - impact.gap + dented)
     duration = s * s * s * s
     force = plateau if yielded > 0 else min(peak, impact.strength)
     for level in range(log.levels.size):
         log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
-    lift_off(impact, energy, (peak, force, depth), duration, desk)
+    lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, desk)
     write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), desk)
     return finish, node, duration - since, state

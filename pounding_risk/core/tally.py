@@ -22,13 +22,16 @@ from pounding_risk._jit import kernel
     YIELDS,
     FIRST_YIELD,
     VISCOUS,
+    PLASTIC,
+    SET,
+    WORN,
     RESIDUAL,
     ENERGY,
     HELD,
     STEPS,
     STATUS,
-) = range(17)
-TALLIED = 17
+) = range(20)
+TALLIED = 20
 
 # How a contact phase, and with it a run, may end.
 FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE, TOO_MANY_CONTACTS, ENERGY_OPEN = 0, 1, 2, 3, 4, 5, 6

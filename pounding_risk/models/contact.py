@@ -16,6 +16,7 @@ from math import inf, log, pi, sqrt
 from typing import Annotated, NamedTuple, Protocol, get_type_hints
 
 from pounding_risk._jit import kernel, speaks
+from pounding_risk.models.memory import complete
 from pounding_risk.quantities import Quantity
 
 LINEAR_STIFFNESS = Quantity("N/m", 0.0, inf, "contact stiffness k", open_low=True, open_high=True)
@@ -174,6 +175,11 @@ def jankowski_force(self, memory, delta, rate, approaching):
     root = sqrt(delta)
     spring = self.stiffness * (delta * root)
     return spring + memory * sqrt(root) * rate if approaching else spring
+
+
+def hertz_yields_at(self, force):
+    """(F / β)^(2/3)."""
+    return (force / self.stiffness) ** (2.0 / 3.0)
 
 
 class Linear(NamedTuple):
@@ -390,16 +396,16 @@ class VanMier(NamedTuple):
 
     begin = forgets
     force = hertz_force
+    yields_at = hertz_yields_at
 
     def plateau(self, delta, strength):
-        yields_at = (strength / self.stiffness) ** (2.0 / 3.0)
-        return strength * (delta / yields_at) ** self.plastic_exponent
+        return strength * (delta / self.yields_at(strength)) ** self.plastic_exponent
 
     def stored(self, delta, strength):
         if self.stiffness * delta * sqrt(delta) <= strength:
             return hertz_work(self.stiffness, delta)
         n = self.plastic_exponent
-        yields_at = (strength / self.stiffness) ** (2.0 / 3.0)
+        yields_at = self.yields_at(strength)
         plastic = strength * yields_at * ((delta / yields_at) ** (n + 1.0) - 1.0) / (n + 1.0)
         return hertz_work(self.stiffness, yields_at) + plastic
 
@@ -426,6 +432,7 @@ class ViscousElastoplastic(NamedTuple):
 
     begin = jankowski_damping
     force = jankowski_force
+    yields_at = hertz_yields_at
     plateau = flat
 
     def stored(self, delta, strength):
@@ -446,7 +453,7 @@ def _laws() -> dict[str, type]:
     for name, member in vars(sys.modules[__name__]).items():
         is_law = inspect.isclass(member) and issubclass(member, tuple) and hasattr(member, "_fields")
         if is_law and all(verb in vars(member) for verb in verbs):
-            found[snake_case(name)] = member
+            found[snake_case(name)] = complete(member)
     return found
 
 

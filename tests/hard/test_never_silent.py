@@ -17,6 +17,7 @@ from pounding_risk.core.tally import (
     ENERGY_OPEN,
     EXHAUSTED,
     NOT_FINITE,
+    STATUS,
     STATUS_SENTENCES,
     TOO_MANY_CONTACTS,
     UNDERFLOW,
@@ -94,7 +95,7 @@ def test_a_motion_that_numbers_do_not_hold(name: str):
 def test_a_failed_run_leaves_no_output():
     """Whatever the raw columns hold: every output of every failed run is NaN or −1, none of a complete one."""
     raw = np.full((len(STATUS_SENTENCES), COLUMNS), 2.0)
-    raw[:, 16] = list(STATUS_SENTENCES)
+    raw[:, STATUS] = list(STATUS_SENTENCES)
     scene = Scene()
     found = {**run_outputs(raw, 1e6), **building_outputs(raw, (scene.left, scene.right), 1.0)}
     for name, values in found.items():
