@@ -19,6 +19,7 @@ _HOMES = {
     "scan": "ensemble",
     "accuracy": "ladder",
     "stability": "hard",
+    "effects": "effect_costs",
     "read_scene": "scenario",
     "read_motion": "motions",
     "open_results": "results",

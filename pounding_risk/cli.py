@@ -248,6 +248,34 @@ def accuracy(
 
 
 @app.command()
+def effects(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
+    ] = None,
+    overrides: Overrides = NONE,
+    figure: Figure = None,
+) -> None:
+    """What each effect changes in a scene, and what it costs."""
+    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli_effects import print_effects
+    from pounding_risk.cli_output import Watch
+    from pounding_risk.effect_costs import effects as run
+    from pounding_risk.scenario import read_scene
+
+    study = read_scene(scene, overrides)
+    with Watch("effects", "scans") as watch:
+        dataset = run(study, out_file, progress=watch)
+    print_effects(dataset)
+    if out_file is not None:
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import effects_figure
+
+        draw(effects_figure(dataset), figure_file)
+
+
+@app.command()
 def stability(
     rtol: Annotated[float, typer.Option(help="Tolerance of the solver, 1e-12 to 1e-2.")] = 1e-6,
     law: Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk.figures_accuracy import accuracy_figure
+from pounding_risk.figures_effects import effects_figure
 from pounding_risk.figures_runs import comparison_figure, impact_figure, parting, plateau, simulation_figure
 from pounding_risk.figures_scans import ratio_figure, scan_figure, window_figure
 from pounding_risk.figures_style import write
@@ -10,6 +11,7 @@ from pounding_risk.figures_style import write
 __all__ = [
     "accuracy_figure",
     "comparison_figure",
+    "effects_figure",
     "impact_figure",
     "parting",
     "plateau",

@@ -72,8 +72,8 @@ def test_the_sample_is_of_complete_runs_and_the_same_each_day():
 
 
 def test_changes_are_relative_for_amounts_and_plain_for_counts():
-    first = rows(HIGH=[0.1, 0.1, 0.0], PEAK_FORCE=[1e6, 2e6, 0.0], COUNT=[3, 5, 0], DEMAND=[1e6, 2e6, 0.0])
-    second = rows(HIGH=[0.1, 0.2, 0.0], PEAK_FORCE=[1e6, 1e6, 0.0], COUNT=[3, 7, 0], DEMAND=[1e6, 0.9e6, 0.0])
+    first = rows(HIGH=[0.1, 0.1, 0.0], PEAK_FORCE=[1e6, 2e6, 0.0], COUNT=[3, 5, 0], YIELDS=[1, 2, 0])
+    second = rows(HIGH=[0.1, 0.2, 0.0], PEAK_FORCE=[1e6, 1e6, 0.0], COUNT=[3, 7, 0], YIELDS=[2, 0, 0])
     found = changes(first, second, np.full(3, 1e6))
     assert found["peak_relative_displacement"].tolist() == [0.0, 0.5, 0.0]
     assert found["peak_contact_force"].tolist() == [0.0, 1.0, 0.0]
@@ -82,13 +82,13 @@ def test_changes_are_relative_for_amounts_and_plain_for_counts():
     assert is_sensitive(found, 1e-6).tolist() == [False, True, False]
 
 
-@pytest.mark.parametrize("column", ["HIGH", "PEAK_FORCE", "COUNT", "DEMAND"])
+@pytest.mark.parametrize("column", ["HIGH", "PEAK_FORCE", "COUNT", "YIELDS"])
 def test_each_output_alone_makes_a_run_sensitive(column):
     """A change just over the limit does, one just under it does not; counts and flags may not change at all."""
-    values = {"HIGH": [0.1, 0.1], "PEAK_FORCE": [1e6, 1e6], "COUNT": [3.0, 3.0], "DEMAND": [1e6, 1e6]}
+    values = {"HIGH": [0.1, 0.1], "PEAK_FORCE": [1e6, 1e6], "COUNT": [3.0, 3.0], "YIELDS": [1.0, 1.0]}
     first = rows(**values)
     moved = {"HIGH": [0.1 * (1 + 9e-4), 0.1 * (1 + 1.1e-3)], "PEAK_FORCE": [1e6 * (1 - 9e-4), 1e6 * (1 - 1.1e-3)]}
-    moved |= {"COUNT": [3.0, 4.0], "DEMAND": [1.1e6, 0.9e6]}
+    moved |= {"COUNT": [3.0, 4.0], "YIELDS": [2.0, 0.0]}
     second = rows(**(values | {column: moved[column]}))
     assert is_sensitive(changes(first, second, np.full(2, 1e6)), 1e-3).tolist() == [False, True]
 

@@ -1,0 +1,105 @@
+"""What effects cost where a scene names none: ``python benchmarks/effect_hooks.py [REPETITIONS]``.
+
+Copies the package twice, deletes the hooks of effects from one copy, and times the benchmark's grid in both, each in a
+process of its own, taking turns. A hook that is not found where it is deleted is an error, so that the list stays true.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from statistics import median
+
+ROOT = Path(__file__).resolve().parent.parent
+# File, text with the hook, text without.
+HOOKS = (
+    ("core/march.py", "limits[0] + desk[TALLY, SET]", "limits[0]"),
+    ("core/collide.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
+    ("core/collide.py", "law.ceiling(yield_force) * law.hardening(speed)", "law.ceiling(yield_force)"),
+    (
+        "core/pound.py",
+        "impact.law.held(impact.memory, delta, impact.strength) - yielding[1]",
+        "impact.law.stored(delta, impact.strength)",
+    ),
+    ("core/pound.py", "    desk[TALLY, PLASTIC] += yielding[1]\n", ""),
+    ("core/pound.py", "    desk[TALLY, SET] += yielding[0]\n", ""),
+    ("core/pound.py", "    desk[TALLY, WORN] = impact.law.worn(impact.memory)\n", ""),
+    ("core/pound.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
+    (
+        "core/pound.py",
+        """            if phase.region == YIELDING:
+                memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
+                if dent >= 0.0:
+                    # What stays widens the gap, here and for the contacts after this one.
+                    impact = widened(impact, memory, dent)
+                    dented, lost, retraced = dented + dent, lost + taken, False
+""",
+        "",
+    ),
+    (
+        "core/pound.py",
+        """            if not retraced:
+                phase = Phase(phase.approaching, ELASTIC, phase.ground, phase.ramp)
+""",
+        "",
+    ),
+)
+TIMED = """
+import json, time
+from throughput import make_bench, run_grid
+bench = make_bench()
+run_grid(bench, False, 1)
+times = []
+for _ in range(3):
+    start = time.process_time()
+    raw, how = run_grid(bench, False, 1)
+    times.append((time.process_time() - start) / how.size * 1e6)
+print(json.dumps({"times": times}))
+"""
+
+
+def copied(folder: Path, hooks: bool) -> Path:
+    """A copy of the package and the benchmarks, with hooks or without."""
+    for name in ("pounding_risk", "benchmarks", "records"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"), symlinks=False)
+    for file, old, new in () if hooks else HOOKS:
+        path = folder / "pounding_risk" / file
+        text = path.read_text(encoding="utf-8")
+        if text.count(old) != 1:
+            raise SystemExit(f"{file}: this hook stands there {text.count(old)} times, not once:\n{old}")
+        path.write_text(text.replace(old, new), encoding="utf-8")
+    return folder
+
+
+def timed(folder: Path) -> list[float]:
+    """Processor time of one run [µs], three times, after compiling."""
+    environment = {**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{folder / 'benchmarks'}"}
+    command = [sys.executable, "-c", TIMED]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder, env=environment)
+    return json.loads(done.stdout)["times"]
+
+
+def main(arguments: list[str]) -> int:
+    """Print the time of a run with the hooks and without, and their ratio."""
+    repetitions = int(arguments[0]) if arguments else 7
+    with tempfile.TemporaryDirectory() as scratch:
+        folders = [copied(Path(scratch) / name, name == "with") for name in ("with", "without")]
+        times: list[list[float]] = [[], []]
+        for number in range(repetitions):
+            for place in (0, 1) if number % 2 else (1, 0):
+                times[place] += timed(folders[place])
+    with_hooks, without = map(median, times)
+    print("| kernel | CPU time a run |\n| --- | ---: |")
+    for name, some in zip(("with the hooks of effects, none named", "hooks deleted"), times, strict=True):
+        print(f"| {name} | {median(some):.1f} µs ({min(some):.1f} µs to {max(some):.1f} µs) |")
+    print(f"\nRatio of the medians {with_hooks / without:.4f}, of the shortest {min(times[0]) / min(times[1]):.4f}.")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,219 @@
+"""What each effect of a scene changes and what it costs: the scene with none, with each alone, and with all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk.ensemble import as_study, scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.ladder import bench_of, run_event
+from pounding_risk.models.contact import LAWS
+from pounding_risk.models.effects import EFFECTS, refusal
+from pounding_risk.quantities import Quantity, parse
+from pounding_risk.results import as_text, check_target, save
+from pounding_risk.study import Effect, Study
+
+NONE, ALL = "none", "all together"
+CASES_TIMED = 24
+# What an effect may change, with the words for it; the first is the one that the finding speaks of.
+COMPARED = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "impulse": "impulse",
+    "peak_storey_shear": "peak storey shear",
+    "peak_floor_acceleration": "peak floor acceleration",
+    "permanent_set": "permanent set",
+}
+DIGITS = 4  # that a table shows
+
+
+def effects(
+    study: Study | str | Path,
+    out: str | Path | None = None,
+    *,
+    repeats: int = 5,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
+
+    The effects are those of the scene; where it names none, all there are, with the options of their examples. An
+    effect that acts on another is switched on with it. Contact models that no effect acts on are left out. Dimensions:
+    effects, and those of `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, and ``time``
+    [s of the processor per run, every case run, median of ``repeats``], ``time_ratio`` over the scene without.
+
+    Raises as `scan` does, and PoundingError where no contact model of the scene yields.
+    """
+    target = None if out is None else check_target(out)
+    study = as_study(study)
+    asked = study.effects or tuple(_example(name) for name in EFFECTS)
+    scenes = [
+        (name, replace(_yielding(study), effects=chosen)) for name, chosen in combinations(asked).items()
+    ]  # fmt: skip
+    found = []
+    for place, (_, scene) in enumerate(scenes):
+        found.append(scan(scene, check_fraction=0.0))
+        if progress:
+            progress(place + 1, len(scenes) + 1)
+    times = run_times([scene for _, scene in scenes], repeats)
+    if progress:
+        progress(len(scenes) + 1, len(scenes) + 1)
+    dataset = _dataset([name for name, _ in scenes], found, times)
+    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
+    dataset.attrs["finding"] = finding(dataset)
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def combinations(asked: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
+    """None, each alone with what it acts on, and all together, by the words for it."""
+    known = {effect.name: effect for effect in asked}
+    found: dict[str, tuple[Effect, ...]] = {NONE: ()}
+    for name, effect in known.items():
+        needs = tuple(known.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
+        found[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
+    if len(known) > 1 and set(asked) != set(found[list(found)[-1]]):
+        found[ALL] = asked
+    return found
+
+
+def _example(name: str) -> Effect:
+    """An effect with the options of its examples: what may be left out is left out, the last word of a choice."""
+    kind: Any = EFFECTS[name]
+    options = {
+        key: parse(allowed.example, allowed) if isinstance(allowed, Quantity) else allowed[-1]
+        for key, allowed in kind.options.items()
+        if key not in kind.optional
+    }
+    return Effect(name, tuple(sorted(options.items())))
+
+
+def _yielding(study: Study) -> Study:
+    """The study with those of its contact models that effects act on."""
+    laws = tuple(name for name in study.grid.contact_models if not refusal(LAWS[name]))
+    if not laws:
+        takers = [name for name in LAWS if not refusal(LAWS[name])]
+        raise PoundingError(
+            f"{study.source}: no contact model of the scene yields ({', '.join(study.grid.contact_models)}), and "
+            f"effects act on yielding; choose {' or '.join(takers)}"
+        )
+    return replace(study, grid=study.grid._replace(contact_models=laws))
+
+
+def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
+    """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
+    benches = [bench_of(scene, CASES_TIMED) for scene in scenes]
+    found = np.zeros((len(scenes), repeats))
+    for number in range(-1, repeats):  # the first round compiles and warms the caches
+        for place, (scene, bench) in enumerate(zip(scenes, benches, strict=True)):
+            spent = run_event(bench, scene.rtol)
+            if number >= 0:
+                # The motion without contact is common to all cases of a record and knows no effect.
+                found[place, number] = spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
+    return found
+
+
+def _dataset(names: list[str], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+    variables = [*COMPARED, "yield_exceedance", "status"]
+    dataset = xr.concat([each[variables] for each in found], dim="effects", combine_attrs="override")
+    dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
+    middle = np.array([median(row) for row in times])
+    dataset["time"] = ("effects", middle, {"units": "s", "long_name": "processor time of one run"})
+    ratios = np.median(times / times[0], axis=1)
+    dataset["time_ratio"] = (
+        "effects",
+        ratios,
+        {"units": "1", "long_name": "time of one run over that without effects"},
+    )
+    dataset.attrs = {
+        key: value for key, value in found[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
+    }
+    dataset.attrs |= {
+        "scene": found[0].attrs["scene"],
+        "references": "; ".join(dict.fromkeys(each.attrs["references"] for each in found)),
+    }
+    return dataset
+
+
+def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
+    """Relative change of one output by these effects, over the cases that yield without effects and complete with them.
+
+    No effect acts on the others. Where there was nothing before, a change to something is infinite.
+    """
+    yields = dataset["yield_exceedance"].sel(effects=NONE).values == 1
+    before = dataset[output].sel(effects=NONE).values.astype(float)[yields]
+    after = dataset[output].sel(effects=name).values.astype(float)[yields]
+    both = np.isfinite(before) & np.isfinite(after)
+    before, after = before[both], after[both]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = (after - before) / np.abs(before)
+    return np.where(after == before, 0.0, np.where(before == 0.0, inf, change))
+
+
+def changed_cases(dataset: xr.Dataset, name: str) -> int:
+    """In how many cases these effects change a reported digit of any output."""
+    altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
+    for output in COMPARED:
+        before, after = (_printed(dataset[output].sel(effects=which)) for which in (NONE, name))
+        differs = before != after
+        altered |= differs.any(axis=-1) if "building" in dataset[output].dims else differs
+    return int(altered.sum())
+
+
+def _printed(values: xr.DataArray) -> np.ndarray:
+    return np.array([f"{value:.{DIGITS}g}" for value in values.values.ravel()]).reshape(values.shape)
+
+
+def idle(dataset: xr.Dataset) -> list[str]:
+    """The effects that change no reported digit."""
+    return [str(name) for name in dataset["effects"].values[1:] if changed_cases(dataset, str(name)) == 0]
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One sentence: which effect changes most, what the effects cost, and which change no reported digit."""
+    names = [str(name) for name in dataset["effects"].values[1:]]
+    without = idle(dataset)
+    most = float(dataset["time_ratio"].max())
+    cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
+    if len(without) == len(names):
+        return f"No effect changes a reported digit of any of the {_cases(dataset)} cases; {cost}."
+    output, words = next(iter(COMPARED.items()))
+    spreads = {name: np.abs(changes(dataset, name, output)) for name in names if name not in without}
+    strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
+    change = changes(dataset, strongest, output)
+    rest = f"; {' and '.join(without)} change no reported digit" if without else ""
+    return (
+        f"{strongest} changes the {words} most: by {change.min():+.0%} to {change.max():+.0%}, in "
+        f"{changed_cases(dataset, strongest)} of {_cases(dataset)} cases ({yielding(dataset)} yield); {cost}{rest}."
+    )
+
+
+def yielding(dataset: xr.Dataset) -> int:
+    """In how many cases F_E is reached without effects."""
+    return int((dataset["yield_exceedance"].sel(effects=NONE) == 1).sum())
+
+
+def _cases(dataset: xr.Dataset) -> int:
+    return int(dataset["status"].sel(effects=NONE).size)
+
+
+def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:
+    """For every line but the first: effects, cases changed, time, ratio, and smallest, median, largest change."""
+    for name in map(str, dataset["effects"].values):
+        one = dataset.sel(effects=name)
+        spread = {}
+        for output in COMPARED:
+            change = changes(dataset, name, output)
+            change = change[np.isfinite(change)]
+            low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
+            spread[output] = (low, middle, high)
+        yield name, changed_cases(dataset, name), float(one["time"]), float(one["time_ratio"]), spread

@@ -1,0 +1,82 @@
+"""What effects change and cost: a panel for each output, a line for each combination of effects, and the time."""
+
+from __future__ import annotations
+
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.figures_style import QUIET, STYLES, blank, title
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+PANELS = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "peak_floor_acceleration": "peak floor acceleration",
+    "permanent_set": "permanent set",
+}
+BASE = "none"
+
+
+def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+    """Change of each output over the cases in which F_E is reached: every case, median, and the middle two thirds."""
+    figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
+    names = [str(name) for name in dataset["effects"].values]
+    yields = dataset["yield_exceedance"].sel(effects=BASE).values == 1
+    for axis, (output, words) in zip(axes.flat, PANELS.items(), strict=False):
+        in_mm = output == "permanent_set"
+        for place, name in enumerate(names[1:], 1):
+            _spread(axis, place, _values(dataset, name, output, yields), STYLES[place % len(STYLES)][0])
+        axis.axvline(0.0, color=QUIET, linewidth=0.8)
+        axis.set_title(words, fontsize=10)
+        axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
+    _costs(axes.flat[len(PANELS)], dataset)
+    for axis in axes[:, 0]:
+        axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
+        axis.set_ylim(len(names) - 0.4, 0.4)
+    condition = (
+        f"{dataset.attrs['title']}; {int(yields.sum())} of {yields.size} cases yield without effects and are shown; "
+        "bars: middle two thirds, line: median"
+    )
+    title(figure, fill(dataset.attrs["finding"], 125), condition, note)
+    return figure
+
+
+def _values(dataset: xr.Dataset, name: str, output: str, yields: np.ndarray) -> np.ndarray:
+    """Changes in per cent of the cases that yield, both buildings; the set itself in mm."""
+    after = dataset[output].sel(effects=name).values.astype(float)[yields]
+    if output == "permanent_set":
+        return after * 1e3
+    before = dataset[output].sel(effects=BASE).values.astype(float)[yields]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = 100.0 * (after / before - 1.0)
+    return change[np.isfinite(change)]
+
+
+def _spread(axis: Any, place: int, values: np.ndarray, colour: str) -> None:
+    if not values.size:
+        return
+    # Points side by side at random, the same on any day.
+    shifts = np.random.default_rng(place).uniform(-0.18, 0.18, values.size)
+    axis.plot(values, place + shifts, ".", color=colour, markersize=4, alpha=0.5)
+    low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
+    axis.plot([low, high], [place, place], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
+    axis.plot([middle, middle], [place - 0.28, place + 0.28], color="black", linewidth=2)
+
+
+def _costs(axis: Any, dataset: xr.Dataset) -> None:
+    ratios = dataset["time_ratio"].values
+    for place in range(1, len(ratios)):
+        axis.barh(place, ratios[place], height=0.5, color=STYLES[place % len(STYLES)][0])
+        axis.annotate(
+            f"{ratios[place]:.2f}", (ratios[place], place), xytext=(4, 0), textcoords="offset points", va="center"
+        )
+    axis.axvline(1.0, color=QUIET, linewidth=0.8)
+    axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
+    axis.set_title("time of a run", fontsize=10)
+    axis.set_xlabel("over that without effects [-]")

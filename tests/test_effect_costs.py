@@ -1,0 +1,137 @@
+"""The `effects` command: what it switches on, what it says of changes, what it refuses, and its figure."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk import figures, paper
+from pounding_risk.cli import app
+from pounding_risk.effect_costs import (
+    ALL,
+    COMPARED,
+    NONE,
+    changed_cases,
+    changes,
+    combinations,
+    effects,
+    finding,
+    idle,
+    yielding,
+)
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects import EFFECTS
+from pounding_risk.scenario import study_from
+from pounding_risk.study import Effect
+
+GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_model": ["viscous_elastoplastic"]}
+
+
+def scene(**more):
+    """The paper's pair, a small grid, both polarities."""
+    base = paper.scene("paper").resolved()
+    return study_from(
+        {**base, "records": {**base["records"], "polarity": ["as recorded", "reversed"]}, "grid": GRID, **more}
+    )
+
+
+@pytest.fixture(scope="module")
+def found():
+    return effects(scene(), repeats=2)
+
+
+def test_every_effect_alone_and_all_together(found):
+    """A scene that names none is shown all there are; what acts on another comes with it."""
+    names = found["effects"].values.tolist()
+    assert names == [NONE, "strain_rate", "permanent_set", "permanent_set + unloading_stiffness", ALL]
+    assert sorted(json.loads(found.attrs["effects"])) == sorted(EFFECTS)
+    assert found["time"].dims == ("effects",) and float(found["time_ratio"][0]) == 1.0
+    assert (found["status"] == 0).all() and yielding(found) >= 3
+
+
+def test_the_named_effects_alone():
+    two = (Effect("permanent_set"), Effect("unloading_stiffness", (("ratio", 2.0),)))
+    assert list(combinations(two)) == [NONE, "permanent_set", "permanent_set + unloading_stiffness"]
+    assert list(combinations(two[:1])) == [NONE, "permanent_set"]
+    assert combinations(two)["permanent_set + unloading_stiffness"] == two
+
+
+def test_numbers_are_those_of_scans(found):
+    """Changes by hand from two scans of the public kind."""
+    with_set = pr.scan(scene(effects={"permanent_set": {}}), check_fraction=0.0)
+    plain = pr.scan(scene(), check_fraction=0.0)
+    for output in COMPARED:
+        assert np.array_equal(found[output].sel(effects="permanent_set").values, with_set[output].values)
+        assert np.array_equal(found[output].sel(effects=NONE).values, plain[output].values)
+    yields = plain["yield_exceedance"].values == 1
+    before, after = (each["peak_relative_displacement"].values[yields] for each in (plain, with_set))
+    assert changes(found, "permanent_set", "peak_relative_displacement") == pytest.approx(
+        after / before - 1.0, abs=1e-15
+    )
+    assert changed_cases(found, "permanent_set") <= int(yields.sum())
+    assert np.isposinf(changes(found, "permanent_set", "permanent_set")).any()
+
+
+def test_an_effect_that_changes_nothing_is_named(found):
+    """F_E out of reach: nothing yields, and all effects are idle; made by hand, one of them alone."""
+    still = effects(scene(grid={**GRID, "yield_force": ["900 MN"]}), repeats=1)
+    assert idle(still) == still["effects"].values[1:].tolist()
+    assert still.attrs["finding"].startswith("No effect changes a reported digit of any of the 4 cases")
+    one = found.copy(deep=True)
+    for output in COMPARED:
+        one[output].loc[{"effects": "strain_rate"}] = found[output].sel(effects=NONE)
+    assert idle(one) == ["strain_rate"] and "strain_rate change no reported digit" in finding(one)
+
+
+def test_a_change_beyond_the_printed_digits_is_none(found):
+    near = found.copy(deep=True)
+    for output in COMPARED:
+        near[output].loc[{"effects": "strain_rate"}] = found[output].sel(effects=NONE)
+    key = {"effects": "strain_rate", "polarity": "as recorded"}
+    value = float(f"{float(found['peak_contact_force'].sel(effects=NONE).values.flat[0]):.4g}")
+    near["peak_contact_force"].loc[{"effects": NONE}] = value
+    near["peak_contact_force"].loc[{"effects": "strain_rate"}] = value * (1.0 + 1e-6)
+    assert changed_cases(near, "strain_rate") == 0
+    near["peak_contact_force"].loc[key] = value * 1.01
+    assert changed_cases(near, "strain_rate") == near["status"].sel(effects=NONE).size // 2
+
+
+def test_a_scene_that_cannot_yield_is_refused():
+    with pytest.raises(PoundingError) as caught:
+        effects(scene(grid={**GRID, "contact_model": ["jankowski", "hertz"]}))
+    assert "no contact model of the scene yields (jankowski, hertz)" in str(caught.value)
+    assert "choose van_mier or viscous_elastoplastic" in str(caught.value)
+
+
+def test_command_prints_draws_and_writes(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        scene(effects={"strain_rate": {"code": "mc1990", "length": "0.6 m", "strength": "30 MPa"}}).to_toml()
+    )
+    figure, out = tmp_path / "effects.svg", tmp_path / "effects.nc"
+    told = CliRunner().invoke(app, ["effects", str(path), "-o", str(out), "--figure", str(figure)])
+    assert told.exit_code == 0, told.output
+    lines = told.stdout.splitlines()
+    assert [line.split("  ")[0] for line in lines[1:3]] == ["none", "strain_rate"]
+    assert any(line.startswith("strain_rate") and "code mc1990, length 0.6 m, strength" in line for line in lines)
+    assert any(
+        line.startswith("finding") and "strain_rate changes the peak relative displacement" in line for line in lines
+    )
+    dataset = pr.open_results(out)
+    assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
+    refused = CliRunner().invoke(app, ["effects", str(path), "--figure", "f.bmp"])
+    assert refused.exit_code == 2
+
+
+def test_figure_is_the_same_for_the_same_data(found, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        figures.write(figures.effects_figure(found), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    drawn = figures.effects_figure(found)
+    assert found.attrs["finding"][:40] in drawn.get_suptitle()
+    labels = [axis.get_xlabel() for axis in drawn.axes]
+    assert "widening of the gap at the end [mm]" in labels and "over that without effects [-]" in labels
