@@ -26,7 +26,16 @@ HOOKS = (
         "impact.law.held(impact.memory, delta, impact.strength) - yielding[1]",
         "impact.law.stored(delta, impact.strength)",
     ),
-    ("core/pound.py", "    desk[TALLY, PLASTIC] += yielding[1]\n", ""),
+    ("core/pound.py", "    hysteresis = impact.law.yielded(loss)\n", ""),
+    ("core/pound.py", "loss - hysteresis", "loss"),
+    ("core/pound.py", "    desk[TALLY, PLASTIC] += yielding[1] + hysteresis\n", ""),
+    (
+        "core/pound.py",
+        """        if event == TURN:
+            impact = widened(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
+""",
+        "",
+    ),
     ("core/pound.py", "    desk[TALLY, SET] += yielding[0]\n", ""),
     ("core/pound.py", "    desk[TALLY, WORN] = impact.law.worn(impact.memory)\n", ""),
     ("core/pound.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -123,7 +124,9 @@ def restitution_of(words: str | float) -> Restitution:
         ) from None
 
 
-def equal_stiffness(law: type, reference: Any, speed: float, mass: float, rule: Restitution, same: str) -> float:
+def equal_stiffness(
+    law: Callable[[float], Any], reference: Any, speed: float, mass: float, rule: Restitution, same: str
+) -> float:
     """The stiffness with which ``law`` agrees with ``reference`` in an impact of ``mass`` [kg] at ``speed`` [m/s].
 
     ``same`` is "peak force" or "penetration". Both are powers of the stiffness for every law here, so the search

@@ -18,7 +18,6 @@ from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import LAWS
 from pounding_risk.models.effects import bare, references, with_effects
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
@@ -149,7 +148,9 @@ def _calibrated(study: Study, name: str) -> Any:
         return study.law(name)
     left, right = (building.oscillator() for building in study.buildings)
     mass = 1.0 / (left.inverse_mass + right.inverse_mass)
-    stiffness = equal_stiffness(LAWS[name], study.law(), terms.speed, mass, study.restitution, terms.same)
+    stiffness = equal_stiffness(
+        lambda value: study.law(name, value), study.law(), terms.speed, mass, study.restitution, terms.same
+    )
     return study.law(name, stiffness)
 
 

@@ -29,6 +29,8 @@ from pounding_risk.ensemble import as_study, driven, law_of, motions_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import solve_general
+from pounding_risk.models.contact import LAWS
+from pounding_risk.models.memory import remembers
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions
@@ -143,9 +145,7 @@ def accuracy(
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
-    if study.effects:
-        named = ", ".join(effect.name for effect in study.effects)
-        raise PoundingError(f"accuracy: the methods beside the event-driven solver know no {named}; remove [effects]")
+    _check_that_others_follow(study)
     bench = bench_of(study, cases)
     left_out: list[str] = []
     compile_time = warm_up(bench)
@@ -161,6 +161,13 @@ def accuracy(
     if target is not None:
         save(dataset, target)
     return dataset
+
+
+def _check_that_others_follow(study: Study) -> None:
+    """Raise PoundingError where only the event-driven solver knows the scene: effects, laws that remember."""
+    paths = (name for name in study.grid.contact_models if remembers(LAWS[name]))
+    if alien := ", ".join([*(effect.name for effect in study.effects), *paths]):
+        raise PoundingError(f"accuracy: the methods beside the event-driven solver know no {alien}; remove it")
 
 
 def bench_of(study: Study, cases: int) -> Bench:

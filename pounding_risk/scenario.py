@@ -27,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import EXPONENT, LAWS, stiffness_quantity
+from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import Building
@@ -147,6 +147,7 @@ class InterfaceTable(Section):
     ] = (constant(1.0), NO_RESTITUTION)
     yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
     plastic_exponent: Annotated[float, measured(EXPONENT)] = 0.0
+    design_penetration: Annotated[float, measured(DESIGN_PENETRATION)] = 0.0
     equal_terms: EqualTermsTable | None = None
 
 
@@ -282,6 +283,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         law_name=law_name,
         stiffness=parse(interface.stiffness, stiffness_quantity(LAWS[law_name])),
         plastic_exponent=interface.plastic_exponent,
+        design_penetration=interface.design_penetration,
         restitution=interface.restitution[0],
         restitution_words=interface.restitution[1],
         yield_force=interface.yield_force,

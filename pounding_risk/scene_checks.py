@@ -213,8 +213,9 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
             f'missing, and {damped[0]} needs it; write restitution = 0.65, or restitution = "concrete"',
             absent=True,
         )
-    if "plastic_exponent" in keys and used and "van_mier" not in used:
-        yield Fault((*base, "plastic_exponent"), f"only van_mier has one, not {', '.join(used)}; remove it")
+    for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
+        if key in keys and used and law not in used:
+            yield Fault((*base, key), f"only {law} has one, not {', '.join(used)}; remove it")
     if "stiffness" in keys:
         yield from _stiffness(index, keys["stiffness"], own)
     if not own:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.contact import DESIGN_PENETRATION, LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
@@ -21,7 +21,7 @@ AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
-LATER_LAWS = ("bilinear", "stereomechanical", "merged", "distributed_mass")
+LATER_LAWS = ("stereomechanical", "merged", "distributed_mass")
 
 
 class EqualTerms(NamedTuple):
@@ -115,6 +115,7 @@ class Study:
     law_name: str
     stiffness: float  # N/m or N/m^1.5, as the law has it
     plastic_exponent: float  # of van_mier
+    design_penetration: float  # of bilinear [m]; 0 follows the approach speed
     restitution: Restitution
     restitution_words: str  # the relation's name, the number, or NO_RESTITUTION
     yield_force: float  # N, inf without yielding
@@ -148,8 +149,7 @@ class Study:
             )
             raise SceneError(self.source, [sentence])
         values = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        if "plastic_exponent" in law._fields:
-            values["plastic_exponent"] = self.plastic_exponent
+        values |= {key: getattr(self, key) for key in law._fields if key != "stiffness" and hasattr(self, key)}
         return law(**values)
 
     def needs_equal_terms(self, name: str) -> bool:
@@ -199,6 +199,8 @@ class Study:
         }
         if "van_mier" in (self.law_name, *self.grid.contact_models):
             table["plastic_exponent"] = self.plastic_exponent
+        if "bilinear" in (self.law_name, *self.grid.contact_models):
+            table["design_penetration"] = exact(self.design_penetration, DESIGN_PENETRATION)
         if self.equal_terms:
             table["equal_terms"] = {
                 "same": self.equal_terms.same,

@@ -193,3 +193,19 @@ CONCRETE: dict[float, float] = {
     0.0: 0.793, 0.1: 0.768, 0.25: 0.734, 0.5: 0.683, 1.0: 0.603, 1.5: 0.547, 2.0: 0.510, 2.5: 0.486,
     3.0: 0.472, 4.0: 0.447, 5.0: 0.393,
 }  # fmt: skip
+
+
+def bilinear_restitution(e: float) -> float:
+    """e achieved by the bilinear law whose δ_m is a Hertz spring's penetration at the approach speed.
+
+    In units of K = β sqrt(δ_m) and δ_m: energy at the touch 0.4 = K2 x²/2 + Q x − Q/20 at the deepest x, what comes
+    back K2 x²/2 + Q/20, with q = 0.4 (1 − e²), K2 = 1 − q/0.9, Q = q/0.9 the height of the loop.
+    """
+    q = 0.4 * (1.0 - e * e)
+    flat, loop = 1.0 - q / 0.9, 0.1 * q * (10.0 + 1.0 / 0.9)
+    deepest = (-loop + math.sqrt(loop**2 + 2.0 * flat * (0.05 * loop + 0.4))) / flat
+    return math.sqrt((0.5 * flat * deepest**2 + 0.05 * loop) / 0.4)
+
+
+# e achieved where the bilinear law goes in just as deep as it was designed for: sqrt((1 − q) / (1 + q)).
+BILINEAR_DESIGN = {0.4: 0.705, 0.5: 0.734, 0.6: 0.770, 0.65: 0.790, 0.7: 0.813, 0.8: 0.865, 0.9: 0.927}

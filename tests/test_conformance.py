@@ -34,6 +34,7 @@ ACHIEVED = {
     "linear": (1.0,) * 10,
     "hertz": (1.0,) * 10,
     "van_mier": (1.0,) * 10,
+    "bilinear": tuple(exact.bilinear_restitution(e) for e in ASKED),
 }
 PULLS = {"kelvin_voigt"}
 

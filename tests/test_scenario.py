@@ -87,7 +87,7 @@ names = ["RSN6-180"]
 """
 ALL_LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, van_mier, viscous_elastoplastic"
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic"
 )
 G = 9.80665  # m/s²
 

@@ -111,8 +111,10 @@ def lift_off(impact, energy, peaks, yielding, duration, desk):
     work = desk[STATE, 4]
     desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], after)
     desk[TALLY, RESIDUAL] += after - energy - (desk[STATE, 6] - work)
-    desk[TALLY, VISCOUS] += work - impact.law.held(impact.memory, delta, impact.strength) - yielding[1]
-    desk[TALLY, PLASTIC] += yielding[1]
+    loss = work - impact.law.held(impact.memory, delta, impact.strength) - yielding[1]
+    hysteresis = impact.law.yielded(loss)
+    desk[TALLY, VISCOUS] += loss - hysteresis
+    desk[TALLY, PLASTIC] += yielding[1] + hysteresis
     desk[TALLY, SET] += yielding[0]
     desk[TALLY, WORN] = impact.law.worn(impact.memory)
     desk[TALLY, CONTACT_TIME] += duration
@@ -234,6 +236,8 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
             finish = FINISHED if event == PART else UNDERFLOW
             break
         retraced = True
+        if event == TURN:
+            impact = widened(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
         if event == TURN and phase.approaching:
             depth = max(depth, delta + dented)
             if phase.region == YIELDING:

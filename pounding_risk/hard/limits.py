@@ -25,6 +25,7 @@ RETURNED = {
     "hertz_damp": 0.6629851608,
     "hertz_damp_exact": 0.01,
     "jankowski": 0.0089519160,
+    "bilinear": 0.605843397555,
     "van_mier": 1.0,
     "viscous_elastoplastic": 0.0089519160,
 }

@@ -88,6 +88,28 @@ def resting(trial: Trial) -> float:
     return settled(trial, Scene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
 
 
+def resting_in_balance(trial: Trial) -> float:
+    """The same for a law whose force at rest depends on its path: forces out of balance, over the contact's.
+
+    k1 u1 + F = −m1 a and k2 u2 − F = −m2 a; infinite where F is not between the ends of the law's loop at this δ.
+    """
+    scene = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 60.0))
+    last = trial.follow(scene).steps[-1]
+    left, right, force = last[1], last[2], last[5]
+    delta, law = left - right - scene.gap, trial.law(scene)
+    memory = law.begin(scene.restitution.at(0.0), 0.0, 1.0 / (1.0 / LEANING.mass + 1.0 / PROP.mass))
+    upper = law.force(memory, delta, 0.0, True)
+    # The lower line ends what a turn at twice this penetration unloads to.
+    lower = law.force(law.turned(memory, 2.0 * delta, True), delta, 0.0, False)
+    if not lower * (1.0 - 1e-9) <= force <= upper * (1.0 + 1e-9):
+        return inf
+    missed = (
+        LEANING.stiffness * left + force + LEANING.mass * LEVEL,
+        PROP.stiffness * right - force + PROP.mass * LEVEL,
+    )
+    return max(map(abs, missed)) / force
+
+
 def bouncing(hold: float, dt: float = 0.02) -> Scene:
     """A sudden push over a gap that leaves 1.7 mm of it, e = 0.9: a bounce, smaller ones after it, rest."""
     return Scene(

@@ -21,6 +21,9 @@ from pounding_risk.quantities import Quantity
 
 LINEAR_STIFFNESS = Quantity("N/m", 0.0, inf, "contact stiffness k", open_low=True, open_high=True)
 HERTZ_STIFFNESS = Quantity("N/m^1.5", 0.0, inf, "impact stiffness β", open_low=True, open_high=True)
+DESIGN_PENETRATION = Quantity(
+    "m", 0.0, inf, "design penetration δ_m of the bilinear law", open_high=True, example="10 mm"
+)
 EXPONENT = Quantity("1", 0.0, 1.5, "exponent n of the plastic branch")
 
 # Laws that divide by v0 have no value for a touch from rest. Slower touches than this count as this fast; the
@@ -373,6 +376,64 @@ class Jankowski(NamedTuple):
     force = jankowski_force
     plateau = flat
     stored = hertz_energy
+    ceiling = never_yields
+    floor = may_pull
+
+
+class Bilinear(NamedTuple):
+    """Bilinear truss: K1 up to δ_y, then K2; back along K1 and K2 through the origin. The loop is the loss, no damper.
+
+    With K = β sqrt(δ_m), E = β δ_m^2.5 (1 − e²) / 2.5, δ_y = 0.1 δ_m: K1 = K + E / (0.1 δ_m²), K2 = K − E / (0.9 δ_m²),
+    so that the force at δ_m is K δ_m and the loop to δ_m takes E. The e achieved is larger than the e asked for,
+    sqrt((1 − q) / (1 + q)), q = 0.4 (1 − e²), at δ_m, and depends on how far δ goes. δ_m = 0 stands for the
+    penetration of a Hertz spring at this approach speed, (1.25 m v0² / β)^0.4; then e is the same at any speed.
+
+    >>> round(Bilinear(1e9, 0.01).force(Bilinear(1e9, 0.01).begin(1.0, 1.0, 1.0), 0.005, 0.0, True))
+    500000
+    """
+
+    stiffness: Annotated[float, HERTZ_STIFFNESS]
+    design_penetration: Annotated[float, DESIGN_PENETRATION] = 0.0
+
+    reference = "Muthukumar and DesRoches (2006); OpenSees ImpactMaterial for the form"
+    capped = False
+    needs_restitution = True
+
+    def begin(self, e, speed, mass):
+        depth = self.design_penetration
+        if depth == 0.0:
+            fast = max(speed, SLOWEST_TOUCH)
+            depth = (1.25 * mass * fast * fast / self.stiffness) ** 0.4
+        whole = self.stiffness * sqrt(depth)
+        loop = self.stiffness * depth**2.5 * (1.0 - e * e) / 2.5
+        yields_at = 0.1 * depth
+        steep = loop / (yields_at * depth) + loop / ((depth - yields_at) * depth)  # K1 − K2
+        # K2, K1 − K2, δ_y, and the place from which the elastic part is measured.
+        return whole - loop / ((depth - yields_at) * depth), steep, yields_at, 0.0
+
+    def force(self, memory, delta, rate, approaching):
+        flat, steep, yields_at, anchor = memory
+        return flat * delta + steep * min(max(delta - anchor, 0.0), yields_at)
+
+    def turned(self, memory, delta, approaching):
+        flat, steep, yields_at, anchor = memory
+        anchor = max(anchor, delta - yields_at) if approaching else min(anchor, delta)
+        return flat, steep, yields_at, anchor
+
+    plateau = flat
+
+    def stored(self, delta, strength):
+        depth = self.design_penetration
+        return 0.5 * self.stiffness * sqrt(max(depth, delta)) * delta * delta
+
+    def held(self, memory, delta, strength):
+        flat, steep, yields_at, anchor = memory
+        elastic = min(max(delta - anchor, 0.0), yields_at)
+        return 0.5 * (flat * delta * delta + steep * elastic * elastic)
+
+    def yielded(self, loss):
+        return loss
+
     ceiling = never_yields
     floor = may_pull
 

@@ -77,6 +77,16 @@ def inner_turn(self, memory, delta, strength):
     return self.law.turn(memory, delta, strength)
 
 
+def inner_turned(self, memory, delta, approaching):
+    """The inner law's."""
+    return self.law.turned(memory, delta, approaching)
+
+
+def inner_yielded(self, loss):
+    """The inner law's."""
+    return self.law.yielded(loss)
+
+
 def inner_worn(self, memory):
     """The inner law's."""
     return self.law.worn(memory)
@@ -245,6 +255,9 @@ class UnloadingStiffness(NamedTuple):
         factor = force / self.law.force(memory[0], springs_back, 0.0, False)
         lost = self.held(memory, delta, strength) - factor * self.law.stored(springs_back, inf)
         return (memory[0], factor), delta - springs_back, lost
+
+    def turned(self, memory, delta, approaching):
+        return self.law.turned(memory[0], delta, approaching), memory[1]
 
     def held(self, memory, delta, strength):
         yields_at = self.law.yields_at(strength / memory[1])

@@ -23,11 +23,17 @@ class Remembers(Protocol):
     def turn(self, memory, delta, strength):
         """The motion turns back on the plateau: (memory, dent, energy lost); a dent below zero retraces the plateau."""
 
+    def turned(self, memory, delta, approaching):
+        """The contact's memory once the motion has turned at δ; ``approaching`` is how it moved before."""
+
     def worn(self, memory):
         """What a contact leaves behind for those after it."""
 
     def held(self, memory, delta, strength):
         """As ``stored``, for a law whose memory changes its spring [J]."""
+
+    def yielded(self, loss):
+        """The part of a contact's loss that its hysteresis takes, and no damper [J]."""
 
 
 # What a law does that does not say otherwise.
@@ -48,6 +54,16 @@ def retraces(self, memory, delta, strength):
     return memory, -1.0, 0.0
 
 
+def goes_on(self, memory, delta, approaching):
+    """Turning changes nothing but the branch."""
+    return memory
+
+
+def damps(self, loss):
+    """All loss is the damper's."""
+    return 0.0
+
+
 def leaves_nothing(self, memory):
     """Nothing for later contacts."""
     return 0.0
@@ -62,8 +78,10 @@ DEFAULTS = {
     "hardening": keeps_its_strength,
     "resume": starts_anew,
     "turn": retraces,
+    "turned": goes_on,
     "worn": leaves_nothing,
     "held": holds,
+    "yielded": damps,
 }
 
 
@@ -73,3 +91,8 @@ def complete(law: type) -> type:
         if verb not in vars(law):
             setattr(law, verb, default)
     return law
+
+
+def remembers(law: type) -> bool:
+    """True for a law whose force depends on its path, which methods that know δ and δ̇ alone cannot follow."""
+    return vars(law)["turned"] is not goes_on

@@ -316,7 +316,7 @@ def test_a_law_that_hardens_is_refused():
 
 def test_accuracy_knows_no_effects():
     study = study_from({**paper.scene("paper").resolved(), "effects": SCENES["permanent_set"]})
-    with pytest.raises(PoundingError, match="know no permanent_set; remove"):
+    with pytest.raises(PoundingError, match="know no permanent_set; remove it"):
         pr.accuracy(study)
 
 
