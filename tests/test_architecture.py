@@ -40,7 +40,10 @@ KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events"
 LARGEST_FILE = 400  # lines
 LARGER = {"models/contact.py": 480}  # one short class a law, and the laws belong side by side
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
-ALSO = {"models/tableau.py": {"numpy", "dataclasses"}}  # a table is arrays
+ALSO = {
+    "models/tableau.py": {"numpy", "dataclasses"},  # a table is arrays
+    "models/exact_damping.py": {"pounding_risk.models.contact"},  # the same laws, damped otherwise
+}
 
 
 class Import:
