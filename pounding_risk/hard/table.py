@@ -5,11 +5,11 @@ from __future__ import annotations
 from pounding_risk.hard import exact, extremes, limits, rest, touches
 from pounding_risk.hard.case import Bound, Case
 from pounding_risk.hard.trial import Trial
-from pounding_risk.models.contact import LAWS
+from pounding_risk.models.contact import LAWS, SHIPPED
 
-ALL = tuple(LAWS)
-CAPPED = tuple(name for name, law in LAWS.items() if law.capped)  # type: ignore[attr-defined]
-DAMPED = tuple(name for name, law in LAWS.items() if law.needs_restitution)  # type: ignore[attr-defined]
+ALL = SHIPPED
+CAPPED = tuple(name for name in SHIPPED if LAWS[name].capped)  # type: ignore[attr-defined]
+DAMPED = tuple(name for name in SHIPPED if LAWS[name].needs_restitution)  # type: ignore[attr-defined]
 LINEAR = tuple(name for name in ALL if Trial(name, 1e-6).is_linear)
 HERTZ = tuple(name for name in ALL if name not in LINEAR)
 
