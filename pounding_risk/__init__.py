@@ -15,6 +15,7 @@ _HOMES = {
     "demo": "paper",
     "validate": "plan",
     "impact": "collision",
+    "contact_law": "own_law",
     "simulate": "history",
     "scan": "ensemble",
     "accuracy": "ladder",

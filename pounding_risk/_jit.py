@@ -6,7 +6,7 @@ status, they do not raise), ``nogil`` (a scan is threads over compiled calls).
 Cache: numba stamps a compiled function with the text of its own file only, so an edited contact law would go
 on answering with its old numbers. The cache folder therefore carries a digest of every source file that kernels
 are made of, `core/`, `models/` and `methods/`: any edit starts a new folder. A cache that cannot be written or read
-is left unused.
+is left unused. Of a class from anywhere else, a user's own law, nothing is kept: its source has no digest.
 """
 
 from __future__ import annotations
@@ -97,6 +97,8 @@ class ForgivingCache(FunctionCache):
 
     def load_overload(self, sig, target_context):
         """The compiled form for these types, or None."""
+        if any(map(is_foreign, sig)):
+            return None
         try:
             found = super().load_overload(sig, target_context)
         except Exception as error:  # unpickling a damaged file may raise anything
@@ -112,6 +114,9 @@ class ForgivingCache(FunctionCache):
 
     def save_overload(self, sig, data):
         """Keep a compiled form, where it can be kept."""
+        # Read back for a class of the same name, it would answer with the numbers of the class as it was.
+        if any(map(is_foreign, sig)):
+            return
         try:
             super().save_overload(sig, data)
         except Exception as error:  # a damaged index raises anything, a full disk OSError
@@ -181,9 +186,43 @@ if not INTERPRETED:
     borrowed = njit(forceinline=True, **FLAGS)(lambda array: _without_reference(array))
 
 
+def is_ours(kind: type) -> bool:
+    """True for a class of this package, whose source the digest covers."""
+    return kind.__module__.partition(".")[0] == __name__.partition(".")[0]
+
+
+def is_foreign(kind) -> bool:
+    """True for a numba type that is, or holds, a named tuple from outside this package."""
+    if isinstance(kind, types.BaseNamedTuple) and not is_ours(kind.instance_class):
+        return True
+    return isinstance(kind, types.BaseTuple) and any(map(is_foreign, kind.types))
+
+
+_APART: dict[type, type] = {}
+
+
+def apart(kind: type) -> type:
+    """The class under a name that no other class has; a class of this package is its own.
+
+    At a call numba tells named tuples apart by the *names* of their classes alone: a law that is defined again, as
+    in a notebook, would be answered by the kernel of the one before it.
+    """
+    if is_ours(kind):
+        return kind
+    if kind not in _APART:
+        body = {"__slots__": (), "__module__": kind.__module__}
+        own = type(f"{kind.__name__}#{len(_APART)}", (kind,), body)
+        _APART[kind] = _APART[own] = own
+    return _APART[kind]
+
+
 def lowered(model):
-    """The model with every number a float: 10**8 is another type than 1e8 and would compile everything anew."""
-    return type(model)(*(lowered(value) if isinstance(value, tuple) else float(value) for value in model))
+    """The model with every number a float: 10**8 is another type than 1e8 and would compile everything anew.
+
+    Every model that is handed to a kernel comes from here, with a class that is its own: see `apart`.
+    """
+    values = (lowered(value) if isinstance(value, tuple) else float(value) for value in model)
+    return apart(type(model))(*values)
 
 
 def speaks(protocol):

@@ -106,6 +106,7 @@ def impact(
     other_mass: Annotated[str, typer.Option(help="Mass that is struck; inf is a fixed wall.")] = "inf",
     speed: Annotated[str, typer.Option(help="Speed of approach.")] = "0.5 m/s",
     restitution: Annotated[str, typer.Option(help="Coefficient e in (0, 1], or concrete.")] = "0.65",
+    relation: Annotated[str, typer.Option(help="Damping from e: published, or exact.")] = "published",
     yield_force: Annotated[str, typer.Option(help="F_E, for laws with a cap; inf never yields.")] = "inf",
     figure: Figure = None,
 ) -> None:
@@ -122,7 +123,7 @@ def impact(
     strength = read_option("--yield-force", yield_force, YIELD_FORCE)
     rule = restitution_of(restitution)
     reduced = 1.0 / (1.0 / striker + 1.0 / struck)
-    laws, notes = contact_laws(law, stiffness, (fast, reduced, rule))
+    laws, notes = contact_laws(law, stiffness, (fast, reduced, rule), relation)
     found = [run(each, fast, striker, struck, restitution=rule, yield_force=strength) for each in laws]
     print_impacts(found, laws, 0.5 * reduced * fast**2)
     if rule.beyond(fast):

@@ -57,19 +57,25 @@ def check_folder(folder: Path) -> None:
 
 
 def contact_laws(
-    names: Sequence[str], stiffnesses: Sequence[str], blow: tuple[float, float, Any]
+    names: Sequence[str], stiffnesses: Sequence[str], blow: tuple[float, float, Any], relation: str
 ) -> tuple[list[Any], list[str]]:
     """The laws of these names, and a sentence for each whose stiffness is not one of those given.
 
     It follows from the peak force of a law that has its stiffness, in a ``blow`` of (speed, mass, restitution).
-    Raises PoundingError for an unknown name and for a stiffness that is none, or stands twice.
+    Raises PoundingError for an unknown name, for a ``relation`` of restitution and damping that is none or that
+    the laws cannot take, and for a stiffness that is none, or stands twice.
     """
     from pounding_risk.collision import equal_stiffness
     from pounding_risk.models.contact import stiffness_quantity
     from pounding_risk.quantities import say
+    from pounding_risk.relations import misfit, related, relation_fault
     from pounding_risk.study import known_law
 
     classes = {name: known_law(name) for name in dict.fromkeys(names)}
+    wrong = relation_fault(relation) or misfit(classes.values(), relation)
+    if wrong:
+        raise PoundingError(f"--relation: {wrong}")
+    classes = {name: related(law, relation) for name, law in classes.items()}
     given = _stiffnesses(stiffnesses)
     laws, notes = [], []
     for name, law in classes.items():
@@ -79,7 +85,7 @@ def contact_laws(
             continue
         ((unit, value),) = given.items()
         like = next((other for other in classes if stiffness_quantity(classes[other]).unit == unit), USUAL_LAW[unit][1])
-        laws.append(law(equal_stiffness(law, known_law(like)(value), *blow, "peak force")))
+        laws.append(law(equal_stiffness(law, related(known_law(like), relation)(value), *blow, "peak force")))
         words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
         notes.append(f"{name}: {words}, which gives the peak force of {like} without yielding")
     return laws, notes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -17,10 +17,10 @@ from pounding_risk.core.pound import pound
 from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import LAWS
 from pounding_risk.models.effects import bare
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
+from pounding_risk.relations import AS_PUBLISHED, faults, misfit, name_of, related
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
 ROWS = 100_000
@@ -54,20 +54,23 @@ def impact(
     mass: float,
     other_mass: float = inf,
     *,
-    restitution: float | Restitution = 1.0,
+    restitution: float | str | Restitution | Mapping[str, Any] = 1.0,
+    relation: str = AS_PUBLISHED,
     yield_force: float = inf,
     rtol: float = 1e-12,
 ) -> Impact:
     """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s].
 
     ``law`` is a contact law such as ``Jankowski(2.75e9)``, ``restitution`` a number or a relation such as
-    ``CONCRETE``, ``yield_force`` [N] acts in laws with a cap. m δ̈ = −F(δ, δ̇), m = m1 m2 / (m1 + m2), from δ = 0,
-    δ̇ = speed to the parting. Raises PoundingError for a speed or mass that is not above zero.
+    ``CONCRETE``, or as a scene has it: "concrete", ``{"value": 0.65, "relation": "exact"}``. ``relation`` is
+    "published" or "exact": then e achieved is e asked for, where the law stays below its cap. ``yield_force`` [N]
+    acts in laws with a cap. m δ̈ = −F(δ, δ̇), m = m1 m2 / (m1 + m2), from δ = 0, δ̇ = speed to the parting. Raises
+    PoundingError for a speed or mass that is not above zero, and for a relation that the law cannot take.
     """
     for name, value in (("speed", speed), ("mass", mass), ("other_mass", other_mass), ("yield_force", yield_force)):
         if not value > 0.0:
             raise PoundingError(f"impact: {name} is {value:g}; it must be above zero")
-    rule = constant(restitution) if isinstance(restitution, int | float) else restitution
+    law, rule = _damped(law, restitution, relation)
     pair = free_mass(float(mass)), free_mass(float(other_mass))
     still = ((0.0,) * 4,) * 2
     free = Free(
@@ -86,7 +89,7 @@ def impact(
     facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=False))
     momentum = mass * (desk[STATE, 2] - speed) + (other_mass * desk[STATE, 3] if other_mass < inf else np.nan)
     return Impact(
-        law=name_of(law),
+        law=name_of(type(bare(law))),
         mass=float(mass),
         time=rows[:, 0] - rows[0, 0],
         penetration=rows[:, 1] - rows[:, 2],
@@ -105,9 +108,24 @@ def impact(
     )
 
 
-def name_of(law: Any) -> str:
-    """The scene-file name of a law without its effects, or its class name where it is a user's own."""
-    return next((name for name, known in LAWS.items() if isinstance(bare(law), known)), type(bare(law)).__name__)
+def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution]:
+    """The law under the relation asked for, and e(v)."""
+    asked = restitution if isinstance(restitution, Mapping) else {"value": restitution}
+    asked = {"relation": relation, **asked}
+    told = [f"{key}: {sentence}" for key, sentence in faults(asked)] or [misfit([type(bare(law))], asked["relation"])]
+    if told[0]:
+        raise PoundingError(f"impact: restitution, {'; '.join(told)}")
+    law, restitution = _related(law, asked["relation"]), asked["value"]
+    if isinstance(restitution, Restitution):
+        return law, restitution
+    return law, restitution_of(restitution) if isinstance(restitution, str) else constant(restitution)
+
+
+def _related(law: Any, relation: str) -> Any:
+    """The law under a relation, within its effects."""
+    if hasattr(law, "law"):
+        return law._replace(law=_related(law.law, relation))
+    return related(type(law), relation)(*law)
 
 
 def restitution_of(words: str | float) -> Restitution:

@@ -340,6 +340,7 @@ def _attributes(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
             {name: bare(law).stiffness for name, law in zip(study.grid.contact_models, laws, strict=True)}
         ),
         "restitution": study.restitution_words,
+        "restitution_relation": study.relation,
         "rtol": study.rtol,
         "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
         "processing": as_text({motion.name: list(motion.processing) for motion in motions}),

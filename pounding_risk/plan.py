@@ -12,6 +12,7 @@ from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, PGA, RTOL, TAIL, TIME, YIELD_FORCE, Quantity, say
+from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.study import Effect, Study
 
 BYTES_A_CASE = 8 * 25  # about as many outputs as a pair has, before compression
@@ -159,10 +160,11 @@ def _laws(study: Study) -> list[str]:
 
 def _restitution(study: Study) -> str:
     rule = study.restitution
+    exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
     if rule.c1 == rule.c2 == rule.c3 == 0.0:
-        return study.restitution_words
+        return f"{study.restitution_words}{exact}"
     held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
-    return f"{study.restitution_words}: falls with the approach speed{held}"
+    return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 
 
 def _effect(effect: Effect) -> str:

@@ -27,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, LAWS, stiffness_quantity
+from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, LAWS, SHIPPED, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import Building
@@ -47,6 +47,7 @@ from pounding_risk.quantities import (
     parse,
     shown,
 )
+from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.scene_checks import LATER, across_keys, later_words, missing_files
 from pounding_risk.scene_overrides import ARRAYS, override
 from pounding_risk.scene_text import (
@@ -109,7 +110,8 @@ def gridded(quantity: Quantity) -> Reads:
 
 
 _STRINGS = {"type": "array", "items": {"type": "string"}}
-_LAW = {"enum": list(LAWS)}
+_LAW = {"enum": list(SHIPPED)}
+_RESTITUTION = {"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
 
 
@@ -142,9 +144,9 @@ class InterfaceTable(Section):
     contact_model: Annotated[str | None, Reads(scene_keys.law_name, _LAW)] = None
     stiffness: Annotated[Any, Field(json_schema_extra={"type": "string"})]  # its unit depends on the contact model
     restitution: Annotated[
-        tuple[Restitution, str],
-        Reads(scene_keys.restitution, {"anyOf": [{"type": ["number", "string"]}, {"enum": list(NAMED)}]}),
-    ] = (constant(1.0), NO_RESTITUTION)
+        tuple[Restitution, str, str],
+        Reads(scene_keys.restitution, _RESTITUTION),
+    ] = (constant(1.0), NO_RESTITUTION, AS_PUBLISHED)
     yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
     plastic_exponent: Annotated[float, measured(EXPONENT)] = 0.0
     design_penetration: Annotated[float, measured(DESIGN_PENETRATION)] = 0.0
@@ -306,6 +308,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         ),
         rtol=tables.solver.rtol,
         effects=tuple(found for name in EFFECTS if (found := getattr(tables.effects, name)) is not None),
+        relation=interface.restitution[2],
         text=origin.text,
         source=origin.source,
         overrides=origin.overrides,

@@ -12,6 +12,7 @@ from typing import Any
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, refusal
 from pounding_risk.quantities import QuantityError, parse, shown
+from pounding_risk.relations import AS_PUBLISHED, RELATIONS, misfit
 from pounding_risk.scene_text import Fault, nearest
 from pounding_risk.study import EQUAL_TERMS, matching
 
@@ -213,6 +214,11 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
             f'missing, and {damped[0]} needs it; write restitution = 0.65, or restitution = "concrete"',
             absent=True,
         )
+    given = keys.get("restitution")
+    relation = given.get("relation") if isinstance(given, dict) else AS_PUBLISHED
+    wrong = misfit((LAWS[name] for name in used), relation) if relation in RELATIONS else ""
+    if wrong:
+        yield Fault((*base, "restitution", "relation"), wrong)
     for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
         if key in keys and used and law not in used:
             yield Fault((*base, key), f"only {law} has one, not {', '.join(used)}; remove it")

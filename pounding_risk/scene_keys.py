@@ -19,6 +19,7 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.processing import STEPS, read_steps
 from pounding_risk.quantities import EXAMPLES, RESTITUTION, TIME, Quantity, parse, shown
+from pounding_risk.relations import AS_PUBLISHED, faults
 from pounding_risk.scene_checks import LATER_RESTITUTION
 from pounding_risk.scene_text import nearest
 from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES, Effect, StepTable, unknown_law
@@ -73,7 +74,21 @@ def law_name(value: Any) -> str:
     return value
 
 
-def restitution(value: Any) -> tuple[Restitution, str]:
+def restitution(value: Any) -> tuple[Restitution, str, str]:
+    """e(v), the words for it, and its relation to damping: a value alone, or a table of value and relation."""
+    if not isinstance(value, dict):
+        return *_restitution(value), AS_PUBLISHED
+    wrong: list[tuple[tuple[str | int, ...], str]] = [((key,), sentence) for key, sentence in faults(value)]
+    try:
+        rule, told = _restitution(value.get("value", 1.0))  # a value that is missing is among the faults
+    except ValueError as error:
+        wrong.append((("value",), str(error)))
+    if wrong:
+        raise Several(wrong)
+    return rule, told, value.get("relation", AS_PUBLISHED)
+
+
+def _restitution(value: Any) -> tuple[Restitution, str]:
     """A number in (0, 1], or the name of a relation e(v); with the words for it."""
     if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
         if value in NAMED:

@@ -15,6 +15,7 @@ from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.processing import STEPS
 from pounding_risk.quantities import GAP, MASS, PERIOD, PGA, SPEED, TAIL, TIME, YIELD_FORCE, Quantity, exact, shown
+from pounding_risk.relations import AS_PUBLISHED, related
 from pounding_risk.scene_text import nearest, write_toml
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
@@ -124,6 +125,7 @@ class Study:
     grid: Grid
     rtol: float
     effects: tuple[Effect, ...] = ()  # in the order in which they wrap a law
+    relation: str = AS_PUBLISHED  # of restitution and damping
     text: str = field(default="", compare=False, repr=False)
     source: str = field(default="scene", compare=False)
     overrides: tuple[str, ...] = field(default=(), compare=False)
@@ -133,10 +135,10 @@ class Study:
 
         A law whose stiffness has the other unit (k in N/m against β in N/m^1.5) has no value of its own in
         the scene: pass the ``stiffness`` that the scene's equal terms lead to. Raises SceneError without it, and
-        for a law that needs a restitution where the scene gives none; PoundingError for a name that is no law's.
+        for a law that needs a restitution where the scene gives none; as `law_class` for a name.
         """
         name = name or self.law_name
-        law = known_law(name)
+        law = self.law_class(name)
         if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
             advice = 'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
             raise SceneError(self.source, [f"{name} needs a restitution, and the scene gives none; {advice}"])
@@ -151,6 +153,13 @@ class Study:
         values = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
         values |= {key: getattr(self, key) for key in law._fields if key != "stiffness" and hasattr(self, key)}
         return law(**values)
+
+    def law_class(self, name: str) -> Any:
+        """The class of a contact law under the scene's damping relation.
+
+        Raises PoundingError for a name that is no law's, and for a law that the relation is not known for.
+        """
+        return related(known_law(name), self.relation)
 
     def needs_equal_terms(self, name: str) -> bool:
         """True where the law's stiffness is of the other family than the scene's."""
@@ -211,7 +220,8 @@ class Study:
     def _restitution(self) -> dict[str, Any]:
         if self.restitution_words == NO_RESTITUTION:
             return {}
-        return {"restitution": self.restitution_words if self.restitution_words in NAMED else self.restitution.c0}
+        value = self.restitution_words if self.restitution_words in NAMED else self.restitution.c0
+        return {"restitution": value if self.relation == AS_PUBLISHED else {"value": value, "relation": self.relation}}
 
 
 def known_law(name: str) -> Any:

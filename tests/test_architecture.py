@@ -46,6 +46,7 @@ ALSO = {
     # An effect wraps a law, and refuses numbers of a scene in words.
     "models/effects.py": {"collections.abc", "pounding_risk.errors"}
     | {f"pounding_risk.models.{name}" for name in ("contact", "memory")},
+    "models/exact_damping.py": {"pounding_risk.models.contact"},  # the same laws, damped otherwise
 }
 
 

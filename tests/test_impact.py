@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pounding_risk.collision import equal_stiffness, impact, name_of, restitution_of
+from pounding_risk.collision import equal_stiffness, impact, restitution_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import (
     LAWS,
@@ -24,6 +24,7 @@ from pounding_risk.models.contact import (
     stiffness_quantity,
 )
 from pounding_risk.models.restitution import CONCRETE, constant
+from pounding_risk.relations import name_of
 
 MASS, SPEED, BETA = 570.0, 0.5, 2.75e9
 
@@ -223,7 +224,7 @@ def test_restitution_outside_its_range(e: float):
 
 
 def test_names_and_relations():
-    assert [name_of(law_of(name)) for name in LAWS] == list(LAWS)
+    assert [name_of(type(law_of(name))) for name in LAWS] == list(LAWS)
     assert restitution_of("concrete") == CONCRETE and restitution_of("0.65") == constant(0.65)
     with pytest.raises(PoundingError, match="restitution 'steel'"):
         restitution_of("steel")

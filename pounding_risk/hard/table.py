@@ -5,16 +5,16 @@ from __future__ import annotations
 from pounding_risk.hard import exact, extremes, limits, rest, touches
 from pounding_risk.hard.case import Bound, Case
 from pounding_risk.hard.trial import Trial
-from pounding_risk.models.contact import LAWS
+from pounding_risk.models.contact import LAWS, SHIPPED
 from pounding_risk.models.memory import remembers
 
-ALL = tuple(LAWS)
-CAPPED = tuple(name for name, law in LAWS.items() if law.capped)  # type: ignore[attr-defined]
-DAMPED = tuple(name for name, law in LAWS.items() if law.needs_restitution)  # type: ignore[attr-defined]
+ALL = SHIPPED
+CAPPED = tuple(name for name in SHIPPED if LAWS[name].capped)  # type: ignore[attr-defined]
+DAMPED = tuple(name for name in SHIPPED if LAWS[name].needs_restitution)  # type: ignore[attr-defined]
 LINEAR = tuple(name for name in ALL if Trial(name, 1e-6).is_linear)
 HERTZ = tuple(name for name in ALL if name not in LINEAR)
 # A law that remembers its path rests where the path leaves it, and its corners are stepped over, not landed on.
-PATH = tuple(name for name, law in LAWS.items() if remembers(law))
+PATH = tuple(name for name in SHIPPED if remembers(LAWS[name]))
 POTENTIAL = tuple(name for name in ALL if name not in PATH)
 
 BITS = Bound(0.0, 0.0, "exact: to the last bit")

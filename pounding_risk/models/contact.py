@@ -518,7 +518,8 @@ def _laws() -> dict[str, type]:
     return found
 
 
-LAWS: dict[str, type] = _laws()
+LAWS: dict[str, type] = _laws()  # a user's own are added as they are defined
+SHIPPED = tuple(LAWS)
 
 
 def stiffness_quantity(law: type) -> Quantity:

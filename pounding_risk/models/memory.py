@@ -86,13 +86,13 @@ DEFAULTS = {
 
 
 def complete(law: type) -> type:
-    """Give a law the verbs of `Remembers` that it does not have."""
+    """Give a law the verbs of `Remembers` that it neither says nor inherits."""
     for verb, default in DEFAULTS.items():
-        if verb not in vars(law):
+        if not hasattr(law, verb):
             setattr(law, verb, default)
     return law
 
 
 def remembers(law: type) -> bool:
     """True for a law whose force depends on its path, which methods that know δ and δ̇ alone cannot follow."""
-    return vars(law)["turned"] is not goes_on
+    return law.turned is not goes_on  # type: ignore[attr-defined]

@@ -1,0 +1,85 @@
+"""Which relation between restitution and damping a law takes: the published one, or the exact one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact import LAWS
+from pounding_risk.models.exact_damping import EXACT
+from pounding_risk.quantities import shown
+from pounding_risk.scene_text import nearest
+
+AS_PUBLISHED, AS_ASKED = RELATIONS = ("published", "exact")
+EXAMPLE = '{value = 0.65, relation = "exact"}'
+KEYS = ("value", "relation")
+
+_FAMILY = {exact: law for law, exact in EXACT.items()}
+
+
+def related(law: Any, relation: str) -> Any:
+    """The class of ``law`` under a relation; an elastic law has no damping and stays as it is.
+
+    Raises PoundingError for a law with damping of which no exact relation is known.
+    """
+    if relation == AS_PUBLISHED or not law.needs_restitution:
+        return law
+    if law not in EXACT:
+        raise PoundingError(f"restitution: {_no_relation([name_of(law)])}")
+    return EXACT[law]
+
+
+def name_of(law: type) -> str:
+    """The scene-file name of a law's class, or the class's own where it has none."""
+    kind = _FAMILY.get(law, law)
+    return next((name for name, known in LAWS.items() if known is kind), kind.__name__)
+
+
+def misfit(laws: Iterable[Any], relation: str) -> str:
+    """A sentence where these laws cannot take the relation; "" where they can.
+
+    Elastic laws may stand beside damped ones, but not alone; a damped law without an exact relation may not.
+    """
+    laws = list(laws)
+    if relation == AS_PUBLISHED or not laws:
+        return ""
+    damped = [law for law in laws if law.needs_restitution]
+    unknown = [name_of(law) for law in damped if law not in EXACT]
+    if unknown:
+        return _no_relation(unknown)
+    if damped:
+        return ""
+    names = [name_of(law) for law in laws]
+    told = f"{names[0]} is elastic and uses" if len(names) == 1 else f"{', '.join(names)} are elastic and use"
+    return f"{told} no restitution, so that no relation leads to its damping; remove relation, or choose {_able()}"
+
+
+def _no_relation(names: list[str]) -> str:
+    return f'no exact relation is known for {", ".join(names)}; write relation = "published", or choose {_able()}'
+
+
+def _able() -> str:
+    known = [name_of(law) for law in EXACT]
+    return f"{', '.join(known[:-1])} or {known[-1]}"
+
+
+def faults(table: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What is wrong with a table of value and relation, the value itself apart: key and sentence of each."""
+    found = [
+        (key, f"unknown key{nearest(key, KEYS)}; a restitution takes value and relation")
+        for key in table
+        if key not in KEYS
+    ]
+    if "value" not in table:
+        found.append(("value", f"missing; write restitution = {EXAMPLE}"))
+    wrong = relation_fault(table.get("relation", AS_PUBLISHED))
+    return [*found, ("relation", wrong)] if wrong else found
+
+
+def relation_fault(value: Any) -> str:
+    """A sentence for what is not the name of a relation; "" for one that is."""
+    if value in RELATIONS:
+        return ""
+    hint = nearest(value, RELATIONS) if isinstance(value, str) else ""
+    return f'{shown(value)} is not a relation of restitution and damping{hint}; it may be "published" or "exact"'
