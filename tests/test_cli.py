@@ -21,7 +21,7 @@ import pounding_risk
 from pounding_risk import cli, cli_output
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "accuracy", "stability")
+COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "compare", "accuracy", "stability")
 SCENE = """\
 [scene]
 name = "A pair"
