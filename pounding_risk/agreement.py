@@ -188,10 +188,15 @@ def finding(dataset: xr.Dataset) -> str:
         return f"The model cannot matter here: {baseline} has contact in no case."
     if not names:
         return f"Nothing to compare on equal terms: no other law dissipates as {baseline} does."
-    moved = _moved(dataset, names)
+    alike, other = _by_cap(dataset, names)
+    alone, apart = _moved(dataset, alike), _moved(dataset, other)[:1]
     shares = {conclusion: flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS}
-    if moved or any(np.nanmax(share) > OFTEN for share in shares.values() if not np.isnan(share).all()):
-        told = f"The model matters here: against {baseline}, {_moves(dataset, moved)}"
+    if alone or apart or any(np.nanmax(share, initial=0.0) > OFTEN for share in shares.values()):
+        parts = [_moves(alone)] if alike or not apart else []
+        if apart:
+            yields = int(dataset["capped"].sel(contact_model=baseline))
+            parts.append(f"{'without' if yields else 'with'} yielding, {_moves(apart)}")
+        told = f"The model matters here: against {baseline}, {'; '.join(parts)}"
     else:
         told = (
             "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
@@ -200,25 +205,34 @@ def finding(dataset: xr.Dataset) -> str:
     return "; ".join([told, *_flipping(shares, names)]) + "."
 
 
+def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:
+    """The laws that yield as the baseline does, or not, as it does not; and the rest, whose ratio is that of yielding.
+
+    Where no yield force is finite nothing yields, and all laws are alike.
+    """
+    capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
+    baseline = capped[str(dataset.attrs["baseline"])]
+    strong = not np.isfinite(dataset["yield_force"].values).any()
+    alike = [name for name in names if strong or capped[name] == baseline]
+    return alike, [name for name in names if name not in alike]
+
+
 def _moved(dataset: xr.Dataset, names: list[str]) -> list[tuple[str, str, float, float]]:
     """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
-    found = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values]
+    found = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
     return sorted((each for each in found if _reach(*each[2:]) > 1.0 + NOTABLE), key=lambda each: -_reach(*each[2:]))
 
 
-def _moves(dataset: xr.Dataset, moved: list[tuple[str, str, float, float]]) -> str:
+def _moves(moved: list[tuple[str, str, float, float]]) -> str:
     """The outputs that move most, with numbers, and how many others do."""
-    capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
     told: list[str] = []
     for output, law, low, high in moved[:TOLD]:
-        yields = not told and capped[law] > capped[str(dataset.attrs["baseline"])]
-        cause = f"{law}, which yields" if yields else law
         verb, as_large = ("", "") if told else ("is ", " as large")
-        told.append(f"{output} {verb}{low:.2f} to {high:.2f} times{as_large} ({cause})")
+        told.append(f"{output} {verb}{low:.2f} to {high:.2f} times{as_large} ({law})")
     rest = len(moved) - len(told)
     if rest:
         told.append(f"{rest} more output{'s' if rest > 1 else ''} off by over {100 * NOTABLE:.0f} %")
-    return ", ".join(told) or "no output's middle 68 % moves by over 10 %, but conclusions flip"
+    return ", ".join(told) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
 
 
 def _reach(low: float, high: float) -> float:

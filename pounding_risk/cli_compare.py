@@ -18,6 +18,7 @@ HEADS = {
 
 def print_comparison(dataset: Any) -> None:
     """Three tables of one line a law, and the finding."""
+    from pounding_risk.ensemble import failures
     from pounding_risk.recheck import findings
 
     facts = dataset.attrs
@@ -28,7 +29,8 @@ def print_comparison(dataset: Any) -> None:
     print(f"\nCases in which a law disagrees with {facts['baseline']}, and whether it ranks the motions alike\n")
     _print_flips(dataset)
     print()
-    print_pairs([*findings(dataset), *_gaps(dataset), ("finding", facts["finding"])])
+    failed = [("failed", f"{count}: {name}") for name, count in failures(dataset).items()]
+    print_pairs([*findings(dataset), *failed, *_speeds(dataset), *_gaps(dataset), ("finding", facts["finding"])])
 
 
 def _laws(dataset: Any) -> list[tuple[str, Any]]:
@@ -80,6 +82,17 @@ def _print_flips(dataset: Any) -> None:
         ranks = (float(one["rank_agreement"].sel(output=output)) for output in list(HEADS)[:2])
         rows.append((name, *told, *(_number(rank, ".3f") for rank in ranks)))
     print_table(heads, rows, "l" + "r" * (len(heads) - 1))
+
+
+def _speeds(dataset: Any) -> list[tuple[str, str]]:
+    """How fast the touches are: the terms are equal at one speed only."""
+    fastest = dataset["peak_approach_speed"].sel(contact_model=dataset.attrs["baseline"])
+    fastest = fastest.where(fastest > 0.0)
+    if not int(fastest.notnull().sum()):
+        return []
+    low, middle, high = (engineering(float(fastest.quantile(share)), "m/s", 2) for share in (0.16, 0.5, 0.84))
+    words = f"fastest touch of a case {middle} (median; 16-84 %: {low} to {high}); terms are equal at one speed only"
+    return [("approach", words)]
 
 
 def _gaps(dataset: Any) -> list[tuple[str, str]]:

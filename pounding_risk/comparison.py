@@ -66,7 +66,9 @@ def compare(
     study = on_equal_terms(as_study(study), laws, baseline, (same, speed))
     baseline = baseline or study.law_name
     dataset = scan(study, progress=progress)
-    dataset = dataset.assign(_impacts(study, json.loads(dataset.attrs["stiffness"])))
+    # A law without a stiffness may have none there.
+    stiffnesses = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    dataset = dataset.assign(_impacts(study, stiffnesses))
     dataset = dataset.assign(tables(dataset, baseline))
     dataset = dataset.assign(_histories(study, typical_case(dataset, baseline)))
     same_as, at_speed, _ = study.equal_terms or USUAL_TERMS

@@ -77,7 +77,8 @@ def _terms(dataset: xr.Dataset) -> str:
 def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     """Laws as tick labels, each with the restitution it achieves; the baseline in bold."""
     achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
-    axis.set_yticks(range(len(laws)), [f"{name}, e {achieved[name]:.2f}" for name, _ in laws], fontsize=9)
+    labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
+    axis.set_yticks(range(len(laws)), labels, fontsize=9)
     axis.get_yticklabels()[0].set_fontweight("bold")
 
 
@@ -117,12 +118,12 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, laws: Laws) -> None:
     if len(outputs) > 1:
         for output, face in zip(outputs, ("black", "white"), strict=True):
             axis.plot([], [], "o", color="black", markerfacecolor=face, label=output.partition(", ")[2])
-        _legend_below(axis)
+        _legend_below(axis, len(laws))
 
 
-def _legend_below(axis: Any) -> None:
-    """A legend that covers no law."""
-    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "borderpad": 0.3, "handlelength": 1.2}
+def _legend_below(axis: Any, rows: int) -> None:
+    """A legend that covers no law, below the axis' words: as far below as 1.6 of its rows are high."""
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
     axis.legend(fontsize=8, frameon=False, **place)
 
 
@@ -138,7 +139,7 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         axis.barh(heights, np.nan_to_num(shares), 0.32, color=shade, edgecolor="#444444", hatch=hatch, label=words)
         largest = max(largest, float(np.nanmax(shares, initial=0.0)))
     axis.set_xlim(0.0, 1.12 * largest)
-    _legend_below(axis)
+    _legend_below(axis, len(laws))
 
 
 def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -150,9 +151,12 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         face = ("black", "white")[number]
         axis.plot(values, heights, "od"[number], color="black", markerfacecolor=face, markersize=5.5, label=words)
     known = dataset["rank_agreement"].sel(output=[output for output, _ in RANKED]).values
+    if np.isnan(known).all():
+        words = "not ranked:\nfewer than\nthree motions\nwith contact"
+        axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=QUIET)
     lowest = min(0.8, float(np.nanmin(known, initial=1.0)) - 0.05)
     axis.set_xlim(lowest, 1.0 + 0.05 * (1.0 - lowest))
-    _legend_below(axis)
+    _legend_below(axis, len(laws))
 
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -175,10 +179,12 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.22 * (high - low))  # room for the legend
     axis.axhline(facts["gap"] * 1e3, color=QUIET, linestyle=":", linewidth=1.2, label="gap")
-    axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, start + SHOWN))
+    axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, min(start + SHOWN, time[-1])))
     peaks = np.nanmax(np.abs(values), axis=1)
     case = f"gap {facts['gap'] * 1e3:g} mm, {force_words(facts['yield_force'])}, {motion_words(facts)}"
-    words = f"Peaks of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; all laws"
+    words = (
+        f"Peaks of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; where laws differ most"
+    )
     axis.set_title(words, fontsize=9.5)
     axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
 
