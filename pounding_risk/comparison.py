@@ -116,8 +116,9 @@ def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
         raise SceneError(
             study.source,
             [
-                f"{', '.join(damped)} need a restitution, and the scene gives none; write restitution = 0.65, or "
-                f'restitution = "concrete", in [[interface]], or compare {", ".join(rest)} alone'
+                f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
+                'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
+                f"or compare {', '.join(rest)} alone"
             ],
         )
 
