@@ -216,6 +216,53 @@ def scan(
 
 
 @app.command()
+def compare(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
+    ] = None,
+    overrides: Overrides = NONE,
+    law: Annotated[
+        list[str] | None, typer.Option(help="Contact model; repeat for several.", show_default="the grid's, or all")
+    ] = None,
+    baseline: Annotated[
+        str | None, typer.Option(help="The law to set the others beside.", show_default="the interface's")
+    ] = None,
+    same: Annotated[
+        str | None, typer.Option(help="Calibrate to equal: peak force, or penetration.", show_default="peak force")
+    ] = None,
+    speed: Annotated[
+        str | None, typer.Option(help="Approach speed of the reference impact.", show_default="0.5 m/s")
+    ] = None,
+    figure: Figure = None,
+    strict: Strict = False,
+) -> None:
+    """Run a scene under many contact models on equal terms."""
+    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli_compare import print_comparison
+    from pounding_risk.cli_output import Watch
+    from pounding_risk.comparison import compare as run
+    from pounding_risk.ensemble import failures
+    from pounding_risk.quantities import SPEED
+    from pounding_risk.scenario import read_scene
+
+    fast = None if speed is None else read_option("--speed", speed, SPEED)
+    study = read_scene(scene, overrides)
+    with Watch("compare") as watch:
+        dataset = run(study, out_file, laws=law or (), baseline=baseline, same=same, speed=fast, progress=watch)
+    print_comparison(dataset)
+    if out_file is not None:
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import agreement_figure, reference_figure
+
+        draw(agreement_figure(dataset), figure_file)
+        draw(reference_figure(dataset), figure_file.with_stem(f"{figure_file.stem}-impacts"))
+    if strict and failures(dataset):
+        raise typer.Exit(RUN_FAILED)
+
+
+@app.command()
 def accuracy(
     scene: Scene,
     out: Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk.figures_accuracy import accuracy_figure
+from pounding_risk.figures_compare import agreement_figure, reference_figure
 from pounding_risk.figures_effects import effects_figure
 from pounding_risk.figures_runs import comparison_figure, impact_figure, parting, plateau, simulation_figure
 from pounding_risk.figures_scans import ratio_figure, scan_figure, window_figure
@@ -10,12 +11,14 @@ from pounding_risk.figures_style import write
 
 __all__ = [
     "accuracy_figure",
+    "agreement_figure",
     "comparison_figure",
     "effects_figure",
     "impact_figure",
     "parting",
     "plateau",
     "ratio_figure",
+    "reference_figure",
     "scan_figure",
     "simulation_figure",
     "window_figure",

@@ -47,7 +47,7 @@ class Window(NamedTuple):
 
 
 def scene(name: str) -> Study:
-    """A scene that comes with the package: "paper" or "ensemble"."""
+    """A scene that comes with the package: "paper", "ensemble" or "compare"."""
     return parse_scene(_text(name), source=f"{name}.toml")
 
 

@@ -130,13 +130,14 @@ class BuildingTable(Section):
     mass: Annotated[float, measured(MASS)] = inf
     period: Annotated[float, measured(PERIOD)] = 0.0
     stiffness: Annotated[float, measured(STIFFNESS)] = inf
-    rigid: Annotated[bool, Reads(scene_keys.flag, {"type": "boolean"})] = False
+    rigid: Annotated[bool, Reads(scene_keys.flag("rigid"), {"type": "boolean"})] = False
     damping: Annotated[float, measured(DAMPING)] = 0.05
 
 
 class EqualTermsTable(Section):
     same: Annotated[str, Reads(scene_keys.same, {"enum": list(EQUAL_TERMS)})]
     speed: Annotated[float, measured(SPEED)]
+    every_law: Annotated[bool, Reads(scene_keys.flag("every_law"), {"type": "boolean"})] = False
 
 
 class InterfaceTable(Section):

@@ -58,11 +58,15 @@ def words(example: str) -> Callable[[Any], str]:
     return read
 
 
-def flag(value: Any) -> bool:
-    """true or false."""
-    if not isinstance(value, bool):
-        raise Unreadable(f"{shown(value)} is not true or false; write rigid = true, or remove it")
-    return value
+def flag(key: str) -> Callable[[Any], bool]:
+    """true or false, of the key of this name."""
+
+    def read(value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise Unreadable(f"{shown(value)} is not true or false; write {key} = true, or remove it")
+        return value
+
+    return read
 
 
 def law_name(value: Any) -> str:

@@ -26,10 +26,15 @@ LATER_LAWS = ("stereomechanical", "merged", "distributed_mass")
 
 
 class EqualTerms(NamedTuple):
-    """How the stiffness of a law of the other family follows: equal ``same`` in an impact at ``speed``."""
+    """How the stiffness of the grid's other laws follows: equal ``same`` in an impact at ``speed``.
+
+    Of the laws of the other family; with ``every_law`` of all but the scene's own, since equal β do not make equal
+    blows either.
+    """
 
     same: str
     speed: float  # m/s
+    every_law: bool = False
 
 
 class Effect(NamedTuple):
@@ -142,7 +147,7 @@ class Study:
         if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
             advice = 'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
             raise SceneError(self.source, [f"{name} needs a restitution, and the scene gives none; {advice}"])
-        if stiffness is None and self.needs_equal_terms(name):
+        if stiffness is None and self._other_family(name):
             unit, own = stiffness_quantity(law).unit, stiffness_quantity(LAWS[self.law_name]).unit
             sentence = (
                 f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.law_name}; "
@@ -162,7 +167,13 @@ class Study:
         return related(known_law(name), self.relation)
 
     def needs_equal_terms(self, name: str) -> bool:
-        """True where the law's stiffness is of the other family than the scene's."""
+        """True where the law's stiffness follows from the scene's equal terms, and is not the scene's own."""
+        if self.equal_terms and self.equal_terms.every_law:
+            return name != self.law_name and "stiffness" in known_law(name)._fields
+        return self._other_family(name)
+
+    def _other_family(self, name: str) -> bool:
+        """True where the law's stiffness has another unit than the scene's."""
         return stiffness_quantity(known_law(name)).unit != stiffness_quantity(LAWS[self.law_name]).unit
 
     @property
@@ -214,6 +225,7 @@ class Study:
             table["equal_terms"] = {
                 "same": self.equal_terms.same,
                 "speed": exact(self.equal_terms.speed, SPEED),
+                **({"every_law": True} if self.equal_terms.every_law else {}),
             }
         return table
 

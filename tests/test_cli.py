@@ -21,7 +21,7 @@ import pounding_risk
 from pounding_risk import cli, cli_output
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "accuracy", "stability")
+COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "compare", "accuracy", "effects", "stability")
 SCENE = """\
 [scene]
 name = "A pair"
@@ -47,7 +47,7 @@ yield_force = ["200 kN", "inf"]
 """
 LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, van_mier, viscous_elastoplastic"
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic"
 )
 
 

@@ -17,6 +17,7 @@ from pounding_risk.methods.force import Contact, contact_force
 from pounding_risk.methods.newmark import Newmark, solve_force
 from pounding_risk.methods.rk4 import Rk4
 from pounding_risk.models.contact import LAWS
+from pounding_risk.models.memory import remembers
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building
 from pounding_risk.pair import Interface, oscillators
@@ -24,6 +25,7 @@ from pounding_risk.pair import Interface, oscillators
 DT = 0.01  # s
 LEFT, RIGHT = Building("left", 5e4, 0.3, 0.05), Building("right", 9e4, 0.15, 0.05)
 GAP, E, STRENGTH = 1e-3, 0.6, 1.5e5
+FOLLOWED = [name for name, law in LAWS.items() if not remembers(law)]  # by δ and δ̇ alone
 STIFFNESS = {law: 2.5e8 if law in oracle.LINEAR else 1.05e10 for law in oracle.LAWS}
 APART = 1e3  # m, a gap that stays open
 QUICK = ("viscous_elastoplastic", "kelvin_voigt_tension_cut")
@@ -131,7 +133,7 @@ def truth_of(name: str, kept: dict[str, dict[str, float]]) -> dict[str, float]:
 
 def slow_but(quick: tuple[str, ...]) -> list:
     """Every law, those past the quick ones marked slow: a kernel compiles for each."""
-    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in LAWS]
+    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in FOLLOWED]
 
 
 @pytest.mark.parametrize("method", fixed.STEPPERS)

@@ -1,0 +1,307 @@
+"""What a comparison of contact models says: ratios to a baseline, ranks, conclusions that flip, and the sentence.
+
+A case is one record, polarity, amplitude, gap and yield force. Ratios are over the cases in which the baseline has
+contact: elsewhere there is nothing to compare. A case in which either run failed is left out and counted nowhere.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+CASES = ("record", "polarity", "pga", "gap", "yield_force")
+RUN_OUTPUTS = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "impulse": "impulse",
+}
+SIDE_OUTPUTS = {"peak_displacement": "peak displacement", "peak_floor_acceleration": "peak floor acceleration"}
+REACH = "peak relative displacement"
+NOTABLE = 0.10  # a peak that differs by more than this share leads to another answer
+OFTEN = 0.05  # and a conclusion that flips in more than this share of the cases matters
+LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0  # percentiles: one standard deviation to either side, were it normal
+CONCLUSIONS = {
+    "contact": "contact or none",
+    "yield exceedance": "the uncapped force reaches a finite F_E",
+    "displacement": f"peak relative displacement differs by over {100 * NOTABLE:.0f} %",
+    "gap adequacy": "smallest gap of the grid without contact, by motion",
+}
+FLIPS = {
+    "displacement": f"{REACH} is off by over {100 * NOTABLE:.0f} %",
+    "yield exceedance": "yielding or not flips",
+    "gap adequacy": "the gap needed differs",
+}
+TOLD = 2  # outputs that the sentence gives numbers for
+FEWEST_TO_RANK = 3  # motions
+
+
+def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
+    """The outputs that are compared, by their words; NaN where a run failed or a law does not define one."""
+    found = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
+    for name, words in SIDE_OUTPUTS.items():
+        for side, building in enumerate(dataset["building"].values):
+            found[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
+    # Counts are stored as -1 where a run failed.
+    return {words: values.where(values >= 0.0) for words, values in found.items()}
+
+
+def by_case(values: xr.DataArray) -> Array:
+    """Values as (laws, cases)."""
+    axes = [axis for axis in CASES if axis in values.dims]
+    ordered = values.transpose("contact_model", *axes).values
+    return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
+
+
+def place_of(dataset: xr.Dataset, law: str) -> int:
+    """Where a law stands along ``contact_model``."""
+    return list(map(str, dataset["contact_model"].values)).index(law)
+
+
+def touching(dataset: xr.Dataset, baseline: str) -> NDArray[np.bool_]:
+    """True for each case in which the baseline has contact."""
+    return by_case(dataset["impact_count"])[place_of(dataset, baseline)] > 0.0
+
+
+def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
+    """(laws, cases): each law's value over the baseline's; NaN outside ``cases`` and where either is not defined."""
+    table = by_case(values)
+    below = np.where(cases & (table[baseline] > 0.0), table[baseline], nan)
+    return np.asarray(table / below)
+
+
+def spread(ratio: Array) -> Array:
+    """(laws, 3): the 16th, 50th and 84th percentile over the cases; NaN where a law has none."""
+    known = [row[~np.isnan(row)] for row in ratio]
+    return np.array([np.percentile(row, (LOW, MIDDLE, HIGH)) if row.size else np.full(3, nan) for row in known])
+
+
+def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
+    """(laws, 2): Spearman's correlation with the baseline of how a law ranks the motions: median and lowest.
+
+    The motions are ranked apart at each gap and yield force, where three or more of them lead to contact; NaN where
+    a law or the baseline has the same value for all of them, for nothing is ranked then.
+    """
+    motions = [axis for axis in ("record", "polarity", "pga") if axis in values.dims]
+    ordered = values.transpose("contact_model", *motions, "gap", "yield_force").values
+    shape = (len(ordered), -1, values.sizes["gap"] * values.sizes["yield_force"])
+    table, used = ordered.reshape(shape), cases.reshape(shape[1:])
+    found = []
+    for law in table:
+        each = [_spearman(law[used[:, at], at], table[baseline][used[:, at], at]) for at in range(used.shape[1])]
+        known = [value for value in each if not np.isnan(value)]
+        found.append((np.median(known), min(known)) if known else (nan, nan))
+    return np.array(found)
+
+
+def _spearman(one: Array, other: Array) -> float:
+    from scipy.stats import ConstantInputWarning, spearmanr
+
+    known = ~np.isnan(one) & ~np.isnan(other)
+    if known.sum() < FEWEST_TO_RANK:
+        return nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConstantInputWarning)  # its answer, NaN, is the one wanted
+        return float(spearmanr(one[known], other[known]).statistic)
+
+
+def gap_without_contact(dataset: xr.Dataset) -> xr.DataArray:
+    """The smallest gap of the grid without contact at any yield force, by law and motion [m]; NaN where none is."""
+    open_ = (dataset["impact_count"] == 0).all("yield_force")
+    return dataset["gap"].where(open_).min("gap")
+
+
+def flips(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[Array, Array]]:
+    """By conclusion of `CONCLUSIONS`: in how many cases each law disagrees with the baseline, and of how many.
+
+    Contact is judged in every case; the yield exceedance where F_E is finite and the displacement, both where the
+    baseline has contact; the gap once a motion.
+    """
+    at, cases = place_of(dataset, baseline), touching(dataset, baseline)
+    count, exceeds = by_case(dataset["impact_count"]), by_case(dataset["yield_exceedance"])
+    strength = dataset["yield_force"].broadcast_like(dataset["impact_count"])
+    strong = np.isfinite(by_case(strength)[at])
+    ratio = ratios(outputs_of(dataset)[REACH], at, cases)
+    gaps = gap_without_contact(dataset).fillna(np.inf)
+    closed = by_case(gaps)
+    both = (count >= 0.0) & (count[at] >= 0.0)
+    yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
+    return {
+        "contact": _told(both & ((count > 0.0) != (count[at] > 0.0)), both),
+        "yield exceedance": _told(yields & (exceeds != exceeds[at]), yields),
+        "displacement": _told(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
+        "gap adequacy": _told(closed != closed[at], np.ones_like(closed, dtype=bool)),
+    }
+
+
+def _told(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Array, Array]:
+    return differs.sum(axis=1), judged.sum(axis=1)
+
+
+def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
+    """Place of the case in which the laws' peak relative displacements differ as much as in the median case.
+
+    Largest over smallest, among the cases in which the baseline has contact; the first case where none has.
+    """
+    values = outputs_of(dataset)[REACH]
+    axes = [axis for axis in CASES if axis in values.dims]
+    shape = [values.sizes[axis] for axis in axes]
+    table = by_case(values)
+    used = np.flatnonzero(touching(dataset, baseline) & ~np.isnan(table).any(axis=0))
+    chosen = 0
+    if used.size:
+        width = table[:, used].max(axis=0) / table[:, used].min(axis=0)
+        chosen = int(used[np.argsort(width, kind="stable")[(used.size - 1) // 2]])
+    return dict(zip(axes, map(int, np.unravel_index(chosen, shape)), strict=True))
+
+
+def peers(dataset: xr.Dataset) -> list[str]:
+    """The laws that the sentence is about: those that dissipate as the baseline does, or not, as it does not.
+
+    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms.
+    """
+    baseline = str(dataset.attrs["baseline"])
+    damped = dataset["dissipates"].values
+    alike = damped == damped[place_of(dataset, baseline)]
+    names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
+    return [name for name in names if name != baseline]
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One plain sentence: does the choice of the contact model matter for these outputs and conclusions?
+
+    It does where, of some law, the 16-84 % range of an output's ratio leaves 1 ± 10 %, or a conclusion flips in more
+    than 5 % of the cases.
+    """
+    names, baseline = peers(dataset), str(dataset.attrs["baseline"])
+    if not int(dataset["judged"].sel(conclusion="displacement", contact_model=baseline)):
+        return f"The model cannot matter here: {baseline} has contact in no case."
+    if not names:
+        return f"Nothing to compare on equal terms: no other law dissipates as {baseline} does."
+    alike, other = _by_cap(dataset, names)
+    alone, apart = _moved(dataset, alike), _moved(dataset, other)[:1]
+    shares = {conclusion: flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS}
+    if alone or apart or any(np.nanmax(share, initial=0.0) > OFTEN for share in shares.values()):
+        parts = [_moves(alone)] if alike or not apart else []
+        if apart:
+            yields = int(dataset["capped"].sel(contact_model=baseline))
+            parts.append(f"{'without' if yields else 'with'} yielding, {_moves(apart)}")
+        told = f"The model matters here: against {baseline}, {'; '.join(parts)}"
+    else:
+        told = (
+            "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
+            f"{100 * NOTABLE:.0f} % of that of {baseline}"
+        )
+    return "; ".join([told, *_flipping(shares, names)]) + "."
+
+
+def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:
+    """The laws that yield as the baseline does, or not, as it does not; and the rest, whose ratio is that of yielding.
+
+    Where no yield force is finite nothing yields, and all laws are alike.
+    """
+    capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
+    baseline = capped[str(dataset.attrs["baseline"])]
+    strong = not np.isfinite(dataset["yield_force"].values).any()
+    alike = [name for name in names if strong or capped[name] == baseline]
+    return alike, [name for name in names if name not in alike]
+
+
+def _moved(dataset: xr.Dataset, names: list[str]) -> list[tuple[str, str, float, float]]:
+    """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
+    found = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
+    return sorted((each for each in found if _reach(*each[2:]) > 1.0 + NOTABLE), key=lambda each: -_reach(*each[2:]))
+
+
+def _moves(moved: list[tuple[str, str, float, float]]) -> str:
+    """The outputs that move most, with numbers, and how many others do."""
+    told: list[str] = []
+    for output, law, low, high in moved[:TOLD]:
+        verb, as_large = ("", "") if told else ("is ", " as large")
+        told.append(f"{output} {verb}{low:.2f} to {high:.2f} times{as_large} ({law})")
+    rest = len(moved) - len(told)
+    if rest:
+        told.append(f"{rest} more output{'s' if rest > 1 else ''} off by over {100 * NOTABLE:.0f} %")
+    return ", ".join(told) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
+
+
+def _reach(low: float, high: float) -> float:
+    """How far a range of ratios goes from 1, either way; 0 where there is none."""
+    if np.isnan(high):
+        return 0.0
+    return max(high, 1.0 / low if low > 0.0 else np.inf)
+
+
+def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, float, float]:
+    """(law, 16th, 84th percentile) of the law whose range of ratios goes furthest from 1; NaN where none has one."""
+    one = dataset.sel(output=output, contact_model=names)
+    rows = list(zip(names, one["ratio_low"].values.tolist(), one["ratio_high"].values.tolist(), strict=True))
+    return max(rows, key=lambda row: _reach(*row[1:]))
+
+
+def _flipping(shares: dict[str, Array], names: list[str]) -> Iterator[str]:
+    """For each conclusion that is judged, how often at most it flips, and under which law."""
+    for conclusion, words in FLIPS.items():
+        share = shares[conclusion]
+        if np.isnan(share).all():
+            continue
+        at = int(np.nanargmax(share))
+        found = f"up to {percent(share[at])} of the cases ({names[at]})" if share[at] > 0.0 else "none"
+        yield f"{words} in {found}"
+
+
+def percent(share: float) -> str:
+    """A share in per cent, whole from 1 % on."""
+    return f"{100 * share:.0f} %" if share >= 0.01 or share == 0.0 else f"{100 * share:.1g} %"
+
+
+def flip_share(dataset: xr.Dataset, conclusion: str, names: list[str]) -> Array:
+    """The share of the judged cases in which each of the laws disagrees; NaN where none is judged."""
+    one = dataset.sel(conclusion=conclusion, contact_model=names)
+    judged = one["judged"].values.astype(float)
+    return np.asarray(np.divide(one["flips"].values, judged, out=np.full(judged.shape, nan), where=judged > 0.0))
+
+
+def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
+    """The variables that a comparison adds to a scan: ratios, ranks, flips and gaps, as xarray takes them."""
+    at, cases = place_of(dataset, baseline), touching(dataset, baseline)
+    outputs = outputs_of(dataset)
+    spreads = np.array([spread(ratios(values, at, cases)) for values in outputs.values()])
+    ranks = np.array([rank_agreement(values, at, cases) for values in outputs.values()])
+    judged = flips(dataset, baseline)
+    law = ("output", "contact_model")
+    percentiles = zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), strict=True)
+    over = f"of the ratio to {baseline}'s, over the cases in which it has contact"
+    return {
+        "output": ("output", list(outputs)),
+        "conclusion": ("conclusion", list(CONCLUSIONS), {"long_name": "; ".join(map(": ".join, CONCLUSIONS.items()))}),
+        **{
+            f"ratio_{name}": (law, spreads[:, :, place], _unitless(f"{percent:g}th percentile {over}"))
+            for place, (name, percent) in enumerate(percentiles)
+        },
+        "rank_agreement": (law, ranks[:, :, 0], _unitless("Spearman's correlation of the motions' ranks, median")),
+        "rank_agreement_lowest": (law, ranks[:, :, 1], _unitless("the same at the gap and yield force of least")),
+        "flips": _counts(judged, 0, f"cases in which a law disagrees with {baseline}"),
+        "judged": _counts(judged, 1, "of so many cases"),
+        "gap_without_contact": gap_without_contact(dataset).assign_attrs(
+            units="m", long_name="smallest gap of the grid without contact; NaN where none is"
+        ),
+    }
+
+
+def _unitless(words: str) -> dict[str, str]:
+    return {"units": "1", "long_name": words}
+
+
+def _counts(judged: dict[str, tuple[Array, Array]], part: int, words: str) -> tuple[Any, ...]:
+    return ("conclusion", "contact_model"), np.array([judged[name][part] for name in CONCLUSIONS]), _unitless(words)

@@ -1,0 +1,203 @@
+"""The same scene under many contact models on equal terms: does the conclusion depend on the model?
+
+A β is no k, and equal β under two laws make no equal blows: every law is calibrated to one reference impact, that of
+the scene's own law and stiffness, alone, between the two buildings' masses and without yielding. `scan` then runs
+the grid with the calibrated laws, and `agreement` says what differs.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk.agreement import finding, tables, typical_case
+from pounding_risk.collision import Impact, impact
+from pounding_risk.ensemble import as_study, driven, law_of, motions_of, scan
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.history import histories, logged
+from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.pair import Interface, free_response, oscillators
+from pounding_risk.quantities import SPEED, article, bounds, shown
+from pounding_risk.results import check_target, save
+from pounding_risk.study import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, unknown_law
+
+USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise
+ELASTIC = 1e-6  # a law whose restitution is this close to 1 does not dissipate
+IMPACT_COLUMNS = {
+    "restitution_asked": ("1", "restitution that the relation gives for the reference impact"),
+    "restitution": ("1", "restitution achieved in the reference impact"),
+    "peak_force": ("N", "peak force of the reference impact"),
+    "peak_penetration": ("m", "largest penetration of the reference impact"),
+    "duration": ("s", "duration of the reference impact"),
+}
+CURVES = {"time": ("s", "time since the touch"), "penetration": ("m", "penetration"), "force": ("N", "contact force")}
+
+
+def compare(
+    study: Study | str | Path,
+    out: str | Path | None = None,
+    *,
+    laws: Sequence[str] = (),
+    baseline: str | None = None,
+    same: str | None = None,
+    speed: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
+
+    ``laws``: those of the scene's grid by default, or every law there is where the grid names one. All get the
+    stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
+    buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s.
+    Results are set beside those of ``baseline``, the scene's own law by default.
+
+    The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
+    `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
+    and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
+    speed or ``same`` that is none, and for fewer than two laws; all before the first run.
+    """
+    target = None if out is None else check_target(out)
+    study = on_equal_terms(as_study(study), laws, baseline, (same, speed))
+    baseline = baseline or study.law_name
+    dataset = scan(study, progress=progress)
+    # A law without a stiffness may have none there.
+    stiffnesses = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    dataset = dataset.assign(_impacts(study, stiffnesses))
+    dataset = dataset.assign(tables(dataset, baseline))
+    dataset = dataset.assign(_histories(study, typical_case(dataset, baseline)))
+    same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
+    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
+    dataset.attrs |= {"speed": at_speed, "reduced_mass": reduced_mass(study)}
+    dataset.attrs["finding"] = finding(dataset)
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def on_equal_terms(
+    study: Study, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | None]
+) -> Study:
+    """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
+    if baseline is not None and baseline not in LAWS:
+        raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
+    grid = study.grid.contact_models
+    asked = tuple(laws) or (grid if len(grid) > 1 else tuple(LAWS))
+    names = tuple(dict.fromkeys((*asked, baseline or study.law_name)))
+    for name in names:
+        known_law(name)
+    if len(names) < 2:
+        raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
+    if "stiffness" not in known_law(study.law_name)._fields:
+        raise PoundingError(
+            f"compare: {study.law_name} has no stiffness to which other laws could be calibrated; give the interface "
+            "a contact_model that has one, and name this one as the baseline"
+        )
+    _check_restitution(study, names)
+    own = study.equal_terms or USUAL_TERMS
+    same, speed = terms[0] or own.same, own.speed if terms[1] is None else terms[1]
+    if same not in EQUAL_TERMS:
+        raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
+    if not SPEED.allows(speed):
+        raise PoundingError(f"compare: speed is {speed:g}; {article(SPEED.words)} must be {bounds(SPEED)}")
+    return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, speed, True))
+
+
+def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
+    """Tell every law at once that needs a restitution, where the scene gives none."""
+    damped = [name for name in names if LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+    if damped and study.restitution_words == NO_RESTITUTION:
+        rest = [name for name in LAWS if not LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+        raise SceneError(
+            study.source,
+            [
+                f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
+                'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
+                f"or compare {', '.join(rest)} alone"
+            ],
+        )
+
+
+def reduced_mass(study: Study) -> float:
+    """m1 m2 / (m1 + m2) of the two buildings [kg]; the other's mass where one is rigid."""
+    left, right = (building.oscillator() for building in study.buildings)
+    return float(1.0 / (left.inverse_mass + right.inverse_mass))
+
+
+def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impact]:
+    """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding."""
+    terms = study.equal_terms or USUAL_TERMS
+    mass = reduced_mass(study)
+    laws = [study.law(name, stiffnesses.get(name)) for name in study.grid.contact_models]
+    return [impact(law, terms.speed, mass, restitution=study.restitution) for law in laws]
+
+
+def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
+    """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
+    found = reference_impacts(study, stiffnesses)
+    names = study.grid.contact_models
+    longest = max(len(each.time) for each in found)
+    variables: dict[str, Any] = {
+        "stiffness": ("contact_model", [stiffnesses.get(name, nan) for name in names], {"long_name": "calibrated"}),
+        "stiffness_unit": ("contact_model", [_unit(name) for name in names], {"long_name": "unit of stiffness"}),
+        "dissipates": (
+            "contact_model",
+            np.array([not each.restitution > 1.0 - ELASTIC for each in found], dtype=np.int8),
+            {"long_name": "0 where the law is elastic: without yielding it gives back all it takes"},
+        ),
+        "capped": (
+            "contact_model",
+            np.array([LAWS[name].capped for name in names], dtype=np.int8),  # type: ignore[attr-defined]
+            {"long_name": "1 where the yield force acts in the law"},
+        ),
+    }
+    for name, (unit, words) in IMPACT_COLUMNS.items():
+        values = [getattr(each, name) for each in found]
+        variables[f"reference_{name}"] = ("contact_model", values, {"units": unit, "long_name": words})
+    for name, (unit, words) in CURVES.items():
+        rows = [np.pad(getattr(each, name), (0, longest - len(each.time)), constant_values=nan) for each in found]
+        about = {"units": unit, "long_name": f"{words}, reference impact; NaN after the parting"}
+        variables[f"impact_{name}"] = (("contact_model", "impact_step"), np.array(rows), about)
+    return variables
+
+
+def _unit(name: str) -> str:
+    return stiffness_quantity(LAWS[name]).unit if "stiffness" in known_law(name)._fields else ""
+
+
+def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
+    """Relative displacement of one case under every law at the record's samples, and which case it is."""
+    records, grid = study.records, study.grid
+    pga = grid.pgas[place.get("pga", 0)]
+    motion = driven(motions_of(study)[place["record"]], records.polarities[place["polarity"]], pga)
+    pair = oscillators(*study.buildings)
+    free = free_response(pair, motion.acceleration, motion.dt)
+    gap, strength = grid.gaps[place["gap"]], grid.yield_forces[place["yield_force"]]
+    samples = np.arange(len(motion.acceleration)) * motion.dt
+    rows = []
+    for name in grid.contact_models:
+        interface = Interface(gap, law_of(study, name), study.restitution, strength)
+        _, log = logged(pair, free, interface, study.rtol)
+        time, states, *_ = histories(pair, free, log)
+        rows.append(np.interp(samples, time, states[:, 0] - states[:, 1]))
+    return {
+        "time": ("time", samples, {"units": "s", "long_name": "time since the start of the record"}),
+        "history": (
+            ("contact_model", "time"),
+            np.array(rows),
+            {
+                "units": "m",
+                "long_name": "u_left - u_right of a case of median spread",
+                "record": motion.name,
+                "polarity": records.polarities[place["polarity"]],
+                "pga": motion.pga,
+                "gap": gap,
+                "yield_force": strength,
+            },
+        ),
+    }
