@@ -22,6 +22,7 @@ AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
+PARAMETERS = ("plastic_exponent", "design_penetration")  # of single laws, beside their stiffness
 LATER_LAWS = ("stereomechanical", "merged", "distributed_mass")
 
 
@@ -156,7 +157,7 @@ class Study:
             )
             raise SceneError(self.source, [sentence])
         values = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        values |= {key: getattr(self, key) for key in law._fields if key != "stiffness" and hasattr(self, key)}
+        values |= {key: getattr(self, key) for key in PARAMETERS if key in law._fields}
         return law(**values)
 
     def law_class(self, name: str) -> Any:
