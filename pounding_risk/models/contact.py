@@ -87,10 +87,12 @@ def jankowski_ratio(e):
 def exact_hertz_damping(e):
     """The d on (0, 1/e) with exp[d (1 + e)] = (1 + d) / (1 − d e): then e is achieved, whatever the exponent.
 
-    Newton's rule on g(d) = d (1 + e) + ln(1 − d e) − ln(1 + d), kept inside a bracket; g > 0 left of the root.
+    Newton's rule on g(d) = d (1 + e) + ln(1 − d e) − ln(1 + d), kept inside a bracket; g > 0 left of the root. Near
+    e = 1, where g is all rounding, the root's series in 1 − e, good to 1e-15.
     """
-    if e >= 1.0:
-        return 0.0
+    lost = 1.0 - e
+    if lost < 1e-3:
+        return lost * (1.5 + lost * (1.5 + lost * (1.35 + lost * 1.2)))
     low, high = 0.0, 1.0 / e
     d = min(1.6 * (1.0 - e) / e, 0.999 / e)
     for _ in range(200):
