@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import SIGNALS, Free
-from pounding_risk.core.pound import pound
+from pounding_risk.core.march import meet
 from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import LAWS
+from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
 
@@ -38,7 +38,7 @@ class Impact:
     rebound_speed: float  # m/s
     restitution_asked: float
     restitution: float  # achieved: rebound speed over approach speed
-    peak_force: float  # N
+    peak_force: float  # N; NaN for an instant jump, which has no finite force
     peak_penetration: float  # m
     duration: float  # s
     impulse: float  # N s
@@ -75,7 +75,7 @@ def impact(
     desk = make_desk(rtol)
     start = (0.0, 0.0, float(speed), 0.0)
     limits = (0.0, float(yield_force), rule)
-    finish, *_ = pound(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)
+    finish, *_ = meet(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)
     if finish not in (FINISHED, AT_END):
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
     if log.used[1] > ROWS:
@@ -105,7 +105,7 @@ def impact(
 
 def name_of(law: Any) -> str:
     """The scene-file name of a law, or its class name where it is a user's own."""
-    return next((name for name, known in LAWS.items() if isinstance(law, known)), type(law).__name__)
+    return next((name for name, known in CONTACT_MODELS.items() if isinstance(law, known)), type(law).__name__)
 
 
 def restitution_of(words: str | float) -> Restitution:

@@ -18,7 +18,7 @@ from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import LAWS
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
@@ -144,7 +144,9 @@ def law_of(study: Study, name: str) -> Any:
         return study.law(name)
     left, right = (building.oscillator() for building in study.buildings)
     mass = 1.0 / (left.inverse_mass + right.inverse_mass)
-    stiffness = equal_stiffness(LAWS[name], study.law(), terms.speed, mass, study.restitution, terms.same)
+    stiffness = equal_stiffness(
+        CONTACT_MODELS[name], study.law(study.stiff_name), terms.speed, mass, study.restitution, terms.same
+    )
     return study.law(name, stiffness)
 
 
@@ -330,7 +332,13 @@ def _attributes(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
         "scene": study.text or study.to_toml(),
         "scene_resolved": study.to_toml(),
         "overrides": as_text(list(study.overrides)),
-        "stiffness": as_text({name: law.stiffness for name, law in zip(study.grid.contact_models, laws, strict=True)}),
+        "stiffness": as_text(
+            {
+                name: law.stiffness
+                for name, law in zip(study.grid.contact_models, laws, strict=True)
+                if not is_instant(law)
+            }
+        ),
         "restitution": study.restitution_words,
         "rtol": study.rtol,
         "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),

@@ -10,7 +10,7 @@ Its ``energy_viscous`` is what the jumps take, its ``contact_time`` that of the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ def _share(raw: Raw, strength: Raw) -> Raw:
     return raw[..., tally.DEMAND] / strength
 
 
-def _defined(raw: Raw, count: Raw) -> Raw:
+def _defined(raw: Raw, count: NDArray[Any]) -> Raw:
     # A jump has no force that could reach the yield force: what depends on it is not defined.
     return np.where(np.isnan(raw[..., tally.DEMAND]), -1.0, count)
 

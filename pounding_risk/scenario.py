@@ -19,7 +19,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import EXPONENT, LAWS, stiffness_quantity
+from pounding_risk.models.contact import EXPONENT, stiffness_quantity
+from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import Building
 from pounding_risk.quantities import (
@@ -59,6 +60,7 @@ from pounding_risk.study import (
     RecordRequest,
     StepTable,
     Study,
+    stiff_model,
 )
 
 __all__ = [
@@ -99,7 +101,7 @@ def gridded(quantity: Quantity) -> Reads:
 
 
 _STRINGS = {"type": "array", "items": {"type": "string"}}
-_LAW = {"enum": list(LAWS)}
+_LAW = {"enum": list(CONTACT_MODELS)}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
 
 
@@ -130,7 +132,8 @@ class EqualTermsTable(Section):
 class InterfaceTable(Section):
     gap: Annotated[float | None, measured(GAP)] = None
     contact_model: Annotated[str | None, Reads(scene_keys.law_name, _LAW)] = None
-    stiffness: Annotated[Any, Field(json_schema_extra={"type": "string"})]  # its unit depends on the contact model
+    # Its unit depends on the contact model; some models take none.
+    stiffness: Annotated[Any, Field(json_schema_extra={"type": "string"})] = None
     restitution: Annotated[
         tuple[Restitution, str],
         Reads(scene_keys.restitution, {"anyOf": [{"type": ["number", "string"]}, {"enum": list(NAMED)}]}),
@@ -196,7 +199,6 @@ ABSENT = {
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
     "records": 'missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
     "name": 'missing; write name = "frame"',
-    "stiffness": 'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
     "same": f'missing; write same = "{EQUAL_TERMS[0]}"',
     "speed": 'missing; write speed = "0.5 m/s"',
 }
@@ -267,7 +269,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         buildings=(left, right),
         gap=gap,
         law_name=law_name,
-        stiffness=parse(interface.stiffness, stiffness_quantity(LAWS[law_name])),
+        stiffness=_stiffness(interface, law_name, grid.contact_model),
         plastic_exponent=interface.plastic_exponent,
         restitution=interface.restitution[0],
         restitution_words=interface.restitution[1],
@@ -294,6 +296,12 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         source=origin.source,
         overrides=origin.overrides,
     )
+
+
+def _stiffness(table: InterfaceTable, law_name: str, gridded: tuple[str, ...]) -> float | None:
+    """The stiffness in the unit of the first contact model that takes one; none where no model does."""
+    owner = stiff_model(law_name, gridded)
+    return None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
 
 
 def _building(table: BuildingTable) -> Building:

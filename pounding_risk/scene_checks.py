@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.quantities import QuantityError, parse, shown
 from pounding_risk.scene_text import Fault, nearest
 from pounding_risk.study import EQUAL_TERMS, matching
@@ -162,7 +163,7 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
         if "contact_model" not in keys and "contact_model" not in grid:
             yield Fault(
                 (*base, "contact_model"),
-                f'missing; write contact_model = "jankowski", or another of {", ".join(LAWS)}',
+                f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}',
                 absent=True,
             )
         yield from _laws(index, keys, grid)
@@ -171,11 +172,19 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
 def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fault]:
     """What the contact models of a scene ask of the interface's other keys."""
     base = ("interface", index)
-    gridded = [name for name in _as_list(grid.get("contact_model")) if isinstance(name, str) and name in LAWS]
+    gridded = [name for name in _as_list(grid.get("contact_model")) if isinstance(name, str) and name in CONTACT_MODELS]
     named = keys.get("contact_model", gridded[0] if gridded else None)
-    own = named if isinstance(named, str) and named in LAWS else None
-    used = dict.fromkeys([*([own] if own else []), *gridded])
-    damped = [name for name in used if LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+    first = named if isinstance(named, str) and named in CONTACT_MODELS else None
+    used = dict.fromkeys([*([first] if first else []), *gridded])
+    stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]
+    own = stiff[0] if stiff else None  # whose unit the interface's stiffness has
+    if "stiffness" not in keys and (stiff or not used):
+        yield Fault(
+            (*base, "stiffness"),
+            'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
+            absent=True,
+        )
+    damped = [name for name in used if CONTACT_MODELS[name].needs_restitution]  # type: ignore[attr-defined]
     if damped and "restitution" not in keys:
         yield Fault(
             (*base, "restitution"),
@@ -189,7 +198,7 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
     if not own:
         return
     for position, name in enumerate(_as_list(grid.get("contact_model"))):
-        if name in gridded and _unit(name) != _unit(own) and "equal_terms" not in keys:
+        if name in stiff and _unit(name) != _unit(own) and "equal_terms" not in keys:
             yield Fault(
                 ("grid", "contact_model", position),
                 f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(own)} for "

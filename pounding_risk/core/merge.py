@@ -11,7 +11,8 @@ p = 1 and holds the other where it is.
 
 What rebounds slower than rtol times the fastest free closing speed, onto a building that presses on it, does not
 rebound: bounces shrink by e each, so what is left of a train of them then is a relative displacement of the order of
-(rtol × that speed)² over twice the acceleration that presses.
+(rtol × that speed)² over twice the acceleration that presses. Nor does what would rise by no more than displacements
+round by.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ from pounding_risk.core.tally import (
     VISCOUS,
 )
 from pounding_risk.models.structures import Oscillator
+
+ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
 
 
 class Joint(NamedTuple):
@@ -123,6 +126,7 @@ def presses(desk, count):
 def raise_rows(joint, ramp, terms, stop, desk):
     """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
     left, right, whole = joint.left, joint.right, joint.whole
+    place = desk[LEFT, 0]
     for n in range(terms):
         desk[RIGHT, n] = desk[LEFT, n]
     for n in range(terms - 1):
@@ -138,7 +142,7 @@ def raise_rows(joint, ramp, terms, stop, desk):
     if right.inverse_mass > 0.0:
         raise_signal(2, RIGHT, terms, stop, desk)
         raise_signal(4, SIGNAL, terms - 1, stop, desk)
-    desk[LEFT, 0] -= joint.ahead
+    desk[LEFT, 0] = place
 
 
 @kernel
@@ -224,7 +228,9 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     expand(joint.whole, place, common, ramp, desk, LEFT, free.terms)
     pressed = presses(desk, lay_tension(joint, ramp, free.terms, desk))
     back = law.rebound(e) * speed
-    if pressed and back <= rtol * free.fastest:
+    # A bounce of speed w under the acceleration A rises by w² / (2 A).
+    low = -2.0 * desk[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    if pressed and (back <= rtol * free.fastest or back * back <= low):
         back = 0.0
     rests = pressed and back == 0.0
     state = (

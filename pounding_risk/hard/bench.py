@@ -11,7 +11,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.hard.case import Case, Row
 from pounding_risk.hard.table import CASES
 from pounding_risk.hard.trial import Trial
-from pounding_risk.models.contact import LAWS
+from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.quantities import RTOL
 from pounding_risk.study import known_law
 
@@ -31,7 +31,7 @@ def stability(
     """
     if not RTOL.allows(rtol):
         raise PoundingError(f"rtol is {rtol:g}; it must lie between {RTOL.low:g} and {RTOL.high:g}, usually 1e-6")
-    laws = tuple(LAWS) if law is None else tuple(dict.fromkeys(law))
+    laws = tuple(CONTACT_MODELS) if law is None else tuple(dict.fromkeys(law))
     for name in laws:
         known_law(name)
     work = [(each, name) for each in picked(case) for name in each.laws if name in laws]
