@@ -25,7 +25,7 @@ import numba
 from numba import config, njit, types
 from numba.core import cgutils
 from numba.core.caching import FunctionCache
-from numba.extending import intrinsic, overload_method
+from numba.extending import intrinsic, overload, overload_method
 from numba.np.arrayobj import make_array, populate_array
 
 FLAGS = {"nogil": True, "error_model": "numpy", "fastmath": False}
@@ -241,3 +241,23 @@ def speaks(protocol):
         resolve.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
         overload_method(types.BaseNamedTuple, name, jit_options={**FLAGS, "forceinline": True})(resolve)
     return protocol
+
+
+def by_verb(verb, place, those, others):
+    """One kernel of two by the type of argument number ``place``: ``those`` where it has the method, else ``others``.
+
+    Both take the same arguments. Compiled code holds the one that is meant, and nothing of the choice.
+    """
+
+    def choice(*arguments):
+        return (those if hasattr(arguments[place], verb) else others)(*arguments)
+
+    if INTERPRETED:
+        return choice
+
+    def resolve(*arguments):
+        chosen = those if hasattr(arguments[place].instance_class, verb) else others
+        return lambda *arguments: chosen(*arguments)
+
+    overload(choice, jit_options={**FLAGS, "forceinline": True})(resolve)
+    return choice

@@ -47,11 +47,20 @@ FEWEST_TO_RANK = 3  # motions
 
 
 def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
-    """The outputs that are compared, by their words; NaN where a run failed or a law does not define one."""
+    """The outputs that are compared, by their words; NaN where a run failed or a law does not define one.
+
+    Under a model whose velocities jump, force and acceleration are those between the jumps, which have none that is
+    finite: there is nothing to compare.
+    """
     found = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
     for name, words in SIDE_OUTPUTS.items():
         for side, building in enumerate(dataset["building"].values):
             found[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
+    if "stiffness_unit" in dataset:
+        jumps = dataset["stiffness_unit"] == ""
+        for words in found:
+            if words.startswith(("peak contact force", "peak floor acceleration")):
+                found[words] = found[words].where(~jumps)
     # Counts are stored as -1 where a run failed.
     return {words: values.where(values >= 0.0) for words, values in found.items()}
 

@@ -67,6 +67,7 @@ def contact_laws(
     """
     from pounding_risk.collision import equal_stiffness
     from pounding_risk.models.contact import stiffness_quantity
+    from pounding_risk.models.instant import is_instant
     from pounding_risk.quantities import say
     from pounding_risk.relations import misfit, related, relation_fault
     from pounding_risk.study import known_law
@@ -78,13 +79,20 @@ def contact_laws(
     classes = {name: related(law, relation) for name, law in classes.items()}
     given = _stiffnesses(stiffnesses)
     laws, notes = [], []
+    stiff = {name: law for name, law in classes.items() if not is_instant(law)}
+    if stiff and not given:
+        raise PoundingError(f'{next(iter(stiff))} needs a stiffness; write --stiffness "2.75e9 N/m^1.5"')
     for name, law in classes.items():
+        if is_instant(law):
+            laws.append(law())
+            notes.append(f"{name}: an instant jump, which has no force history and no stiffness")
+            continue
         quantity = stiffness_quantity(law)
         if quantity.unit in given:
             laws.append(law(given[quantity.unit]))
             continue
         ((unit, value),) = given.items()
-        like = next((other for other in classes if stiffness_quantity(classes[other]).unit == unit), USUAL_LAW[unit][1])
+        like = next((other for other in stiff if stiffness_quantity(stiff[other]).unit == unit), USUAL_LAW[unit][1])
         laws.append(law(equal_stiffness(law, related(known_law(like), relation)(value), *blow, "peak force")))
         words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
         notes.append(f"{name}: {words}, which gives the peak force of {like} without yielding")

@@ -68,7 +68,7 @@ def _energy(lost: float, approach: float) -> str:
 
 def print_run(dataset: Any) -> None:
     """The case, its outputs with what they mean, and its contacts."""
-    from pounding_risk.models.contact import LAWS
+    from pounding_risk.study import known_law
 
     told = dataset.attrs
     print_pairs(
@@ -84,7 +84,7 @@ def print_run(dataset: Any) -> None:
     print()
     print_table(("output", "value", "meaning"), _outputs(dataset), "lrl")
     print()
-    rows = list(_contacts(dataset, LAWS[told["contact_model"]].needs_restitution))  # type: ignore[attr-defined]
+    rows = list(_contacts(dataset, known_law(told["contact_model"]).needs_restitution))
     if not rows:
         print("no contact")
         return

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import SIGNALS, Free
-from pounding_risk.core.pound import pound
+from pounding_risk.core.march import meet
 from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
 from pounding_risk.errors import PoundingError
@@ -40,7 +40,7 @@ class Impact:
     rebound_speed: float  # m/s
     restitution_asked: float
     restitution: float  # achieved: rebound speed over approach speed
-    peak_force: float  # N
+    peak_force: float  # N; NaN for an instant jump, which has no finite force
     peak_penetration: float  # m
     duration: float  # s
     impulse: float  # N s
@@ -80,7 +80,7 @@ def impact(
     desk = make_desk(rtol)
     start = (0.0, 0.0, float(speed), 0.0)
     limits = (0.0, float(yield_force), rule)
-    finish, *_ = pound(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)
+    finish, *_ = meet(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)
     if finish not in (FINISHED, AT_END):
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
     if log.used[1] > ROWS:

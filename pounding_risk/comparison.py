@@ -22,7 +22,8 @@ from pounding_risk.collision import Impact, impact
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of, scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.history import histories, logged
-from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
 from pounding_risk.results import check_target, save
@@ -84,10 +85,10 @@ def on_equal_terms(
     study: Study, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | None]
 ) -> Study:
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
-    if baseline is not None and baseline not in LAWS:
+    if baseline is not None and baseline not in CONTACT_MODELS:
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    asked = tuple(laws) or (grid if len(grid) > 1 else tuple(LAWS))
+    asked = tuple(laws) or (grid if len(grid) > 1 else tuple(CONTACT_MODELS))
     names = tuple(dict.fromkeys((*asked, baseline or study.law_name)))
     for name in names:
         known_law(name)
@@ -110,9 +111,9 @@ def on_equal_terms(
 
 def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
-    damped = [name for name in names if LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+    damped = [name for name in names if known_law(name).needs_restitution]
     if damped and study.restitution_words == NO_RESTITUTION:
-        rest = [name for name in LAWS if not LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+        rest = [name for name in CONTACT_MODELS if not known_law(name).needs_restitution]
         raise SceneError(
             study.source,
             [
@@ -152,7 +153,7 @@ def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
         ),
         "capped": (
             "contact_model",
-            np.array([LAWS[name].capped for name in names], dtype=np.int8),  # type: ignore[attr-defined]
+            np.array([known_law(name).capped for name in names], dtype=np.int8),
             {"long_name": "1 where the yield force acts in the law"},
         ),
     }
@@ -167,7 +168,7 @@ def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
 
 
 def _unit(name: str) -> str:
-    return stiffness_quantity(LAWS[name]).unit if "stiffness" in known_law(name)._fields else ""
+    return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
 
 
 def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from pounding_risk.models.contact import LAWS
 from pounding_risk.models.effects import EFFECTS, refusal
 from pounding_risk.quantities import Quantity, parse
 from pounding_risk.results import as_text, check_target, save
-from pounding_risk.study import Effect, Study
+from pounding_risk.study import Effect, Study, known_law
 
 NONE, ALL = "none", "all together"
 CASES_TIMED = 24
@@ -99,7 +99,7 @@ def _example(name: str) -> Effect:
 
 def _yielding(study: Study) -> Study:
     """The study with those of its contact models that effects act on."""
-    laws = tuple(name for name in study.grid.contact_models if not refusal(LAWS[name]))
+    laws = tuple(name for name in study.grid.contact_models if not refusal(known_law(name)))
     if not laws:
         takers = [name for name in LAWS if not refusal(LAWS[name])]
         raise PoundingError(

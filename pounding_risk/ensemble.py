@@ -19,6 +19,7 @@ from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import bare, references, with_effects
+from pounding_risk.models.instant import is_instant
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
@@ -149,7 +150,12 @@ def _calibrated(study: Study, name: str) -> Any:
     left, right = (building.oscillator() for building in study.buildings)
     mass = 1.0 / (left.inverse_mass + right.inverse_mass)
     stiffness = equal_stiffness(
-        lambda value: study.law(name, value), study.law(), terms.speed, mass, study.restitution, terms.same
+        lambda value: study.law(name, value),
+        study.law(study.stiff_name),
+        terms.speed,
+        mass,
+        study.restitution,
+        terms.same,
     )
     return study.law(name, stiffness)
 
@@ -337,7 +343,11 @@ def _attributes(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
         "scene_resolved": study.to_toml(),
         "overrides": as_text(list(study.overrides)),
         "stiffness": as_text(
-            {name: bare(law).stiffness for name, law in zip(study.grid.contact_models, laws, strict=True)}
+            {
+                name: bare(law).stiffness
+                for name, law in zip(study.grid.contact_models, laws, strict=True)
+                if not is_instant(law)
+            }
         ),
         "restitution": study.restitution_words,
         "restitution_relation": study.relation,

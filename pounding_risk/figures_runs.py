@@ -51,7 +51,8 @@ def _impact_finding(impacts: Sequence[Any]) -> str:
     flat = [each for each in impacts if plateau(each) > 0.0]
     rest = [each for each in impacts if plateau(each) == 0.0]
     if len(flat) < 2 or len({round(each.peak_force) for each in flat}) > 1:
-        return "Peak force " + ", ".join(f"{each.peak_force / 1e3:.0f}" for each in impacts) + " kN"
+        forces = [f"{each.peak_force / 1e3:.0f}" for each in impacts if np.isfinite(each.peak_force)]
+        return f"Peak force {', '.join(forces)} kN" if forces else "Instant jumps: no finite force, no penetration"
     lengths = " and ".join(f"{plateau(each) * 1e3:.1f} ms ({each.mass:.0f} kg)" for each in flat)
     finding = f"Equal plateaus of {flat[0].peak_force / 1e3:.0f} kN for {lengths}"
     if not rest:

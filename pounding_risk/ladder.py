@@ -29,12 +29,12 @@ from pounding_risk.ensemble import as_study, driven, law_of, motions_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import solve_general
-from pounding_risk.models.contact import LAWS
+from pounding_risk.models.instant import is_instant
 from pounding_risk.models.memory import remembers
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions
-from pounding_risk.study import Study
+from pounding_risk.study import Study, known_law
 from pounding_risk.work_precision import (
     EVENT,
     FIRST,
@@ -164,8 +164,8 @@ def accuracy(
 
 
 def _check_that_others_follow(study: Study) -> None:
-    """Raise PoundingError where only the event-driven solver knows the scene: effects, laws that remember."""
-    paths = (name for name in study.grid.contact_models if remembers(LAWS[name]))
+    """Raise PoundingError where only the event-driven solver knows the scene: effects, memory, instant jumps."""
+    paths = (name for name in study.grid.contact_models if remembers(known_law(name)) or is_instant(known_law(name)))
     if alien := ", ".join([*(effect.name for effect in study.effects), *paths]):
         raise PoundingError(f"accuracy: the methods beside the event-driven solver know no {alien}; remove it")
 

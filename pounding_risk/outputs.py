@@ -1,12 +1,16 @@
 """Every output of a run in one place: name, unit, words, and how it follows from what the kernels count.
 
 Raw columns are those of `sweep.COLUMNS`: the tally, then the largest and the smallest of every watched signal.
+
+A model whose velocities jump (`models.instant`) has no finite force at a touch: its largest force is that of the
+joined motion, NaN where there was a touch and none, and yielding is not defined, NaN or −1, once there was a touch.
+Its ``energy_viscous`` is what the jumps take, its ``contact_time`` that of the joined motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +30,7 @@ class Output(NamedTuple):
     unit: str
     words: str
     compute: Callable[[Raw, Raw], Raw]
-    whole: bool = False  # a count or a flag: stored as integer, −1 where the run failed
+    whole: bool = False  # a count or a flag: stored as integer, −1 where the run failed or it is not defined
 
 
 def _column(place: int) -> Callable[[Raw, Raw], Raw]:
@@ -36,6 +40,11 @@ def _column(place: int) -> Callable[[Raw, Raw], Raw]:
 def _share(raw: Raw, strength: Raw) -> Raw:
     # Without yielding (infinite F_E) the demand is zero, also where there was no contact.
     return raw[..., tally.DEMAND] / strength
+
+
+def _defined(raw: Raw, count: NDArray[Any]) -> Raw:
+    # A jump has no force that could reach the yield force: what depends on it is not defined.
+    return np.where(np.isnan(raw[..., tally.DEMAND]), -1.0, count)
 
 
 def _residual(raw: Raw, strength: Raw) -> Raw:
@@ -58,7 +67,11 @@ RUN: dict[str, Output] = {
     "first_impact_time": Output("s", "time of the first touch; NaN without contact", _column(tally.FIRST_TOUCH)),
     "contact_time": Output("s", "total time in contact", _column(tally.CONTACT_TIME)),
     "peak_approach_speed": Output("m/s", "largest relative speed at a touch", _column(tally.APPROACH)),
-    "peak_contact_force": Output("N", "largest contact force transmitted", _column(tally.PEAK_FORCE)),
+    "peak_contact_force": Output(
+        "N",
+        "largest contact force transmitted; of jumps only that of the joined motion, NaN where there is none",
+        _column(tally.PEAK_FORCE),
+    ),
     "lowest_contact_force": Output(
         "N", "smallest contact force; negative where the law pulls", _column(tally.LOWEST_FORCE)
     ),
@@ -66,12 +79,15 @@ RUN: dict[str, Output] = {
     "yield_exceedance": Output(
         "1",
         "1 where the uncapped force reaches the yield force",
-        lambda raw, _: (raw[..., tally.YIELDS] > 0.0).astype(float),
+        lambda raw, _: _defined(raw, raw[..., tally.YIELDS] > 0.0),
         whole=True,
     ),
     "yield_demand": Output("1", "largest uncapped force over the yield force", _share),
     "yield_count": Output(
-        "1", "contacts in which the uncapped force reaches the yield force", _column(tally.YIELDS), whole=True
+        "1",
+        "contacts in which the uncapped force reaches the yield force",
+        lambda raw, _: _defined(raw, raw[..., tally.YIELDS]),
+        whole=True,
     ),
     "first_yield_time": Output("s", "time at which it first does; NaN without yielding", _column(tally.FIRST_YIELD)),
     "energy_viscous": Output("J", "energy that the contact's damper takes", _column(tally.VISCOUS)),

@@ -8,12 +8,13 @@ from math import inf, prod
 from pathlib import Path
 from typing import NamedTuple
 
-from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, PGA, RTOL, TAIL, TIME, YIELD_FORCE, Quantity, say
 from pounding_risk.relations import AS_PUBLISHED
-from pounding_risk.study import Effect, Study
+from pounding_risk.study import Effect, Study, known_law
 
 BYTES_A_CASE = 8 * 25  # about as many outputs as a pair has, before compression
 
@@ -150,10 +151,12 @@ def _laws(study: Study) -> list[str]:
     terms = study.equal_terms
     found = []
     for name in study.grid.contact_models:
-        if study.needs_equal_terms(name) and terms:
-            stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.law_name}"
+        if is_instant(known_law(name)) or study.stiffness is None:
+            stiffness = "no stiffness: the velocities jump at a touch"
+        elif study.needs_equal_terms(name) and terms:
+            stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
-            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(LAWS[study.law_name]))}"
+            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
         found.append(f"{name}, {stiffness}")
     return found
 

@@ -92,7 +92,9 @@ def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> 
     for name in (*RELATIVE, *COUNTED):
         difference = np.abs(after[name] - before[name])
         scale = np.where(after[name] != 0.0, np.abs(after[name]), 1.0) if name in RELATIVE else 1.0
-        found[name] = np.where(failed, np.nan, difference / scale)
+        # What is not defined in either run, such as the force of an instant jump, has not moved.
+        undefined = np.isnan(before[name]) & np.isnan(after[name])
+        found[name] = np.where(failed, np.nan, np.where(undefined, 0.0, difference / scale))
     return found
 
 

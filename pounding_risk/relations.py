@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import LAWS
 from pounding_risk.models.exact_damping import EXACT
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.quantities import shown
 from pounding_risk.scene_text import nearest
 
@@ -19,11 +19,11 @@ _FAMILY = {exact: law for law, exact in EXACT.items()}
 
 
 def related(law: Any, relation: str) -> Any:
-    """The class of ``law`` under a relation; an elastic law has no damping and stays as it is.
+    """The class of ``law`` under a relation; an elastic law has no damping and stays as it is, and so does a jump by e.
 
     Raises PoundingError for a law with damping of which no exact relation is known.
     """
-    if relation == AS_PUBLISHED or not law.needs_restitution:
+    if relation == AS_PUBLISHED or not law.needs_restitution or is_instant(law):
         return law
     if law not in EXACT:
         raise PoundingError(f"restitution: {_no_relation([name_of(law)])}")
@@ -33,7 +33,7 @@ def related(law: Any, relation: str) -> Any:
 def name_of(law: type) -> str:
     """The scene-file name of a law's class, or the class's own where it has none."""
     kind = _FAMILY.get(law, law)
-    return next((name for name, known in LAWS.items() if known is kind), kind.__name__)
+    return next((name for name, known in CONTACT_MODELS.items() if known is kind), kind.__name__)
 
 
 def misfit(laws: Iterable[Any], relation: str) -> str:
@@ -45,7 +45,7 @@ def misfit(laws: Iterable[Any], relation: str) -> str:
     if relation == AS_PUBLISHED or not laws:
         return ""
     damped = [law for law in laws if law.needs_restitution]
-    unknown = [name_of(law) for law in damped if law not in EXACT]
+    unknown = [name_of(law) for law in damped if law not in EXACT and not is_instant(law)]
     if unknown:
         return _no_relation(unknown)
     if damped:

@@ -27,8 +27,9 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, LAWS, SHIPPED, stiffness_quantity
+from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, SHIPPED, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.instant import CONTACT_MODELS, INSTANT_LAWS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import Building
 from pounding_risk.quantities import (
@@ -70,6 +71,7 @@ from pounding_risk.study import (
     RecordRequest,
     StepTable,
     Study,
+    stiff_model,
 )
 
 __all__ = [
@@ -110,7 +112,7 @@ def gridded(quantity: Quantity) -> Reads:
 
 
 _STRINGS = {"type": "array", "items": {"type": "string"}}
-_LAW = {"enum": list(SHIPPED)}
+_LAW = {"enum": [*SHIPPED, *INSTANT_LAWS]}
 _RESTITUTION = {"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
 
@@ -143,7 +145,8 @@ class EqualTermsTable(Section):
 class InterfaceTable(Section):
     gap: Annotated[float | None, measured(GAP)] = None
     contact_model: Annotated[str | None, Reads(scene_keys.law_name, _LAW)] = None
-    stiffness: Annotated[Any, Field(json_schema_extra={"type": "string"})]  # its unit depends on the contact model
+    # Its unit depends on the contact model; some models take none.
+    stiffness: Annotated[Any, Field(json_schema_extra={"type": "string"})] = None
     restitution: Annotated[
         tuple[Restitution, str, str],
         Reads(scene_keys.restitution, _RESTITUTION),
@@ -213,7 +216,6 @@ ABSENT = {
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
     "records": 'missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
     "name": 'missing; write name = "frame"',
-    "stiffness": 'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
     "same": f'missing; write same = "{EQUAL_TERMS[0]}"',
     "speed": 'missing; write speed = "0.5 m/s"',
 }
@@ -284,7 +286,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         buildings=(left, right),
         gap=gap,
         law_name=law_name,
-        stiffness=parse(interface.stiffness, stiffness_quantity(LAWS[law_name])),
+        stiffness=_stiffness(interface, law_name, grid.contact_model),
         plastic_exponent=interface.plastic_exponent,
         design_penetration=interface.design_penetration,
         restitution=interface.restitution[0],
@@ -314,6 +316,12 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         source=origin.source,
         overrides=origin.overrides,
     )
+
+
+def _stiffness(table: InterfaceTable, law_name: str, gridded: tuple[str, ...]) -> float | None:
+    """The stiffness in the unit of the first contact model that takes one; none where no model does."""
+    owner = stiff_model(law_name, gridded)
+    return None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
 
 
 def _building(table: BuildingTable) -> Building:

@@ -11,6 +11,7 @@ from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, refusal
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.quantities import QuantityError, parse, shown
 from pounding_risk.relations import AS_PUBLISHED, RELATIONS, misfit
 from pounding_risk.scene_text import Fault, nearest
@@ -162,7 +163,7 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
         if "contact_model" not in keys and "contact_model" not in grid:
             yield Fault(
                 (*base, "contact_model"),
-                f'missing; write contact_model = "jankowski", or another of {", ".join(LAWS)}',
+                f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}',
                 absent=True,
             )
         yield from _laws(index, keys, grid)
@@ -175,7 +176,7 @@ def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
         return
     keys = next((keys for _, keys in tables(raw, "interface")), {})
     names = [keys.get("contact_model"), *_as_list(table(raw, "grid").get("contact_model"))]
-    laws = dict.fromkeys(name for name in names if isinstance(name, str) and name in LAWS)
+    laws = dict.fromkeys(name for name in names if isinstance(name, str) and name in CONTACT_MODELS)
     for name, options in asked.items():
         kind: Any = EFFECTS[name]
         for needed in kind.needs:
@@ -184,7 +185,7 @@ def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
         if isinstance(options, dict) and options.get("code") == "mc1990" and "strength" not in options:
             yield Fault(("effects", name), 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
         for law in laws:
-            why = refusal(LAWS[law])
+            why = refusal(CONTACT_MODELS[law])
             if why:
                 takers = ", ".join(other for other in LAWS if not refusal(LAWS[other]))
                 yield Fault(
@@ -203,11 +204,19 @@ def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
 def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fault]:
     """What the contact models of a scene ask of the interface's other keys."""
     base = ("interface", index)
-    gridded = [name for name in _as_list(grid.get("contact_model")) if isinstance(name, str) and name in LAWS]
+    gridded = [name for name in _as_list(grid.get("contact_model")) if isinstance(name, str) and name in CONTACT_MODELS]
     named = keys.get("contact_model", gridded[0] if gridded else None)
-    own = named if isinstance(named, str) and named in LAWS else None
-    used = dict.fromkeys([*([own] if own else []), *gridded])
-    damped = [name for name in used if LAWS[name].needs_restitution]  # type: ignore[attr-defined]
+    first = named if isinstance(named, str) and named in CONTACT_MODELS else None
+    used = dict.fromkeys([*([first] if first else []), *gridded])
+    stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]
+    own = stiff[0] if stiff else None  # whose unit the interface's stiffness has
+    if "stiffness" not in keys and (stiff or not used):
+        yield Fault(
+            (*base, "stiffness"),
+            'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
+            absent=True,
+        )
+    damped = [name for name in used if CONTACT_MODELS[name].needs_restitution]  # type: ignore[attr-defined]
     if damped and "restitution" not in keys:
         yield Fault(
             (*base, "restitution"),
@@ -216,7 +225,7 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
         )
     given = keys.get("restitution")
     relation = given.get("relation") if isinstance(given, dict) else AS_PUBLISHED
-    wrong = misfit((LAWS[name] for name in used), relation) if relation in RELATIONS else ""
+    wrong = misfit((CONTACT_MODELS[name] for name in used), relation) if relation in RELATIONS else ""
     if wrong:
         yield Fault((*base, "restitution", "relation"), wrong)
     for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
@@ -227,7 +236,7 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
     if not own:
         return
     for position, name in enumerate(_as_list(grid.get("contact_model"))):
-        if name in gridded and _unit(name) != _unit(own) and "equal_terms" not in keys:
+        if name in stiff and _unit(name) != _unit(own) and "equal_terms" not in keys:
             yield Fault(
                 ("grid", "contact_model", position),
                 f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(own)} for "

@@ -14,8 +14,8 @@ from math import inf
 from typing import Any
 
 from pounding_risk.errors import RecordError
-from pounding_risk.models.contact import LAWS
 from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.processing import STEPS, read_steps
 from pounding_risk.quantities import EXAMPLES, RESTITUTION, TIME, Quantity, parse, shown
@@ -71,10 +71,10 @@ def flag(key: str) -> Callable[[Any], bool]:
 
 def law_name(value: Any) -> str:
     """The name of a contact model."""
-    if not isinstance(value, str) or value not in LAWS:
+    if not isinstance(value, str) or value not in CONTACT_MODELS:
         if isinstance(value, str):
             raise Unreadable(unknown_law(value))
-        raise Unreadable(f"{shown(value)} is not the name of a contact model; it may be {', '.join(LAWS)}")
+        raise Unreadable(f"{shown(value)} is not the name of a contact model; it may be {', '.join(CONTACT_MODELS)}")
     return value
 
 

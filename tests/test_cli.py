@@ -47,7 +47,7 @@ yield_force = ["200 kN", "inf"]
 """
 LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic"
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged"
 )
 
 
@@ -176,7 +176,7 @@ REFUSED = [
         "scene.toml: 1 fault\n  - linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; write "
         'equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows',
     ),
-    ("impact --law merged", f'"merged" is not in this version; choose one of {LAWS}'),
+    ("impact --law distributed_mass", f'"distributed_mass" is not in this version; choose one of {LAWS}'),
     (
         "impact --speed 3",
         f'--speed: "3" {NO_UNIT} an approach speed needs one; write an approach speed such as "0.5 m/s"',

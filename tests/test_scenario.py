@@ -87,7 +87,7 @@ names = ["RSN6-180"]
 """
 ALL_LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic"
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged"
 )
 G = 9.80665  # m/s²
 
@@ -255,7 +255,7 @@ def test_a_law_that_the_scene_cannot_give():
     ]
     for name, sentence in {
         "jankowsky": f'"jankowsky" is not a contact model (did you mean "jankowski"?); it may be {ALL_LAWS}',
-        "merged": f'"merged" is not in this version; choose one of {ALL_LAWS}',
+        "distributed_mass": f'"distributed_mass" is not in this version; choose one of {ALL_LAWS}',
     }.items():
         for ask in (found.law, found.needs_equal_terms):
             with pytest.raises(PoundingError) as wrong:

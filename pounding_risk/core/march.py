@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import inf, nan
 
-from pounding_risk._jit import borrowed, kernel, small
+from pounding_risk._jit import borrowed, by_verb, kernel, small
 from pounding_risk.core.flight import SIGNALS, Free, fly
+from pounding_risk.core.merge import merge
 from pounding_risk.core.pound import pound
 from pounding_risk.core.series import HIGH, LOW, TALLY
 from pounding_risk.core.tally import (
@@ -28,6 +29,9 @@ from pounding_risk.core.tally import (
     TOO_MANY_CONTACTS,
     Log,
 )
+
+# What a touch leads to: a jump of the velocities under a law that has one, otherwise a contact of finite force.
+meet = by_verb("rebound", 2, merge, pound)
 
 
 @small
@@ -84,7 +88,7 @@ def march(pair, free, law, limits, rtol, desk, log):
             desk[TALLY, STATUS] = TOO_MANY_CONTACTS
             break
         now = gap, limits[1], limits[2]
-        finish, node, offset, state = pound(pair, free, law, now, rtol, (node, offset), state, desk, log)
+        finish, node, offset, state = meet(pair, free, law, now, rtol, (node, offset), state, desk, log)
         if finish == AT_END:
             break
         if finish != FINISHED:

@@ -12,6 +12,7 @@ from pounding_risk.hard.case import Case, Row
 from pounding_risk.hard.table import CASES
 from pounding_risk.hard.trial import Trial
 from pounding_risk.models.contact import SHIPPED
+from pounding_risk.models.instant import INSTANT_LAWS
 from pounding_risk.quantities import RTOL
 from pounding_risk.study import known_law
 
@@ -31,13 +32,14 @@ def stability(
     """
     if not RTOL.allows(rtol):
         raise PoundingError(f"rtol is {rtol:g}; it must lie between {RTOL.low:g} and {RTOL.high:g}, usually 1e-6")
-    laws = SHIPPED if law is None else tuple(dict.fromkeys(law))
+    shipped = (*SHIPPED, *INSTANT_LAWS)
+    laws = shipped if law is None else tuple(dict.fromkeys(law))
     for name in laws:
         known_law(name)
-        if name not in SHIPPED:
+        if name not in shipped:
             raise PoundingError(
                 f"{name} is a law of your own, and what the hard cases must keep is known for those of the package; "
-                f"choose among {', '.join(SHIPPED)}"
+                f"choose among {', '.join(shipped)}"
             )
     work = [(each, name) for each in picked(case) for name in each.laws if name in laws]
     rows = []

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from pounding_risk.collision import Impact, impact
 from pounding_risk.core.tally import COMPLETE, make_log
-from pounding_risk.models.contact import LAWS, stiffness_quantity
+from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.pair import Interface, free_response, oscillators, run, solve
@@ -79,16 +80,18 @@ class Trial:
     """
 
     def __init__(self, name: str, rtol: float):
-        self.name, self.rtol, self.kind = name, rtol, LAWS[name]
+        self.name, self.rtol, self.kind = name, rtol, CONTACT_MODELS[name]
         self.status, self.steps = COMPLETE, 0
 
     @property
     def is_linear(self) -> bool:
         """True for the laws whose stiffness is in N/m."""
-        return stiffness_quantity(self.kind).unit == "N/m"
+        return not is_instant(self.kind) and stiffness_quantity(self.kind).unit == "N/m"
 
     def law(self, scene: Scene) -> Any:
-        """The law with the scene's stiffness."""
+        """The law with the scene's stiffness, where it takes one."""
+        if is_instant(self.kind):
+            return self.kind()
         return self.kind(scene.linear if self.is_linear else scene.hertz)
 
     def interface(self, scene: Scene) -> Interface:
@@ -132,9 +135,12 @@ class Trial:
         Infinite where the run broke what must hold to rounding: there was contact, no force pulls in a law that
         does not, the capped force is at most F_E, no output is NaN or infinite.
         """
-        peak = found["peak_contact_force"]
+        # The force of a jump is not finite: NaN has a meaning there.
+        peak = 0.0 if is_instant(self.kind) else found["peak_contact_force"]
         pulls = self.name not in PULLING and not found["lowest_contact_force"] >= -NO_PULL * peak
-        never = ("first_yield_time", "peak_storey_shear_left", "peak_storey_shear_right")  # NaN has a meaning there
+        never = {"first_yield_time", "peak_storey_shear_left", "peak_storey_shear_right"}  # NaN has a meaning there
+        if is_instant(self.kind):
+            never |= {"peak_contact_force", "yield_demand"}
         broken = any(not isfinite(value) for name, value in found.items() if name not in never)
         return inf if pulls or broken or not found["impact_count"] > 0.0 else found["energy_residual"]
 

@@ -134,8 +134,15 @@ def bare(law: Any) -> Any:
 
 
 def with_effects(law: Any, effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> Any:
-    """The law wrapped in these effects, (name, options) each, in their order here."""
+    """The law wrapped in these effects, (name, options) each, in their order here.
+
+    Raises PoundingError for a law that an effect does not act on.
+    """
     asked = {name: dict(options) for name, options in effects}
+    why = refusal(type(bare(law)))
+    if asked and why:
+        kind = snake_case(type(bare(law)).__name__)
+        raise PoundingError(f"{', '.join(asked)}: {kind} {why}; remove the effect, or leave {kind} out")
     for name in EFFECTS:
         if name in asked:
             law = EFFECTS[name].on(law, **asked[name])  # type: ignore[attr-defined]

@@ -95,4 +95,4 @@ def complete(law: type) -> type:
 
 def remembers(law: type) -> bool:
     """True for a law whose force depends on its path, which methods that know δ and δ̇ alone cannot follow."""
-    return law.turned is not goes_on  # type: ignore[attr-defined]
+    return getattr(law, "turned", goes_on) is not goes_on

@@ -83,12 +83,14 @@ def test_every_law_meets_the_cases_that_are_about_contact():
     """A law may be left out only where the case cannot be put to it: no cap, no restitution, a path, a power of δ."""
     for case in CASES:
         kinds = {name: (law.capped, law.needs_restitution, remembers(law)) for name, law in LAWS.items()}
-        few = set(case.laws) != set(LAWS) and case.laws != ("jankowski",)
+        # Models whose velocities jump meet the cases that need no force; they are never met instead of a law of force.
+        forced = set(case.laws) & set(LAWS)
+        few = forced != set(LAWS) and case.laws != ("jankowski",)
         if few and case.number in ("41d", "41e"):
             continue
         if few:
-            left_out = {kinds[name] for name in kinds if name not in case.laws}
-            assert not left_out & {kinds[name] for name in case.laws}, case.number
+            left_out = {kinds[name] for name in kinds if name not in forced}
+            assert not left_out & {kinds[name] for name in forced}, case.number
     # Where no law plays a part one stands for all.
     alone = {case.number for case in CASES if case.laws == ("jankowski",)}
     assert alone == {"35", "38a", "40", "42a"}

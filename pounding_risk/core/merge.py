@@ -1,0 +1,264 @@
+"""A touch whose velocities jump, and the joined motion of two buildings that press on each other.
+
+Joined, the pair is one linear oscillator: shares p1 = m1/(m1+m2) and p2 of the masses weigh spring, damper and ground,
+
+    ẍ = −(p1 g1 + p2 g2) a_g − (p1 f1 + p2 f2) ẋ − (p1 s1 + p2 s2) x,   u_left = x + a,   u_right = x − b,
+
+a + b the gap. Over a node interval with linear a_g, x is its own Taylor series, as in flight, and so is the force
+between the buildings, F = m (A_left − A_right) with A the acceleration that each would have alone: peaks, impulse and
+the moment at which F would turn to tension come from the series, without a time-step error. A rigid building has
+p = 1 and holds the other where it is.
+
+What rebounds slower than rtol times the fastest free closing speed, onto a building that presses on it, does not
+rebound: bounces shrink by e each, so what is left of a train of them then is a relative displacement of the order of
+(rtol × that speed)² over twice the acceleration that presses. Nor does what would rise by no more than displacements
+round by.
+"""
+
+from __future__ import annotations
+
+from math import nan
+from typing import NamedTuple
+
+from pounding_risk._jit import kernel, small
+from pounding_risk.core.collide import energy_of, state_of
+from pounding_risk.core.pound import ramp_at, touch_down, write_contact, write_step
+from pounding_risk.core.series import (
+    HIGH,
+    LEFT,
+    LOW,
+    RIGHT,
+    SIGNAL,
+    STATE,
+    TALLY,
+    expand,
+    first_rise,
+    highest,
+    slope_at,
+    value_at,
+)
+from pounding_risk.core.tally import (
+    AT_END,
+    CONTACT_TIME,
+    DEMAND,
+    ENERGY,
+    FINISHED,
+    IMPULSE,
+    PEAK_FORCE,
+    RESIDUAL,
+    STEPS,
+    VISCOUS,
+)
+from pounding_risk.models.structures import Oscillator
+
+ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
+
+
+class Joint(NamedTuple):
+    """Two buildings as one."""
+
+    left: Oscillator
+    right: Oscillator
+    whole: Oscillator  # of both; its mass is the reduced mass m1 m2 / (m1 + m2), which the force between them needs
+    share_left: float  # p1
+    share_right: float
+    ahead: float  # a = u_left − x [m]
+    behind: float  # b = x − u_right [m]
+
+
+@kernel
+def joined(pair, gap):
+    """The oscillator that both buildings make when they are held together across the gap."""
+    left, right = pair
+    total = left.inverse_mass + right.inverse_mass
+    p, q = right.inverse_mass / total, left.inverse_mass / total
+    spring = p * left.spring + q * right.spring
+    ground = p * left.ground + q * right.ground
+    whole = Oscillator(1.0 / total, 0.0, spring, p * left.fade + q * right.fade, ground, 0.0)
+    ahead = gap if right.inverse_mass == 0.0 else 0.0
+    behind = gap if left.inverse_mass == 0.0 else 0.0
+    # Masses without springs, as in an isolated impact, are not held anywhere.
+    if spring > 0.0 and left.inverse_mass > 0.0 and right.inverse_mass > 0.0:
+        ahead = q * right.spring * gap / spring
+        behind = p * left.spring * gap / spring
+    return Joint(left, right, whole, p, q, ahead, behind)
+
+
+@small
+def midway(joint, state):
+    """(x, ẋ) of the joined motion that takes over from a state: place and momentum of the centre of mass."""
+    p, q = joint.share_left, joint.share_right
+    place = p * (state[0] - joint.ahead) + q * (state[1] + joint.behind)
+    return place, p * state[2] + q * state[3]
+
+
+@small
+def apart(joint, place, speed):
+    """The state of both buildings in joined motion; a rigid one stays where it is."""
+    u_left = place + joint.ahead if joint.left.inverse_mass > 0.0 else 0.0
+    u_right = place - joint.behind if joint.right.inverse_mass > 0.0 else 0.0
+    return u_left, u_right, speed, speed
+
+
+@kernel
+def lay_tension(joint, ramp, terms, desk):
+    """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
+    left, right = joint.left, joint.right
+    fade, spring = left.fade - right.fade, left.spring - right.spring
+    for n in range(terms - 1):
+        desk[SIGNAL, n] = fade * ((n + 1) * desk[LEFT, n + 1]) + spring * desk[LEFT, n]
+    ground = left.ground - right.ground
+    desk[SIGNAL, 0] += ground * ramp[0] + (left.spring * joint.ahead + right.spring * joint.behind)
+    desk[SIGNAL, 1] += ground * ramp[1]
+    return terms - 1
+
+
+@small
+def presses(desk, count):
+    """True where the force between the buildings, −SIGNAL, is compression just after the start of its series."""
+    for n in range(count):
+        if desk[SIGNAL, n] != 0.0:
+            return desk[SIGNAL, n] < 0.0
+    return False
+
+
+@kernel
+def raise_rows(joint, ramp, terms, stop, desk):
+    """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
+    left, right, whole = joint.left, joint.right, joint.whole
+    place = desk[LEFT, 0]
+    for n in range(terms):
+        desk[RIGHT, n] = desk[LEFT, n]
+    for n in range(terms - 1):
+        desk[SIGNAL, n] = -whole.fade * ((n + 1) * desk[LEFT, n + 1]) - whole.spring * desk[LEFT, n]
+    # ẍ + a_g: nothing of a_g is left but where a rigid building carries the other along.
+    desk[SIGNAL, 0] += (1.0 - whole.ground) * ramp[0]
+    desk[SIGNAL, 1] += (1.0 - whole.ground) * ramp[1]
+    desk[LEFT, 0] += joint.ahead
+    desk[RIGHT, 0] -= joint.behind
+    if left.inverse_mass > 0.0:
+        raise_signal(1, LEFT, terms, stop, desk)
+        raise_signal(3, SIGNAL, terms - 1, stop, desk)
+    if right.inverse_mass > 0.0:
+        raise_signal(2, RIGHT, terms, stop, desk)
+        raise_signal(4, SIGNAL, terms - 1, stop, desk)
+    desk[LEFT, 0] = place
+
+
+@kernel
+def raise_signal(signal, row, terms, stop, desk):
+    """Raise a signal's peaks by those of a row's series on [0, stop]."""
+    desk[HIGH, signal] = highest(desk, row, terms, 1.0, stop, desk[HIGH, signal])
+    desk[LOW, signal] = -highest(desk, row, terms, -1.0, stop, -desk[LOW, signal])
+
+
+@small
+def parted(joint, state):
+    """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding."""
+    clear = 4e-16 * (abs(state[0]) + abs(state[1]))
+    u_left = state[0] - clear if joint.left.inverse_mass > 0.0 else 0.0
+    u_right = state[1] + clear if joint.right.inverse_mass > 0.0 else 0.0
+    return u_left, u_right, state[2], state[3]
+
+
+@small
+def write_state(desk, state):
+    """Put the state where the log reads it."""
+    for part in range(4):
+        desk[STATE, part] = state[part]
+
+
+@kernel
+def hold(joint, free, start, place, speed, desk, log):
+    """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
+
+    Returns (how it ended, node, time after it, state, largest force).
+    """
+    node, offset = start
+    mass, terms = joint.whole.mass, free.terms
+    largest = 0.0
+    while True:
+        a, b = ramp_at(free, node, -offset)
+        span = free.step - offset
+        expand(joint.whole, place, speed, (a, b), desk, LEFT, terms)
+        count = lay_tension(joint, (a, b), terms, desk)
+        root = first_rise(desk, count, 0.0, span)
+        stop = root if root >= 0.0 else span
+        largest = highest(desk, SIGNAL, count, -1.0, stop, largest)
+        push, power = 0.0, stop
+        for n in range(count):
+            push -= desk[SIGNAL, n] * power / (n + 1)
+            power *= stop
+        desk[STATE, 5] += mass * push
+        force = max(-mass * value_at(desk, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
+        raise_rows(joint, (a, b), terms, stop, desk)
+        place, speed = value_at(desk, LEFT, terms, stop), slope_at(desk, LEFT, terms, stop)
+        desk[TALLY, STEPS] += 1.0
+        offset += stop
+        write_state(desk, apart(joint, place, speed))
+        write_step(log, node * free.step + offset, force, desk)
+        if root >= 0.0:
+            return FINISHED, node, offset, apart(joint, place, speed), mass * largest
+        node, offset = node + 1, 0.0
+        if node >= free.ground.size - 1:
+            return AT_END, node, offset, apart(joint, place, speed), mass * largest
+
+
+@kernel
+def merge(pair, free, law, limits, rtol, start, state, desk, log):
+    """One touch at ``start`` = (node, time after it), and the joined motion where it does not rebound.
+
+    Returns (how it ended, node, time after it, state then), as `pound` does. The impulse of a jump has no finite
+    force: the largest force is that of the joined motion, NaN where there has been none, and the force that a law
+    would have without a cap is NaN.
+    """
+    node, offset = start
+    joint = joined(pair, limits[0])
+    mass = joint.whole.mass
+    touched = node * free.step + offset
+    speed = max(state[2] - state[3], 0.0)
+    e = limits[2].at(speed)
+    desk[STATE, :8] = 0.0
+    write_state(desk, state)
+    energy = touch_down(joint, limits[2].beyond(speed), touched, speed, desk)
+    desk[HIGH, 0] = max(desk[HIGH, 0], limits[0])
+    write_step(log, touched, 0.0, desk)
+    place, common = midway(joint, state)
+    ramp = ramp_at(free, node, -offset)
+    expand(joint.whole, place, common, ramp, desk, LEFT, free.terms)
+    pressed = presses(desk, lay_tension(joint, ramp, free.terms, desk))
+    back = law.rebound(e) * speed
+    # A bounce of speed w under the acceleration A rises by w² / (2 A).
+    low = -2.0 * desk[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    if pressed and (back <= rtol * free.fastest or back * back <= low):
+        back = 0.0
+    rests = pressed and back == 0.0
+    state = (
+        state[0],
+        state[1],
+        common - joint.share_right * back if joint.left.inverse_mass > 0.0 else 0.0,
+        common + joint.share_left * back if joint.right.inverse_mass > 0.0 else 0.0,
+    )
+    write_state(desk, state)
+    desk[STATE, 4] = 0.5 * mass * (speed - back) * (speed + back)
+    desk[STATE, 5] = mass * (speed + back)
+    desk[TALLY, VISCOUS] += desk[STATE, 4]
+    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4]
+    write_step(log, touched, 0.0, desk)
+    finish, largest = FINISHED, 0.0
+    if rests:
+        finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)
+        known = desk[TALLY, PEAK_FORCE]
+        desk[TALLY, PEAK_FORCE] = largest if not known > largest else known
+    elif desk[TALLY, PEAK_FORCE] == 0.0:
+        desk[TALLY, PEAK_FORCE] = nan
+    state = parted(joint, state)
+    write_state(desk, state)
+    duration = max(node * free.step + offset - touched, 0.0)
+    desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy_of(pair, state_of(desk, STATE)))
+    desk[TALLY, CONTACT_TIME] += duration
+    desk[TALLY, IMPULSE] += desk[STATE, 5]
+    desk[TALLY, DEMAND] = nan
+    force = largest if rests else nan
+    write_contact(log, (touched, touched + duration, speed, e, force, nan, 0.0, 0.0), desk)
+    return finish, node, offset, state
