@@ -104,7 +104,9 @@ def _outputs(dataset: Any) -> Iterator[tuple[str, str, str]]:
     values = json.loads(dataset.attrs["outputs"])
     for name, output in RUN.items():
         value = values[name]
-        yield name, f"{value:g}" if output.whole else engineering(value, output.unit), output.words
+        # A count of −1 is none: the run failed, or the contact model does not define it.
+        count = f"{value:g}" if value >= 0.0 else "–"
+        yield name, count if output.whole else engineering(value, output.unit), output.words
     sides = json.loads(dataset.attrs["building_outputs"])
     for name, (unit, words, _) in BUILDING.items():
         for building, value in zip(dataset["building"].values, sides[name], strict=True):
