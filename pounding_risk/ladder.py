@@ -28,7 +28,7 @@ from pounding_risk.core.sweep import sweep
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.methods import fixed
-from pounding_risk.methods.general import solve_general
+from pounding_risk.methods.general import GaveUp, solve_general
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.memory import remembers
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
@@ -135,11 +135,11 @@ def accuracy(
     """Error and time of every setting of every method on a scene's cases, as a dataset (and written to ``out``).
 
     At most about ``cases`` of the grid are run, thinned evenly along gaps and yield forces; a setting that would take
-    more than ``budget`` [s] for one pass is left out and named, and SciPy runs the first few cases only (none without
-    ``scipy``). Dimensions: setting, case, output, level. Variables: ``error`` (relative for amounts and times; of
-    counts, the difference over the count; of the yield exceedance, 0 or 1), ``value``, ``reference``, ``time``
-    [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an error level. The attribute
-    ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer change.
+    more than ``budget`` [s] for one pass, or gives up, is left out and named, and SciPy runs the first few cases only
+    (none without ``scipy``). Dimensions: setting, case, output, level. Variables: ``error`` (relative for amounts and
+    times; of counts, the difference over the count; of the yield exceedance, 0 or 1), ``value``, ``reference``,
+    ``time`` [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an error level. The
+    attribute ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer change.
 
     Raises as `scan` does, before the first run.
     """
@@ -259,14 +259,13 @@ def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
         if len(spent) == most or batch.motion < len(spent):
             continue
         motion = bench.motions[batch.motion]
-        given = bench.pair, (motion.acceleration, motion.dt)
+        shaken = motion.acceleration, motion.dt
         strength, start = float(bench.yield_forces[-1]), process_time()
-        run = solve_general(
-            solver, given[0], Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength), given[1], rtol
-        )
+        there = Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength)
+        run = solve_general(solver, bench.pair, there, shaken, rtol)
         middle = process_time()
         # A gap of a kilometre stays open, and leaves SciPy's root search a finite number.
-        alone = solve_general(solver, given[0], Interface(1e3, batch.law, bench.restitution), given[1], rtol)
+        alone = solve_general(solver, bench.pair, Interface(1e3, batch.law, bench.restitution), shaken, rtol)
         spent.append((middle - start, process_time() - middle))
         contacts, steps = contacts + run.impact_count, steps + run.steps
         values[place * width + len(bench.yield_forces) - 1] = (
@@ -307,7 +306,11 @@ def run_ladder(
             left_out.append(f"{setting.words}: would take about {expected:.0f} s, more than the budget of {budget:g} s")
             continue
         start = process_time()
-        found[setting] = [call()]
+        try:
+            found[setting] = [call()]
+        except GaveUp as told:
+            left_out.append(f"{setting.words}: {told}")
+            continue
         pace[setting.method] = (process_time() - start) * setting.value
     brief = [s for s, all_of in found.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
     for _ in range(REPEATS - 1):

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pounding_risk import accuracy, ladder
+from pounding_risk import accuracy, ladder, paper
 from pounding_risk.errors import PoundingError
 from pounding_risk.ladder import Setting, bench_of, run_event, run_fixed
+from pounding_risk.methods.general import GaveUp
 from pounding_risk.scenario import parse_scene
 from pounding_risk.work_precision import (
     COUNT,
@@ -242,3 +243,16 @@ def test_the_figure_shows_every_output_and_method(dataset):
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == [EVENT, *ladder.FIXED, *ladder.GENERAL]
     assert dataset.attrs["finding"].split(":")[0] in figure.get_suptitle().replace("\n", " ")
+
+
+def test_an_integrator_that_gives_up_is_left_out_and_named(monkeypatch):
+    """Which scene makes SciPy give up depends on its version, so its words are put into its mouth."""
+
+    def gives_up(solver, pair, interface, motion, rtol):
+        raise GaveUp(f"{solver} at rtol {rtol:g} stopped at 2.5 s: the step is below what numbers resolve")
+
+    monkeypatch.setattr(ladder, "solve_general", gives_up)
+    found = ladder.accuracy(paper.scene("paper"), cases=1, budget=0.05)
+    told = json.loads(found.attrs["left_out"])
+    assert any("SciPy Radau, rtol 1e-03: Radau at rtol 0.001 stopped at 2.5 s" in words for words in told)
+    assert "event-driven" in found.attrs["finding"]

@@ -38,7 +38,10 @@ HOMES = {
 HEAVY = {"numpy", "scipy", *HOMES}
 KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events", "pound", "merge", "march", "sweep"}
 LARGEST_FILE = 400  # lines
-LARGER = {"models/contact.py": 540}  # one short class a law, and the laws belong side by side
+LARGER = {
+    "models/contact.py": 540,  # one short class a law, and the laws belong side by side
+    "ladder.py": 405,  # one function a kind of method, and what they share
+}
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
 ALSO = {
     "models/tableau.py": {"numpy", "dataclasses"},  # a table is arrays

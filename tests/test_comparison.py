@@ -277,7 +277,7 @@ def test_the_typical_case_has_the_median_spread():
 
 
 def test_the_shipped_scene_compares_every_law():
-    from pounding_risk.models.contact import LAWS as KNOWN
+    from pounding_risk.models.instant import CONTACT_MODELS as KNOWN
 
     found = on_equal_terms(scene("compare"), (), None, (None, None))
     assert sorted(found.grid.contact_models) == sorted(KNOWN)
@@ -313,7 +313,7 @@ def test_a_scene_without_restitution_has_nothing_to_give_damped_laws():
     with pytest.raises(PoundingError) as caught:
         compare(bare, laws=["hertz", "kelvin_voigt", "jankowski"])
     assert "kelvin_voigt, jankowski need a restitution, and the scene gives none; write" in str(caught.value)
-    assert "or compare linear, hertz, van_mier alone" in str(caught.value)
+    assert "or compare linear, hertz, van_mier, merged alone" in str(caught.value)
 
 
 def test_every_law_is_calibrated_only_where_the_scene_says_so(study):

@@ -21,6 +21,7 @@ from pounding_risk.core.collide import depth_of
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models import contact
 from pounding_risk.models.contact import LAWS, SHIPPED
+from pounding_risk.models.instant import INSTANT_LAWS
 from pounding_risk.relations import name_of
 from pounding_risk.scenario import parse_scene, scene_schema
 
@@ -235,7 +236,7 @@ def test_hard_cases_are_those_of_the_package():
         pr.stability(law=["cushion"])
     assert str(error.value) == (
         "cushion is a law of your own, and what the hard cases must keep is known for those of the package; "
-        f"choose among {', '.join(SHIPPED)}"
+        f"choose among {', '.join((*SHIPPED, *INSTANT_LAWS))}"
     )
 
 

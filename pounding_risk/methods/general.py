@@ -20,6 +20,10 @@ CLOSING, TURN = 0, 1  # places in the list of events; then yielding and tension,
 NUDGE = 1e-4  # of a contact's age: half the span of the difference that stands for dF/dt
 
 
+class GaveUp(RuntimeError):
+    """An integrator that stopped before the end of a run, with its own words."""
+
+
 class Phase(NamedTuple):
     """Which piece of the law holds, and what this contact remembers."""
 
@@ -155,7 +159,7 @@ def _what_ended(found: Any, events: list[Any]) -> int:
 def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, float], rtol: float) -> Answer:
     """One run from rest by a solver of `SOLVERS`; ``motion`` = (a_g [m/s²], time between samples [s]).
 
-    Raises RuntimeError where SciPy gives up, ValueError for a ground motion that is not finite.
+    Raises GaveUp where SciPy does, ValueError for a ground motion that is not finite.
     """
     model, seen = ScipyPair(pair, interface), Seen()
     ground, dt = np.asarray(motion[0], dtype=float), float(motion[1])
@@ -172,7 +176,7 @@ def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, flo
             found: Any = solve_ivp(model.rates, (now, dt), y, events=events, **options)
             if not found.success:
                 when = f"{sample * dt + float(found.t[-1]):g} s"
-                raise RuntimeError(f"{solver} at rtol {rtol:g} stopped at {when}: {found.message}")
+                raise GaveUp(f"{solver} at rtol {rtol:g} stopped at {when}: {found.message}")
             seen.look(model, np.vstack([found.y.T, *(crests for crests in found.y_events if len(crests))]))
             seen.steps += model.phase.touching * (len(found.t) - 1)
             y, now = found.y[:, -1].copy(), float(found.t[-1])
