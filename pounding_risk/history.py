@@ -275,7 +275,10 @@ def energies(
 
 
 def _carried(free: Free, time: Array, force: Array, impulse: Array) -> Array:
-    """∫ F ẇ dt = [ẇ J] − ∫ ẅ J dt, J = ∫ F dt, up to every time; by Hermite's rule, which knows F at both ends."""
+    """∫ F ẇ dt = [ẇ J] − ∫ ẅ J dt, J = ∫ F dt, up to every time; by Hermite's rule, which knows F at both ends.
+
+    Its error is (ω h)⁴ / 720 over intervals h in which F moves with ω: some millionths.
+    """
     _, rate, bend = widening(free, time)
     length = np.diff(time)
     twist = np.divide(np.diff(bend), length, out=np.zeros_like(length), where=length > 0.0)

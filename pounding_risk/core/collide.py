@@ -143,7 +143,8 @@ def slopes(impact, phase, s, state, desk, row):
     desk[row, 3] = clock * ((drive_right - right.spring * state[1]) + right.inverse_mass * force)
     desk[row, 4] = clock * force * (state[2] - state[3])
     desk[row, 5] = clock * force
-    desk[row, 6] = clock * (left.mass * state[2] * drive_left + right.mass * state[3] * drive_right)
+    put_in = left.mass * state[2] * drive_left + right.mass * state[3] * drive_right
+    desk[row, 6] = clock * (put_in - phase.ground.taken_along(right, force, state[3]))
 
 
 @small

@@ -251,6 +251,7 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     if pressed and (back <= rtol * free.fastest or back * back <= low):
         back = 0.0
     rests = pressed and back == 0.0
+    force = -mass * desk[SIGNAL, 0] if rests else 0.0
     state = (
         state[0],
         state[1],
@@ -261,9 +262,10 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     desk[STATE, 4] = 0.5 * mass * (speed - back) * (speed + back)
     desk[STATE, 5] = mass * (speed + back)
     desk[TALLY, VISCOUS] += desk[STATE, 4]
-    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4]
+    taken_along = ground.taken_along(joint.right, desk[STATE, 5], state[3])
+    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4] + taken_along
     state = ground.apart(joint.right, state, 0.0)
-    write_step(log, touched, 0.0, state, desk)
+    write_step(log, touched, force, state, desk)
     finish, largest = FINISHED, 0.0
     if rests:
         finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)

@@ -12,11 +12,9 @@ from collections.abc import Iterable, Mapping
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import snake_case
-from pounding_risk.models.ground import Passing
+from pounding_risk.models.ground import Passing, delayed
 from pounding_risk.models.memory import complete
 from pounding_risk.quantities import Quantity
 
@@ -320,12 +318,6 @@ class WavePassage(NamedTuple):
         """A wave that travels ``towards`` the right or left building; apparent velocity [m/s], distance [m]."""
         return cls(distance / velocity if towards == "right" else -distance / velocity)
 
-    def grounds(self, ground: np.ndarray, step: float) -> tuple[np.ndarray, Passing]:
+    def grounds(self, ground: Any, step: float) -> tuple[Any, Passing]:
         """a_g under the left building, and what differs under the right one, at nodes ``step`` [s] apart."""
-        times = np.arange(ground.size) * step
-        later = np.interp(times - abs(self.lag), times, ground, left=0.0)
-        left, right = (ground, later) if self.lag >= 0.0 else (later, ground)
-        bend = right - left
-        rate = np.append(0.0, np.cumsum(0.5 * step * (bend[:-1] + bend[1:])))
-        moves = step * rate[:-1] + step * step * (2.0 * bend[:-1] + bend[1:]) / 6.0
-        return left, Passing(right, np.append(0.0, np.cumsum(moves)), rate)
+        return delayed(ground, step, self.lag)

@@ -56,6 +56,9 @@ class Stretch(Protocol):
     def bend(self, length):
         """No |ẅ| up to this length is larger [m/s²]."""
 
+    def taken_along(self, oscillator, force, speed):
+        """Power that goes into a rigid right building, which its ground moves: no building of the ledger has it."""
+
     def across(self, oscillator, state, x):
         """A state with the right building seen from the ground under the left one, from one where it is not."""
 
@@ -111,6 +114,9 @@ class Level(NamedTuple):
         return 0.0, 0.0, 0.0
 
     def bend(self, length):
+        return 0.0
+
+    def taken_along(self, oscillator, force, speed):
         return 0.0
 
     def across(self, oscillator, state, x):
@@ -195,6 +201,9 @@ class Rippled(NamedTuple):
         spread = self.spread + now * (self.rate + now * (0.5 * self.bend_now + now * self.bend_slope / 6.0))
         return spread, rate, bend
 
+    def taken_along(self, oscillator, force, speed):
+        return force * speed if oscillator.inverse_mass == 0.0 else 0.0
+
     def across(self, oscillator, state, x):
         spread, rate, _ = self.moved(x)
         return state[0], state[1] + spread, state[2], state[3] + rate
@@ -229,3 +238,23 @@ class Passing(NamedTuple):
 
     def lent(self):
         return Passing(borrowed(self.right), borrowed(self.spread), borrowed(self.rate))
+
+
+def delayed(ground: np.ndarray, step: float, lag: float) -> tuple[np.ndarray, Passing]:
+    """a_g under the left building, and what differs under the right one, which has it later by ``lag`` [s].
+
+    ``ground`` holds a_g [m/s²] at nodes ``step`` [s] apart; below zero the left building has it later. Whatever is
+    later has been at rest until then. A first sample that is not zero arrives as a jump: what stands for it on the
+    nodes brings the same velocity, or w would drift for the rest of the record.
+    """
+    times = np.arange(ground.size) * step
+    later = np.interp(times - abs(lag), times, ground, left=0.0)
+    arrival = int(np.searchsorted(times, abs(lag)))
+    if 0 < arrival < ground.size:
+        width = 0.5 if arrival == 1 else 1.0  # of the node before the arrival, in steps
+        later[arrival - 1] += ground[0] * ((times[arrival] - abs(lag)) / step - 0.5) / width
+    left, right = (ground, later) if lag >= 0.0 else (later, ground)
+    bend = right - left
+    rate = np.append(0.0, np.cumsum(0.5 * step * (bend[:-1] + bend[1:])))
+    moves = step * rate[:-1] + step * step * (2.0 * bend[:-1] + bend[1:]) / 6.0
+    return left, Passing(right, np.append(0.0, np.cumsum(moves)), rate)
