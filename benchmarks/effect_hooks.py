@@ -57,6 +57,29 @@ HOOKS = (
 """,
         "",
     ),
+    ("core/flight.py", "state[0] - state[1] - widened", "state[0] - state[1]"),
+    (
+        "core/flight.py",
+        """        still, first, second, third = ground.widening()
+        desk[SIGNAL, 0] -= still
+        desk[SIGNAL, 1] -= first
+        desk[SIGNAL, 2] -= second
+        desk[SIGNAL, 3] -= third
+""",
+        "",
+    ),
+    ("core/flight.py", "turn_left + turn_right + ground.bend(length)", "turn_left + turn_right"),
+    ("core/pound.py", "    state = ground.across(right, state, 0.0)\n", ""),
+    ("core/pound.py", "ground.apart(right, state, 0.0)", "state"),
+    ("core/pound.py", "ground.apart(right, state, since_touch)", "state"),
+    ("core/pound.py", "ground.apart(right, state, duration)", "state"),
+    ("core/readings.py", "phase.ground.apart(right, state, time)", "state"),
+    (
+        "core/readings.py",
+        "phase.ground.apart_slopes(right, state_of(desk, tangent), cube * s, 4.0 * cube)",
+        "state_of(desk, tangent)",
+    ),
+    ("core/collide.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),
 )
 TIMED = """
 import json, time

@@ -13,10 +13,8 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.ensemble import as_study, scan
-from pounding_risk.errors import PoundingError
 from pounding_risk.ladder import bench_of, run_event
-from pounding_risk.models.contact import LAWS
-from pounding_risk.models.effects import EFFECTS, refusal
+from pounding_risk.models.effects import EFFECTS, acts_on_ground, refusal
 from pounding_risk.quantities import Quantity, parse
 from pounding_risk.results import as_text, check_target, save
 from pounding_risk.study import Effect, Study, known_law
@@ -45,19 +43,21 @@ def effects(
 ) -> xr.Dataset:
     """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
 
-    The effects are those of the scene; where it names none, all there are, with the options of their examples. An
-    effect that acts on another is switched on with it. Contact models that no effect acts on are left out. Dimensions:
-    effects, and those of `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, and ``time``
-    [s of the processor per run, every case run, median of ``repeats``], ``time_ratio`` over the scene without.
+    The effects are those of the scene; where it names none, all that act on one of its contact models, with the options
+    of their examples. An effect that acts on another is switched on with it. Contact models that one of the effects
+    does not act on are left out. Dimensions: effects, and those of `scan`. Variables: the outputs of `COMPARED`,
+    ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects act on cases that do not yield, too], and
+    ``time`` [s of the processor per run, every case run, median of ``repeats``], ``time_ratio`` over the scene without.
 
-    Raises as `scan` does, and PoundingError where no contact model of the scene yields.
+    Raises as `scan` does.
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
-    asked = study.effects or tuple(_example(name) for name in EFFECTS)
-    scenes = [
-        (name, replace(_yielding(study), effects=chosen)) for name, chosen in combinations(asked).items()
-    ]  # fmt: skip
+    laws = study.grid.contact_models
+    asked = study.effects or tuple(_example(name) for name in EFFECTS if any(_acts(name, law) for law in laws))
+    taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))
+    study = replace(study, grid=study.grid._replace(contact_models=taken))
+    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(asked).items()]
     found = []
     for place, (_, scene) in enumerate(scenes):
         found.append(scan(scene, check_fraction=0.0))
@@ -66,7 +66,7 @@ def effects(
     times = run_times([scene for _, scene in scenes], repeats)
     if progress:
         progress(len(scenes) + 1, len(scenes) + 1)
-    dataset = _dataset([name for name, _ in scenes], found, times)
+    dataset = _dataset(scenes, found, times)
     dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
     dataset.attrs["finding"] = finding(dataset)
     if target is not None:
@@ -97,16 +97,8 @@ def _example(name: str) -> Effect:
     return Effect(name, tuple(sorted(options.items())))
 
 
-def _yielding(study: Study) -> Study:
-    """The study with those of its contact models that effects act on."""
-    laws = tuple(name for name in study.grid.contact_models if not refusal(known_law(name)))
-    if not laws:
-        takers = [name for name in LAWS if not refusal(LAWS[name])]
-        raise PoundingError(
-            f"{study.source}: no contact model of the scene yields ({', '.join(study.grid.contact_models)}), and "
-            f"effects act on yielding; choose {' or '.join(takers)}"
-        )
-    return replace(study, grid=study.grid._replace(contact_models=laws))
+def _acts(effect: str, law: str) -> bool:
+    return not refusal(known_law(law), effect)
 
 
 def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
@@ -117,17 +109,21 @@ def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
         for place, (scene, bench) in enumerate(zip(scenes, benches, strict=True)):
             spent = run_event(bench, scene.rtol)
             if number >= 0:
-                # The motion without contact is common to all cases of a record and knows no effect.
+                # The motion without contact is common to all cases of a record.
                 found[place, number] = spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
     return found
 
 
-def _dataset(names: list[str], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+    names = [name for name, _ in scenes]
     variables = [*COMPARED, "yield_exceedance", "status"]
     dataset = xr.concat([each[variables] for each in found], dim="effects", combine_attrs="override")
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
     middle = np.array([median(row) for row in times])
     dataset["time"] = ("effects", middle, {"units": "s", "long_name": "processor time of one run"})
+    everywhere = [any(acts_on_ground(effect.name) for effect in scene.effects) for _, scene in scenes]
+    words = "1 where the effects act on cases that do not yield, too"
+    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), {"units": "1", "long_name": words})
     ratios = np.median(times / times[0], axis=1)
     dataset["time_ratio"] = (
         "effects",
@@ -145,18 +141,25 @@ def _dataset(names: list[str], found: list[xr.Dataset], times: np.ndarray) -> xr
 
 
 def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
-    """Relative change of one output by these effects, over the cases that yield without effects and complete with them.
+    """Relative change of one output by these effects, over the cases that they act on and that complete with them.
 
-    No effect acts on the others. Where there was nothing before, a change to something is infinite.
+    An effect of yielding acts on the cases that yield without effects, one of the ground on all. Where there was
+    nothing before, a change to something is infinite.
     """
-    yields = dataset["yield_exceedance"].sel(effects=NONE).values == 1
-    before = dataset[output].sel(effects=NONE).values.astype(float)[yields]
-    after = dataset[output].sel(effects=name).values.astype(float)[yields]
+    acted = acted_on(dataset, name)
+    before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
+    after = dataset[output].sel(effects=name).values.astype(float)[acted]
     both = np.isfinite(before) & np.isfinite(after)
     before, after = before[both], after[both]
     with np.errstate(divide="ignore", invalid="ignore"):
         change = (after - before) / np.abs(before)
     return np.where(after == before, 0.0, np.where(before == 0.0, inf, change))
+
+
+def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """True for the cases that these effects act on; in the shape of a case's outputs."""
+    yields = dataset["yield_exceedance"].sel(effects=NONE).values == 1
+    return yields | bool(dataset["acts_on_all"].sel(effects=name))
 
 
 def changed_cases(dataset: xr.Dataset, name: str) -> int:

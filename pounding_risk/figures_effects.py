@@ -24,14 +24,15 @@ BASE = "none"
 
 
 def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Change of each output over the cases in which F_E is reached: every case, median, and the middle two thirds."""
+    """Change of each output over the cases that the effects act on: every case, median, and the middle two thirds."""
     figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
     names = [str(name) for name in dataset["effects"].values]
     yields = dataset["yield_exceedance"].sel(effects=BASE).values == 1
     for axis, (output, words) in zip(axes.flat, PANELS.items(), strict=False):
         in_mm = output == "permanent_set"
         for place, name in enumerate(names[1:], 1):
-            _spread(axis, place, _values(dataset, name, output, yields), STYLES[place % len(STYLES)][0])
+            acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
+            _spread(axis, place, _values(dataset, name, output, acted), STYLES[place % len(STYLES)][0])
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(words, fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
@@ -39,20 +40,21 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     for axis in axes[:, 0]:
         axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
         axis.set_ylim(len(names) - 0.4, 0.4)
+    wide = "; where the ground is changed, all cases" if dataset["acts_on_all"].any() else ""
     condition = (
-        f"{dataset.attrs['title']}; {int(yields.sum())} of {yields.size} cases yield without effects and are shown; "
-        "bars: middle two thirds, line: median"
+        f"{dataset.attrs['title']}; shown are the {int(yields.sum())} of {yields.size} cases that yield without effects"
+        f"{wide}; bars: middle two thirds, line: median"
     )
     title(figure, fill(dataset.attrs["finding"], 125), condition, note)
     return figure
 
 
-def _values(dataset: xr.Dataset, name: str, output: str, yields: np.ndarray) -> np.ndarray:
-    """Changes in per cent of the cases that yield, both buildings; the set itself in mm."""
-    after = dataset[output].sel(effects=name).values.astype(float)[yields]
+def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> np.ndarray:
+    """Changes in per cent of the cases acted on, both buildings; the set itself in mm."""
+    after = dataset[output].sel(effects=name).values.astype(float)[acted]
     if output == "permanent_set":
         return after * 1e3
-    before = dataset[output].sel(effects=BASE).values.astype(float)[yields]
+    before = dataset[output].sel(effects=BASE).values.astype(float)[acted]
     with np.errstate(divide="ignore", invalid="ignore"):
         change = 100.0 * (after / before - 1.0)
     return change[np.isfinite(change)]

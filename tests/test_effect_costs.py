@@ -23,11 +23,11 @@ from pounding_risk.effect_costs import (
     idle,
     yielding,
 )
-from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scenario import study_from
 from pounding_risk.study import Effect
 
+STRAIN = {"code": "mc2010", "length": "0.6 m"}
 GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_model": ["viscous_elastoplastic"]}
 
 
@@ -47,7 +47,9 @@ def found():
 def test_every_effect_alone_and_all_together(found):
     """A scene that names none is shown all there are; what acts on another comes with it."""
     names = found["effects"].values.tolist()
-    assert names == [NONE, "strain_rate", "permanent_set", "permanent_set + unloading_stiffness", ALL]
+    several = "permanent_set + unloading_stiffness"
+    assert names == [NONE, "strain_rate", "permanent_set", several, "wave_passage", ALL]
+    assert found["acts_on_all"].values.tolist() == [0, 0, 0, 0, 1, 1]
     assert sorted(json.loads(found.attrs["effects"])) == sorted(EFFECTS)
     assert found["time"].dims == ("effects",) and float(found["time_ratio"][0]) == 1.0
     assert (found["status"] == 0).all() and yielding(found) >= 3
@@ -78,7 +80,9 @@ def test_numbers_are_those_of_scans(found):
 
 def test_an_effect_that_changes_nothing_is_named(found):
     """F_E out of reach: nothing yields, and all effects are idle; made by hand, one of them alone."""
-    still = effects(scene(grid={**GRID, "yield_force": ["900 MN"]}), repeats=1)
+    still = effects(
+        scene(grid={**GRID, "yield_force": ["900 MN"]}, effects={"strain_rate": STRAIN, "permanent_set": {}}), repeats=1
+    )
     assert idle(still) == still["effects"].values[1:].tolist()
     assert still.attrs["finding"].startswith("No effect changes a reported digit of any of the 4 cases")
     one = found.copy(deep=True)
@@ -100,11 +104,13 @@ def test_a_change_beyond_the_printed_digits_is_none(found):
     assert changed_cases(near, "strain_rate") == near["status"].sel(effects=NONE).size // 2
 
 
-def test_a_scene_that_cannot_yield_is_refused():
-    with pytest.raises(PoundingError) as caught:
-        effects(scene(grid={**GRID, "contact_model": ["jankowski", "hertz"]}))
-    assert "no contact model of the scene yields (jankowski, hertz)" in str(caught.value)
-    assert "choose van_mier or viscous_elastoplastic" in str(caught.value)
+def test_a_scene_that_cannot_yield_knows_the_wave_alone():
+    """Of all effects only those that act on one of its contact models; the changes are over all cases then."""
+    found = effects(scene(grid={**GRID, "contact_model": ["jankowski"]}), repeats=1)
+    assert found["effects"].values.tolist() == [NONE, "wave_passage"]
+    assert yielding(found) < found["status"].sel(effects=NONE).size
+    assert changes(found, "wave_passage", "impulse").size == found["status"].sel(effects=NONE).size
+    assert "wave_passage changes the peak relative displacement most" in found.attrs["finding"]
 
 
 def test_command_prints_draws_and_writes(tmp_path):

@@ -214,7 +214,7 @@ def test_neutral_parameters():
 def test_order_in_a_scene_does_not_matter():
     one = with_all(ViscousElastoplastic(BETA))
     assert [type(one), type(one.law), type(one.law.law)] == [UnloadingStiffness, PermanentSet, StrainRate]
-    assert list(EFFECTS) == ["strain_rate", "permanent_set", "unloading_stiffness"]
+    assert list(EFFECTS) == ["strain_rate", "permanent_set", "unloading_stiffness", "wave_passage"]
 
 
 def test_interpreted_is_compiled():
@@ -289,7 +289,7 @@ def test_screening_with_effects():
         ({"strain_rate": {"code": "mc1990", "length": "1 m"}}, 'write strength = "30 MPa" as well'),
         ({"unloading_stiffness": {"ratio": 2.0}}, "write permanent_set = {} as well"),
         ({"unloading_stiffness": {"ratio": 0.0}}, "out of range"),
-        ({"wave_passage": {}}, "not in this version"),
+        ({"p_delta": {}}, "not in this version"),
     ],
 )
 def test_what_a_scene_refuses(effects: dict, sentence: str):
