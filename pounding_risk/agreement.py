@@ -49,8 +49,8 @@ FEWEST_TO_RANK = 3  # motions
 def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     """The outputs that are compared, by their words; NaN where a run failed or a law does not define one.
 
-    Under a model whose velocities jump, force and acceleration are those between the jumps, which have none that is
-    finite: there is nothing to compare.
+    Under a model whose velocities jump the acceleration is that between the jumps, which have none that is finite:
+    there is nothing to compare. So it is with the force of those that have none in the reference impact either.
     """
     found = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
     for name, words in SIDE_OUTPUTS.items():
@@ -58,9 +58,14 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
             found[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
+        nothing = {
+            "peak contact force": jumps & dataset["reference_peak_force"].isnull(),
+            "peak floor acceleration": jumps,
+        }
         for words in found:
-            if words.startswith(("peak contact force", "peak floor acceleration")):
-                found[words] = found[words].where(~jumps)
+            for start, where in nothing.items():
+                if words.startswith(start):
+                    found[words] = found[words].where(~where)
     # Counts are stored as -1 where a run failed.
     return {words: values.where(values >= 0.0) for words, values in found.items()}
 

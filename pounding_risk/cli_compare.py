@@ -30,7 +30,9 @@ def print_comparison(dataset: Any) -> None:
     _print_flips(dataset)
     print()
     failed = [("failed", f"{count}: {name}") for name, count in failures(dataset).items()]
-    print_pairs([*findings(dataset), *failed, *_speeds(dataset), *_gaps(dataset), ("finding", facts["finding"])])
+    without = [("left out", facts["left_out"])] if facts["left_out"] else []
+    told = [*findings(dataset), *failed, *without, *_speeds(dataset), *_gaps(dataset)]
+    print_pairs([*told, ("finding", facts["finding"])])
 
 
 def _laws(dataset: Any) -> list[tuple[str, Any]]:
@@ -38,17 +40,21 @@ def _laws(dataset: Any) -> list[tuple[str, Any]]:
 
 
 def _print_terms(dataset: Any) -> None:
+    from pounding_risk.study import known_law
+
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
     rows = []
     for name, one in _laws(dataset):
-        kind = [] if int(one["dissipates"]) else ["elastic: cannot dissipate, no restitution can be given to it"]
+        damped = int(one["dissipates"]) and known_law(name).needs_restitution
+        kind = ["e is its own: no restitution can be given to it"] if int(one["dissipates"]) and not damped else []
+        kind += [] if int(one["dissipates"]) else ["elastic: cannot dissipate, no restitution can be given to it"]
         kind += ["yields at F_E"] if int(one["capped"]) else []
         unit = str(one["stiffness_unit"].values)
         rows.append(
             (
                 name,
                 _number(float(one["stiffness"]), ".4g", f" {unit}"),
-                _number(float(one["reference_restitution_asked"]) if int(one["dissipates"]) else float("nan"), ".3f"),
+                _number(float(one["reference_restitution_asked"]) if damped else float("nan"), ".3f"),
                 _number(float(one["reference_restitution"]), ".3f"),
                 engineering(float(one["reference_peak_force"]), "N"),
                 engineering(float(one["reference_peak_penetration"]), "m", 3),
