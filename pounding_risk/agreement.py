@@ -58,10 +58,7 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
             found[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
-        nothing = {
-            "peak contact force": jumps & dataset["reference_peak_force"].isnull(),
-            "peak floor acceleration": jumps,
-        }
+        nothing = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
         for words in found:
             for start, where in nothing.items():
                 if words.startswith(start):
@@ -179,14 +176,22 @@ def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     return dict(zip(axes, map(int, np.unravel_index(chosen, shape)), strict=True))
 
 
+def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """True for a law that has a force but no stiffness: neither its e nor its force can be made equal to another's."""
+    if "stiffness_unit" not in dataset:
+        return np.zeros(dataset.sizes["contact_model"], dtype=bool)
+    return np.asarray((dataset["stiffness_unit"] == "") & dataset["reference_peak_force"].notnull(), dtype=bool)
+
+
 def peers(dataset: xr.Dataset) -> list[str]:
     """The laws that the sentence is about: those that dissipate as the baseline does, or not, as it does not.
 
-    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms.
+    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms. Nor is one
+    `with_terms_of_its_own`.
     """
     baseline = str(dataset.attrs["baseline"])
     damped = dataset["dissipates"].values
-    alike = damped == damped[place_of(dataset, baseline)]
+    alike = (damped == damped[place_of(dataset, baseline)]) & ~with_terms_of_its_own(dataset)
     names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
     return [name for name in names if name != baseline]
 

@@ -40,14 +40,15 @@ def _laws(dataset: Any) -> list[tuple[str, Any]]:
 
 
 def _print_terms(dataset: Any) -> None:
+    from pounding_risk.agreement import with_terms_of_its_own
     from pounding_risk.study import known_law
 
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
     rows = []
+    own = dict(zip(dataset["contact_model"].values, with_terms_of_its_own(dataset), strict=True))
     for name, one in _laws(dataset):
         damped = int(one["dissipates"]) and known_law(name).needs_restitution
-        kind = ["e is its own: no restitution can be given to it"] if int(one["dissipates"]) and not damped else []
-        kind += [] if int(one["dissipates"]) else ["elastic: cannot dissipate, no restitution can be given to it"]
+        kind = [] if damped else [_own_terms(one, own[name])]
         kind += ["yields at F_E"] if int(one["capped"]) else []
         unit = str(one["stiffness_unit"].values)
         rows.append(
@@ -63,6 +64,15 @@ def _print_terms(dataset: Any) -> None:
             )
         )
     print_table(heads, rows, "lrrrrrrl")
+
+
+def _own_terms(one: Any, force: bool) -> str:
+    """Why a law has not the restitution asked for."""
+    if force:
+        return "e and force are its own: nothing can be made equal"
+    if int(one["dissipates"]):
+        return "e is its own: no restitution can be given to it"
+    return "elastic: cannot dissipate, no restitution can be given to it"
 
 
 def _print_ratios(dataset: Any) -> None:

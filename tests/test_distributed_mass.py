@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk import cli, figures
+from pounding_risk import agreement, cli, figures
+from pounding_risk.cli_compare import print_comparison
 from pounding_risk.collision import impact
 from pounding_risk.comparison import left_out, on_equal_terms, reference_impacts
 from pounding_risk.core.tally import COMPLETE, make_log
@@ -321,7 +322,7 @@ def test_a_simulated_law_without_a_cap_yields_as_in_a_scan():
     assert told["yield_exceedance"] == 1.0
 
 
-def test_compare_says_that_e_is_its_own(tmp_path, monkeypatch):
+def test_compare_says_that_e_is_its_own(capsys):
     """The reference impact is that of both floors as they are; without their lengths the model is left out aloud."""
     tables = scene(contact_model="linear", stiffness="5e8 N/m")
     dataset = pr.compare(study_from(tables), laws=["distributed_mass"])
@@ -334,8 +335,14 @@ def test_compare_says_that_e_is_its_own(tmp_path, monkeypatch):
     ratios = dataset["ratio_median"].sel(contact_model="distributed_mass")
     assert np.isfinite(float(ratios.sel(output="peak contact force")))
     assert np.isnan(float(ratios.sel(output="peak floor acceleration, left")))
-    figures.agreement_figure(dataset)
+    assert agreement.peers(dataset) == []  # neither e nor the force is on equal terms
     figures.reference_figure(dataset)
+    edge = [text.get_text() for text in figures.agreement_figure(dataset).axes[1].texts]
+    assert edge == [f"{float(ratios.sel(output='peak contact force')):.2g}"]
+    print_comparison(dataset.assign_attrs(left_out="merged: not asked for"))
+    told = capsys.readouterr().out
+    assert "e and force are its own: nothing can be made equal" in told
+    assert "left out     merged: not asked for" in told
     without = study_from(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
     assert left_out(without).startswith('distributed_mass: left without floor_length; write floor_length = "20 m"')

@@ -196,4 +196,4 @@ def is_instant(law: object) -> bool:
 
 def needs_floors(law: object) -> bool:
     """True for a model, or its class, that collides floors: it has a length of each, and a finite force."""
-    return hasattr(law, "between")
+    return is_instant(law) and hasattr(law, "between")
