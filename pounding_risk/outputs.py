@@ -71,7 +71,7 @@ RUN: dict[str, Output] = {
     "peak_approach_speed": Output("m/s", "largest relative speed at a touch", _column(tally.APPROACH)),
     "peak_contact_force": Output(
         "N",
-        "largest contact force transmitted; of jumps only that of the joined motion, NaN where there is none",
+        "largest contact force transmitted; where a jump has no finite one, that of the joined motion or NaN",
         _column(tally.PEAK_FORCE),
     ),
     "lowest_contact_force": Output(
