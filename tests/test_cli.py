@@ -429,7 +429,9 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     (folder / "r.nc").write_bytes(b"the results of yesterday")
     # Long enough to be met in the middle; each chunk reports, so that the middle is seen.
     grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
-    code = "from pounding_risk import cli, cli_output; cli_output.EVERY = 0.0; cli.main()"
+    # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{heard}; from pounding_risk import cli, cli_output; cli_output.EVERY = 0.0; cli.main()"
     process = start(code, "scan", "scene.toml", "-o", "r.nc", *grid)
     assert process.stderr is not None
     assert re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", process.stderr.readline())
