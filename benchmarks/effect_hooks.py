@@ -53,7 +53,7 @@ HOOKS = (
     (
         "core/pound.py",
         """            if not retraced:
-                phase = Phase(phase.approaching, ELASTIC, phase.ground, phase.ramp)
+                phase = Phase(phase.approaching, ELASTIC, phase.ground)
 """,
         "",
     ),

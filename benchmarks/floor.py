@@ -22,6 +22,7 @@ from pounding_risk._jit import kernel
 from pounding_risk.core.collide import ELASTIC, Phase, attempt, begin, make_desk, slopes, state_of
 from pounding_risk.core.flight import block_is_quiet, unquiet
 from pounding_risk.core.series import HERE, HIGH, LOW, NEXT, STAGES, STATE
+from pounding_risk.models.ground import Level
 from pounding_risk.models.tableau import DOP853
 from pounding_risk.pair import free_response
 
@@ -34,7 +35,7 @@ FORCE_OPERATIONS = 60  # in `slopes` with Jankowski's law: products, sums and tw
 def repeat_attempts(pair, law, restitution, desk, count):
     """So many attempts at the same step in contact."""
     impact, _, _ = begin(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
-    phase = Phase(True, ELASTIC, 0.5, 10.0)
+    phase = Phase(True, ELASTIC, Level(0.5, 10.0))
     for part in range(4):
         desk[STATE, part] = TOUCH[part]
     slopes(impact, phase, 0.0, state_of(desk, STATE), desk, STAGES)

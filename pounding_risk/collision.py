@@ -19,6 +19,7 @@ from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import bare
+from pounding_risk.models.ground import Together
 from pounding_risk.models.instant import needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
@@ -80,7 +81,16 @@ def impact(
     pair = free_mass(float(mass)), free_mass(float(other_mass))
     still = ((0.0,) * 4,) * 2
     free = Free(
-        np.zeros(2), NEVER, 4, np.zeros((2, 4)), np.zeros((1, SIGNALS)), np.zeros((1, SIGNALS)), still, still, 0.0
+        np.zeros(2),
+        NEVER,
+        4,
+        np.zeros((2, 4)),
+        np.zeros((1, SIGNALS)),
+        np.zeros((1, SIGNALS)),
+        still,
+        still,
+        0.0,
+        Together(),
     )
     log = make_log(1, ROWS, np.zeros(0))
     desk = make_desk(rtol)

@@ -21,8 +21,9 @@ from pounding_risk.agreement import finding, tables, typical_case
 from pounding_risk.collision import Impact, impact
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of, scan
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.history import histories, logged
+from pounding_risk.history import histories, logged, relative_displacement
 from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.effects import wave_of
 from pounding_risk.models.instant import CONTACT_MODELS, needs_floors
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
@@ -205,7 +206,7 @@ def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
     pga = grid.pgas[place.get("pga", 0)]
     motion = driven(motions_of(study)[place["record"]], records.polarities[place["polarity"]], pga)
     pair = oscillators(*study.buildings)
-    free = free_response(pair, motion.acceleration, motion.dt)
+    free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
     gap, strength = grid.gaps[place["gap"]], grid.yield_forces[place["yield_force"]]
     samples = np.arange(len(motion.acceleration)) * motion.dt
     rows = []
@@ -213,7 +214,7 @@ def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
         interface = Interface(gap, law_of(study, name), study.restitution, strength)
         _, log = logged(pair, free, interface, study.rtol)
         time, states, *_ = histories(pair, free, log)
-        rows.append(np.interp(samples, time, states[:, 0] - states[:, 1]))
+        rows.append(np.interp(samples, time, relative_displacement(free, time, states)))
     return {
         "time": ("time", samples, {"units": "s", "long_name": "time since the start of the record"}),
         "history": (
@@ -221,7 +222,7 @@ def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
             np.array(rows),
             {
                 "units": "m",
-                "long_name": "u_left - u_right of a case of median spread",
+                "long_name": "relative displacement of a case of median spread",
                 "record": motion.name,
                 "polarity": records.polarities[place["polarity"]],
                 "pga": motion.pga,

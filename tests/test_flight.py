@@ -28,13 +28,13 @@ from pounding_risk.core.series import (
     SIGNAL,
     bend_within,
     crest_bound,
-    expand,
     first_rise,
     highest,
     slope_at,
     value_at,
 )
 from pounding_risk.models.contact import Hertz, Jankowski
+from pounding_risk.models.ground import Level
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building
 from pounding_risk.pair import Interface, free_response, oscillators, solve
@@ -110,9 +110,9 @@ def laid_out(stretch):
     """A desk with the series of both buildings and of the relative displacement."""
     pair, state, span, terms = stretch
     desk = make_desk()
-    expand(pair[0], state[0], state[2], span, desk, LEFT, terms)
-    expand(pair[1], state[1], state[3], span, desk, RIGHT, terms)
-    flight.signal_row(0, pair, desk, terms)
+    ground = Level(span[0], span[1])
+    flight.lay_out(pair, state, ground, terms, desk)
+    flight.signal_row(0, pair, ground, desk, terms)
     return desk
 
 
@@ -168,7 +168,7 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
         bend = -(a_g + oscillator.fade * v + oscillator.spring * u)  # ü
         twist = -(span[1] + oscillator.fade * bend + oscillator.spring * v)
         shake = -oscillator.fade * twist - oscillator.spring * bend
-        turn = flight.turn_bound(oscillator, place, speed, span)
+        turn = flight.turn_bound(oscillator, place, speed, Level(span[0], span[1]).push_left(oscillator))
         slack = 1.0 + 1e-9
         assert np.abs(bend).max() <= turn * slack
         assert np.abs(shake).max() <= flight.shake_bound(oscillator, turn) * slack
@@ -258,7 +258,7 @@ def test_a_motion_that_is_not_finite_ends_the_search():
 def test_the_highest_value_is_the_highest(stretch, sign, signal):
     pair, _, span, terms = stretch
     desk = laid_out(stretch)
-    row, count = flight.signal_row(signal, pair, desk, terms)
+    row, count = flight.signal_row(signal, pair, Level(span[0], span[1]), desk, terms)
     coefficients = desk[row, :count].astype(np.longdouble)[::-1]
     x = np.linspace(0.0, span[2], 1001)
     values = sign * np.polyval(coefficients, x.astype(np.longdouble))

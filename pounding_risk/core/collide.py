@@ -1,7 +1,8 @@
 """The contact phase: error-controlled integration that lands on every event.
 
-State of the pair in contact: u_left, u_right, v_left, v_right, and three quadratures: work of the contact force
-∫ F δ̇ dt, impulse ∫ F dt, and the energy that the ground puts in less what the structures' dampers take.
+State of the pair in contact: u_left, u_right, v_left, v_right, both seen from the ground under the left building, and
+three quadratures: work of the contact force ∫ F δ̇ dt, impulse ∫ F dt, and the energy that the ground puts in less
+what the structures' dampers take.
 
 The start of a contact is not smooth in time (F ~ δ^(1/4) costs any method its order). The clock is therefore
 s with τ = s⁴ since the touch: there δ^(1/4) ~ s, and the order of the method survives. Each step ends at a record
@@ -73,8 +74,7 @@ class Phase(NamedTuple):
 
     approaching: bool
     region: int
-    ground: float  # a_g extrapolated to the touch [m/s²]
-    ramp: float  # its slope [m/s³]
+    ground: tuple  # under the buildings, as `models.ground` has it, its clock begins at the touch
 
 
 def make_desk(rtol: float = 0.0) -> np.ndarray:
@@ -134,17 +134,17 @@ def slopes(impact, phase, s, state, desk, row):
     left, right = impact.left, impact.right
     force = transmitted(impact, phase, state)
     cube = s * s * s
-    a_g = phase.ground + phase.ramp * (cube * s)
     clock = 4.0 * cube
-    drive_left = -left.ground * a_g - left.fade * state[2]
-    drive_right = -right.ground * a_g - right.fade * state[3]
+    drive_left = -left.ground * phase.ground.left_at(cube * s) - left.fade * state[2]
+    drive_right = -phase.ground.across_at(right, cube * s) - right.fade * state[3]
     desk[row, 0] = clock * state[2]
     desk[row, 1] = clock * state[3]
     desk[row, 2] = clock * ((drive_left - left.spring * state[0]) - left.inverse_mass * force)
     desk[row, 3] = clock * ((drive_right - right.spring * state[1]) + right.inverse_mass * force)
     desk[row, 4] = clock * force * (state[2] - state[3])
     desk[row, 5] = clock * force
-    desk[row, 6] = clock * (left.mass * state[2] * drive_left + right.mass * state[3] * drive_right)
+    put_in = left.mass * state[2] * drive_left + right.mass * state[3] * drive_right
+    desk[row, 6] = clock * (put_in - phase.ground.taken_along(right, force, state[3]))
 
 
 @small

@@ -192,7 +192,7 @@ def land(kind, place, impact, phase, span, rtol, desk):
     for _ in range(50):
         attempt(impact, phase, s, length, desk)
         finish(impact, phase, s + length, desk)
-        read_end(impact, phase, h, desk, END_ROWS)
+        read_end(impact, phase, (s + length, h), desk, END_ROWS)
         value, slope = margin_at(kind, impact, phase, desk, END_ROWS)
         if value > 0.0:
             low = length
@@ -223,7 +223,7 @@ def switched(kind, phase):
         region = ELASTIC if region == YIELDING else YIELDING
     elif kind == CUT:
         region = ELASTIC if region == SLACK else SLACK
-    return Phase(approaching, region, phase.ground, phase.ramp)
+    return Phase(approaching, region, phase.ground)
 
 
 @kernel
@@ -269,8 +269,8 @@ def take_step(impact, phase, span, rtol, desk):
     if desk[FINAL, END_WEIGHT] == 0.0:
         finish(impact, phase, s + h, desk)
     if not known:
-        read_end(impact, phase, h, desk, BEGIN_ROWS)
-    read_end(impact, phase, h, desk, END_ROWS)
+        read_end(impact, phase, (s, h), desk, BEGIN_ROWS)
+    read_end(impact, phase, (s + h, h), desk, END_ROWS)
     following = next_step(h, error, rtol, desk)
     event, place = first_event(impact, phase, (s, h), desk)
     if event != NONE:

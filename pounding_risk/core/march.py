@@ -47,6 +47,7 @@ def borrow_free(free):
         free.node_map,
         free.block_map,
         free.fastest,
+        free.passage.lent(),
     )
 
 

@@ -2,7 +2,7 @@
 
 Joined, the pair is one linear oscillator: shares p1 = m1/(m1+m2) and p2 of the masses weigh spring, damper and ground,
 
-    ẍ = −(p1 g1 + p2 g2) a_g − (p1 f1 + p2 f2) ẋ − (p1 s1 + p2 s2) x,   u_left = x + a,   u_right = x − b,
+    ẍ = −(p1 q1 + p2 q2) − (p1 f1 + p2 f2) ẋ − (p1 s1 + p2 s2) x,   u_left = x + a,   u_right = x − b,
 
 a + b the gap. Over a node interval with linear a_g, x is its own Taylor series, as in flight, and so is the force
 between the buildings, F = m (A_left − A_right) with A the acceleration that each would have alone: peaks, impulse and
@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import energy_of, state_of
-from pounding_risk.core.pound import ramp_at, touch_down, write_contact, write_step
+from pounding_risk.core.pound import touch_down, write_contact, write_step
 from pounding_risk.core.series import (
     HIGH,
     LEFT,
@@ -63,7 +63,7 @@ class Joint(NamedTuple):
 
     left: Oscillator
     right: Oscillator
-    whole: Oscillator  # of both; its mass is the reduced mass m1 m2 / (m1 + m2), which the force between them needs
+    whole: Oscillator  # of both, but the ground; its mass is the reduced mass m1 m2 / (m1 + m2), which F needs
     share_left: float  # p1
     share_right: float
     ahead: float  # a = u_left − x [m]
@@ -77,8 +77,7 @@ def joined(pair, gap):
     total = left.inverse_mass + right.inverse_mass
     p, q = right.inverse_mass / total, left.inverse_mass / total
     spring = p * left.spring + q * right.spring
-    ground = p * left.ground + q * right.ground
-    whole = Oscillator(1.0 / total, 0.0, spring, p * left.fade + q * right.fade, ground, 0.0)
+    whole = Oscillator(1.0 / total, 0.0, spring, p * left.fade + q * right.fade, 0.0, 0.0)
     ahead = gap if right.inverse_mass == 0.0 else 0.0
     behind = gap if left.inverse_mass == 0.0 else 0.0
     # Masses without springs, as in an isolated impact, are not held anywhere.
@@ -97,23 +96,35 @@ def midway(joint, state):
 
 
 @small
-def apart(joint, place, speed):
-    """The state of both buildings in joined motion; a rigid one stays where it is."""
-    u_left = place + joint.ahead if joint.left.inverse_mass > 0.0 else 0.0
-    u_right = place - joint.behind if joint.right.inverse_mass > 0.0 else 0.0
-    return u_left, u_right, speed, speed
+def of_both(joint, place, speed):
+    """The state of both buildings in joined motion."""
+    return place + joint.ahead, place - joint.behind, speed, speed
+
+
+@small
+def push_whole(joint, ground):
+    """What pushes the joined pair, from the ground under the left building."""
+    p, q = joint.share_left, joint.share_right
+    one, other = ground.push_left(joint.left), ground.push_across(joint.right)
+    return (
+        p * one[0] + q * other[0],
+        p * one[1] + q * other[1],
+        p * one[2] + q * other[2],
+        p * one[3] + q * other[3],
+    )
 
 
 @kernel
-def lay_tension(joint, ramp, terms, desk):
+def lay_tension(joint, ground, terms, desk):
     """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
     left, right = joint.left, joint.right
     fade, spring = left.fade - right.fade, left.spring - right.spring
     for n in range(terms - 1):
         desk[SIGNAL, n] = fade * ((n + 1) * desk[LEFT, n + 1]) + spring * desk[LEFT, n]
-    ground = left.ground - right.ground
-    desk[SIGNAL, 0] += ground * ramp[0] + (left.spring * joint.ahead + right.spring * joint.behind)
-    desk[SIGNAL, 1] += ground * ramp[1]
+    one, other = ground.push_left(left), ground.push_across(right)
+    desk[SIGNAL, 0] += (one[0] - other[0]) + (left.spring * joint.ahead + right.spring * joint.behind)
+    for n in range(1, 4):
+        desk[SIGNAL, n] += one[n] - other[n]
     return terms - 1
 
 
@@ -127,7 +138,7 @@ def presses(desk, count):
 
 
 @kernel
-def raise_rows(joint, ramp, terms, stop, desk):
+def raise_rows(joint, ground, terms, stop, desk):
     """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
     left, right, whole = joint.left, joint.right, joint.whole
     place = desk[LEFT, 0]
@@ -135,9 +146,13 @@ def raise_rows(joint, ramp, terms, stop, desk):
         desk[RIGHT, n] = desk[LEFT, n]
     for n in range(terms - 1):
         desk[SIGNAL, n] = -whole.fade * ((n + 1) * desk[LEFT, n + 1]) - whole.spring * desk[LEFT, n]
-    # ẍ + a_g: nothing of a_g is left but where a rigid building carries the other along.
-    desk[SIGNAL, 0] += (1.0 - whole.ground) * ramp[0]
-    desk[SIGNAL, 1] += (1.0 - whole.ground) * ramp[1]
+    # ẍ + a_g: without a wave nothing of a_g is left but where a rigid building carries the other along.
+    push, widening, still = push_whole(joint, ground), ground.widening(), ground.under_left()
+    for n in range(4):
+        desk[SIGNAL, n] -= push[n]
+        desk[RIGHT, n] -= widening[n]
+    desk[SIGNAL, 0] += still[0]
+    desk[SIGNAL, 1] += still[1]
     desk[LEFT, 0] += joint.ahead
     desk[RIGHT, 0] -= joint.behind
     if left.inverse_mass > 0.0:
@@ -159,7 +174,7 @@ def raise_signal(signal, row, terms, stop, desk):
 @small
 def parted(joint, state):
     """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding."""
-    clear = 4e-16 * (abs(state[0]) + abs(state[1]))
+    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.ahead + joint.behind))
     u_left = state[0] - clear if joint.left.inverse_mass > 0.0 else 0.0
     u_right = state[1] + clear if joint.right.inverse_mass > 0.0 else 0.0
     return u_left, u_right, state[2], state[3]
@@ -194,16 +209,16 @@ def time_levels(mass, largest, count, span, desk, log):
 def hold(joint, free, start, place, speed, desk, log):
     """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
 
-    Returns (how it ended, node, time after it, state, largest force).
+    Returns (how it ended, node, time after it, state seen from the own grounds, largest force).
     """
     node, offset = start
     mass, terms = joint.whole.mass, free.terms
     largest = 0.0
     while True:
-        a, b = ramp_at(free, node, -offset)
+        ground = free.passage.stretch(free.ground, free.step, node, offset)
         span = free.step - offset
-        expand(joint.whole, place, speed, (a, b), desk, LEFT, terms)
-        count = lay_tension(joint, (a, b), terms, desk)
+        expand(joint.whole, place, speed, push_whole(joint, ground), desk, LEFT, terms)
+        count = lay_tension(joint, ground, terms, desk)
         root = first_rise(desk, count, 0.0, span)
         stop = root if root >= 0.0 else span
         largest = highest(desk, SIGNAL, count, -1.0, stop, largest)
@@ -215,17 +230,19 @@ def hold(joint, free, start, place, speed, desk, log):
             power *= stop
         desk[STATE, 5] += mass * push
         force = max(-mass * value_at(desk, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
-        raise_rows(joint, (a, b), terms, stop, desk)
+        raise_rows(joint, ground, terms, stop, desk)
         place, speed = value_at(desk, LEFT, terms, stop), slope_at(desk, LEFT, terms, stop)
         desk[TALLY, STEPS] += 1.0
         offset += stop
-        write_state(desk, apart(joint, place, speed))
-        write_step(log, node * free.step + offset, force, desk)
+        state = of_both(joint, place, speed)
+        write_state(desk, state)
+        state = ground.apart(joint.right, state, stop)
+        write_step(log, node * free.step + offset, force, state, desk)
         if root >= 0.0:
-            return FINISHED, node, offset, apart(joint, place, speed), mass * largest
+            return FINISHED, node, offset, state, mass * largest
         node, offset = node + 1, 0.0
         if node >= free.ground.size - 1:
-            return AT_END, node, offset, apart(joint, place, speed), mass * largest
+            return AT_END, node, offset, state, mass * largest
 
 
 @small
@@ -267,6 +284,8 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     node, offset = start
     joint = joined(pair, limits[0])
     mass = joint.whole.mass
+    ground = free.passage.stretch(free.ground, free.step, node, offset)
+    state = ground.across(joint.right, state, 0.0)
     touched = node * free.step + offset
     speed = max(state[2] - state[3], 0.0)
     e = limits[2].at(speed)
@@ -274,11 +293,10 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     write_state(desk, state)
     energy = touch_down(joint, limits[2].beyond(speed), touched, speed, desk)
     desk[HIGH, 0] = max(desk[HIGH, 0], limits[0])
-    write_step(log, touched, 0.0, desk)
+    write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), desk)
     place, common = midway(joint, state)
-    ramp = ramp_at(free, node, -offset)
-    expand(joint.whole, place, common, ramp, desk, LEFT, free.terms)
-    pressed = presses(desk, lay_tension(joint, ramp, free.terms, desk))
+    expand(joint.whole, place, common, push_whole(joint, ground), desk, LEFT, free.terms)
+    pressed = presses(desk, lay_tension(joint, ground, free.terms, desk))
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
     back, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
@@ -286,25 +304,27 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     if pressed and (back <= rtol * free.fastest or back * back <= low):
         back = 0.0
     rests = pressed and back == 0.0
+    force = -mass * desk[SIGNAL, 0] if rests else 0.0
     state = (
         state[0],
         state[1],
-        common - joint.share_right * back if joint.left.inverse_mass > 0.0 else 0.0,
-        common + joint.share_left * back if joint.right.inverse_mass > 0.0 else 0.0,
+        common - joint.share_right * back,
+        common + joint.share_left * back,
     )
     write_state(desk, state)
     desk[STATE, 4] = 0.5 * mass * (speed - back) * (speed + back)
     desk[STATE, 5] = mass * (speed + back)
     desk[TALLY, VISCOUS] += desk[STATE, 4]
-    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4]
-    write_step(log, touched, 0.0 if isnan(push) else push, desk)
+    taken_along = ground.taken_along(joint.right, desk[STATE, 5], state[3])
+    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4] + taken_along
+    state = ground.apart(joint.right, state, 0.0)
+    write_step(log, touched, force if isnan(push) else max(push, force), state, desk)
     note_push(push, touched, desk, log)
     finish, largest = FINISHED, 0.0
     if rests:
         finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)
     force = settle_force(push, largest, rests, desk, log)
     state = parted(joint, state)
-    write_state(desk, state)
     over = max(node * free.step + offset, min(touched + lasts, (free.ground.size - 1) * free.step))
     duration = max(over - touched, 0.0)
     desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy_of(pair, state_of(desk, STATE)))

@@ -72,13 +72,13 @@ from pounding_risk.core.tally import (
 
 
 @kernel
-def write_step(log, time, force, desk):
-    """Append one row of the time history in contact."""
+def write_step(log, time, force, state, desk):
+    """Append one row of the time history in contact, each building seen from its own ground."""
     row = log.used[1]
     if row < log.steps.shape[0]:
         log.steps[row, 0] = time
         for part in range(4):
-            log.steps[row, 1 + part] = desk[STATE, part]
+            log.steps[row, 1 + part] = state[part]
         log.steps[row, 5] = force
         log.steps[row, 6] = desk[STATE, 4]
         log.steps[row, 7] = desk[STATE, 5]
@@ -166,19 +166,15 @@ def mark_levels(impact, phase, span, peak, desk, log):
 
 
 @kernel
-def ramp_at(free, node, since):
-    """a_g = a + b τ over one node interval that began ``since`` after the touch: (a, b)."""
-    slope = (free.ground[node + 1] - free.ground[node]) / free.step
-    return free.ground[node] - slope * since, slope
-
-
-@kernel
 def pound(pair, free, law, limits, rtol, start, state, desk, log):
     """One contact from the touch at ``start`` = (node, time after it) to the moment the bodies part.
 
     Returns (how it ended, node, time after it, state then).
     """
     node, offset = start
+    right = pair[1]
+    ground = free.passage.stretch(free.ground, free.step, node, offset)
+    state = ground.across(right, state, 0.0)
     impact, speed, e = begin(pair, free.fastest, law, limits, state, desk[TALLY, WORN])
     rtol = min(rtol, REBOUND_SHARE * e)
     desk[STATE, :8] = 0.0
@@ -193,10 +189,9 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     dented, lost = 0.0, 0.0
     since = -offset  # of the current node, after the touch
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth / impact.speed))
-    ramp = ramp_at(free, node, since)
-    phase = Phase(True, ELASTIC, ramp[0], ramp[1])
+    phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, desk, STAGES)
-    write_step(log, touched, transmitted(impact, phase, state), desk)
+    write_step(log, touched, transmitted(impact, phase, state), ground.apart(right, state, 0.0), desk)
     finish = EXHAUSTED
     while desk[TALLY, STEPS] < MAX_STEPS:
         left = sqrt(sqrt(max(since + free.step, 0.0))) - s
@@ -206,8 +201,8 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
                 finish = AT_END
                 break
             since = node * free.step - touched
-            ramp = ramp_at(free, node, since)
-            phase = Phase(phase.approaching, phase.region, ramp[0], ramp[1])
+            ground = free.passage.stretch(free.ground, free.step, node, -since)
+            phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, desk, STAGES)
             continue
         moved, event, h, attempts = take_step(impact, phase, (s, h, left, known), rtol, desk)
@@ -225,11 +220,12 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         for part in range(7):
             desk[STATE, part] = desk[END, part]
         state = state_of(desk, STATE)
-        time = touched + s * s * s * s
+        since_touch = s * s * s * s
+        time = touched + since_touch
         delta = state[0] - state[1] - impact.gap
         if phase.region == YIELDING:
             plateau = max(plateau, transmitted(impact, phase, state))
-        write_step(log, time, transmitted(impact, phase, state), desk)
+        write_step(log, time, transmitted(impact, phase, state), ground.apart(right, state, since_touch), desk)
         # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
         if event == PART or stalled > 50:
@@ -263,7 +259,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         else:
             phase = switched(event, phase)
             if not retraced:
-                phase = Phase(phase.approaching, ELASTIC, phase.ground, phase.ramp)
+                phase = Phase(phase.approaching, ELASTIC, phase.ground)
             slopes(impact, phase, s, state, desk, STAGES)
     depth = max(depth, state[0] - state[1] - impact.gap + dented)
     duration = s * s * s * s
@@ -272,4 +268,4 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
         log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
     lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, desk)
     write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yielded)), desk)
-    return finish, node, duration - since, state
+    return finish, node, duration - since, ground.apart(right, state, duration)

@@ -24,20 +24,21 @@ FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
 
 
 @small
-def read_contact(impact, phase, state, desk, row):
+def read_contact(impact, phase, state, time, desk, row):
     """Everything that is watched in contact, into a row: uncapped force, displacements, absolute accelerations."""
     force = transmitted(impact, phase, state)
     left, right = impact.left, impact.right
     desk[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
-    desk[row, PLACE_LEFT] = state[0]
-    desk[row, PLACE_RIGHT] = state[1]
-    desk[row, SHAKE_LEFT] = (-left.fade * state[2] - left.spring * state[0]) - left.inverse_mass * force
-    desk[row, SHAKE_RIGHT] = (-right.fade * state[3] - right.spring * state[1]) + right.inverse_mass * force
+    u, w, v, z = phase.ground.apart(right, state, time)
+    desk[row, PLACE_LEFT] = u
+    desk[row, PLACE_RIGHT] = w
+    desk[row, SHAKE_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * force
+    desk[row, SHAKE_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * force
 
 
 @small
-def read_end(impact, phase, h, desk, rows):
-    """Readings and their slopes per unit of s at one end of a step of length h.
+def read_end(impact, phase, place, desk, rows):
+    """Readings and their slopes per unit of s at ``place`` = (s, length of the step), an end of a step or between.
 
     ``rows`` = (state, slopes of the state, readings, slopes of the readings). The slope of the force is a difference
     over a ten-millionth of the step; all else is linear in it and in the slopes of the state.
@@ -45,14 +46,16 @@ def read_end(impact, phase, h, desk, rows):
     source, tangent, values, rises = rows
     left, right = impact.left, impact.right
     state = state_of(desk, source)
+    s, h = place
+    cube = s * s * s
     nudge = 1e-7 * h
     ahead = nudged(state, desk, tangent, nudge)
-    read_contact(impact, phase, state, desk, values)
+    read_contact(impact, phase, state, cube * s, desk, values)
     desk[rises, FORCE] = (uncapped(impact, phase, ahead) - desk[values, FORCE]) / nudge
     felt = desk[rises, FORCE]
     if phase.region != ELASTIC:
         felt = (transmitted(impact, phase, ahead) - transmitted(impact, phase, state)) / nudge
-    u, w, v, z = state_of(desk, tangent)
+    u, w, v, z = phase.ground.apart_slopes(right, state_of(desk, tangent), cube * s, 4.0 * cube)
     desk[rises, PLACE_LEFT] = u
     desk[rises, PLACE_RIGHT] = w
     desk[rises, SHAKE_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
@@ -72,4 +75,4 @@ def peek(impact, phase, span, x, desk):
     for part in range(4):
         desk[PEEK, part] = state[part]
     slopes(impact, phase, s + x * h, state, desk, PEEK_SLOPE)
-    read_end(impact, phase, h, desk, PEEK_ROWS)
+    read_end(impact, phase, (s + x * h, h), desk, PEEK_ROWS)

@@ -24,17 +24,17 @@ LEFT, RIGHT, SIGNAL, ENDS, HERE, NEXT, HERE_SLOPE, NEXT_SLOPE, HIGH, LOW, TALLY,
 
 
 @kernel
-def expand(oscillator, place, speed, ramp, desk, row, terms):
-    """Taylor coefficients of u(x) from (u, u̇) under a_g = ramp[0] + ramp[1] x, into a row of the desk."""
+def expand(oscillator, place, speed, push, desk, row, terms):
+    """Taylor coefficients of u(x) from (u, u̇) into a row of the desk; ``push`` as `ground.Stretch` has it."""
     desk[row, 0] = place
     desk[row, 1] = speed
-    for n in range(2, terms):
-        pull = oscillator.fade * (n - 1) * desk[row, n - 1] + oscillator.spring * desk[row, n - 2]
-        if n == 2:
-            pull += oscillator.ground * ramp[0]
-        elif n == 3:
-            pull += oscillator.ground * ramp[1]
-        desk[row, n] = -pull * SHARES[n]
+    fade, spring = oscillator.fade, oscillator.spring
+    desk[row, 2] = -(fade * desk[row, 1] + spring * desk[row, 0] + push[0]) * SHARES[2]
+    desk[row, 3] = -(fade * 2 * desk[row, 2] + spring * desk[row, 1] + push[1]) * SHARES[3]
+    desk[row, 4] = -(fade * 3 * desk[row, 3] + spring * desk[row, 2] + push[2]) * SHARES[4]
+    desk[row, 5] = -(fade * 4 * desk[row, 4] + spring * desk[row, 3] + push[3]) * SHARES[5]
+    for n in range(6, terms):
+        desk[row, n] = -(fade * (n - 1) * desk[row, n - 1] + spring * desk[row, n - 2]) * SHARES[n]
 
 
 @small

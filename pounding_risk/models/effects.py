@@ -1,8 +1,9 @@
-"""Effects: what a scene may add to its contact law. Each wraps a law and changes some of its verbs.
+"""Effects: what a scene may add to its contact law, or to the ground motion under it.
 
-A scene without effects hands the kernels the bare law, so that an effect that is not named is not in the machine code.
-An effect that is added here is found by the scene reader, the commands and the tests. Effects wrap each other in the
-order of this module, whatever the order in a scene.
+An effect of yielding wraps a law and changes some of its verbs; one of the ground gives each building a motion of its
+own. A scene without effects hands the kernels the bare law on level ground, so that an effect that is not named is
+not in the machine code. An effect that is added here is found by the scene reader, the commands and the tests.
+Effects wrap each other in the order of this module, whatever the order in a scene.
 """
 
 from __future__ import annotations
@@ -13,11 +14,14 @@ from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import snake_case
+from pounding_risk.models.ground import Passing, delayed
 from pounding_risk.models.memory import complete
 from pounding_risk.quantities import Quantity
 
 RATIO = Quantity("1", 0.0, inf, "ratio of unloading to loading stiffness", open_low=True, open_high=True, example="1.5")
 LENGTH = Quantity("m", 0.0, inf, "length over which the impact deforms", open_low=True, open_high=True, example="0.6 m")
+APPARENT = Quantity("m/s", 1.0, inf, "apparent velocity of the wave along the row", open_high=True, example="500 m/s")
+DISTANCE = Quantity("m", 0.0, inf, "distance between the buildings' supports", open_high=True, example="20 m")
 STRENGTH = Quantity("Pa", 8e6, 130e6, "mean concrete strength f_cm", example="30 MPa")
 
 # Strain rates of the codes' formulas [1/s]: where hardening begins in compression, and where it steepens.
@@ -104,26 +108,36 @@ EFFECTS: dict[str, type] = {}  # by name, in the order in which they wrap a law
 
 
 def effect(reference: str, options: Mapping[str, Any], optional: tuple[str, ...] = (), needs: tuple[str, ...] = ()):
-    """Make a class an effect: it passes on every verb that it does not say itself, and scenes know its name.
+    """Make a class an effect: scenes know its name.
 
     ``options`` are the keys that a scene gives it, each a `Quantity` or the words it may be; all but the ``optional``
-    ones must be there. ``needs`` are the effects that it acts on.
+    ones must be there. ``needs`` are the effects that it acts on. A class with ``grounds`` acts on the ground motion;
+    any other wraps a law, and passes on every verb of it that it does not say itself.
     """
 
     def known(kind: Any) -> Any:
+        kind.reference, kind.options, kind.optional, kind.needs = reference, options, optional, needs
+        EFFECTS[snake_case(kind.__name__)] = kind
+        if hasattr(kind, "grounds"):
+            return kind
         for verb, passed_on in PASSED_ON.items():
             if verb not in vars(kind):
                 setattr(kind, verb, passed_on)
-        kind.reference, kind.options, kind.optional, kind.needs = reference, options, optional, needs
-        EFFECTS[snake_case(kind.__name__)] = kind
         return complete(kind)
 
     return known
 
 
-def refusal(kind: Any) -> str:
-    """Why effects of yielding do not act on this class of law; "" where they do."""
-    return "" if kind.capped else "has no yield force, so that nothing yields"
+def acts_on_ground(name: str) -> bool:
+    """True for an effect that changes the ground motion and leaves the contact law as it is."""
+    return hasattr(EFFECTS[name], "grounds")
+
+
+def refusal(kind: Any, name: str = "") -> str:
+    """Why the effect ``name``, by default any of yielding, does not act on this class of law; "" where it does."""
+    if kind.capped or (name and acts_on_ground(name)):
+        return ""
+    return "has no yield force, so that nothing yields"
 
 
 def bare(law: Any) -> Any:
@@ -138,7 +152,7 @@ def with_effects(law: Any, effects: Iterable[tuple[str, Iterable[tuple[str, Any]
 
     Raises PoundingError for a law that an effect does not act on.
     """
-    asked = {name: dict(options) for name, options in effects}
+    asked = {name: dict(options) for name, options in effects if not acts_on_ground(name)}
     why = refusal(type(bare(law)))
     if asked and why:
         kind = snake_case(type(bare(law)).__name__)
@@ -147,6 +161,12 @@ def with_effects(law: Any, effects: Iterable[tuple[str, Iterable[tuple[str, Any]
         if name in asked:
             law = EFFECTS[name].on(law, **asked[name])  # type: ignore[attr-defined]
     return law
+
+
+def wave_of(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> WavePassage | None:
+    """What these effects, (name, options) each, do to the ground motion; None where they leave it as it is."""
+    waves = [EFFECTS[name].on(**dict(options)) for name, options in effects if acts_on_ground(name)]  # type: ignore[attr-defined]
+    return waves[0] if waves else None
 
 
 def references(law: Any) -> str:
@@ -274,3 +294,30 @@ class UnloadingStiffness(NamedTuple):
 
     def worn(self, memory):
         return memory[1] if memory[1] != 1.0 else 0.0
+
+
+@effect(
+    reference="Der Kiureghian (1996), A coherency model for spatially varying ground motions: the wave-passage effect",
+    options={"velocity": APPARENT, "distance": DISTANCE, "towards": ("left", "right")},
+    optional=("towards",),
+)
+class WavePassage(NamedTuple):
+    """The motion reaches one building later than the other, by τ = distance / apparent velocity; a_far(t) = a(t − τ).
+
+    The ground itself then moves the buildings together and apart, by about τ times its velocity. Between samples the
+    later motion is linear like the record, so that it is the record's own interpolation at t − τ.
+
+    >>> WavePassage.on(velocity=500.0, distance=20.0).lag
+    0.04
+    """
+
+    lag: float  # s, by which the right building has the motion later; below zero the left one has
+
+    @classmethod
+    def on(cls, velocity: float, distance: float, towards: str = "right") -> WavePassage:
+        """A wave that travels ``towards`` the right or left building; apparent velocity [m/s], distance [m]."""
+        return cls(distance / velocity if towards == "right" else -distance / velocity)
+
+    def grounds(self, ground: Any, step: float) -> tuple[Any, Passing]:
+        """a_g under the left building, and what differs under the right one, at nodes ``step`` [s] apart."""
+        return delayed(ground, step, self.lag)
