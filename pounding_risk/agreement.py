@@ -49,8 +49,8 @@ FEWEST_TO_RANK = 3  # motions
 def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     """The outputs that are compared, by their words; NaN where a run failed or a law does not define one.
 
-    Under a model whose velocities jump, force and acceleration are those between the jumps, which have none that is
-    finite: there is nothing to compare.
+    Under a model whose velocities jump the acceleration is that between the jumps, which have none that is finite:
+    there is nothing to compare. So it is with the force of those that have none in the reference impact either.
     """
     found = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
     for name, words in SIDE_OUTPUTS.items():
@@ -58,9 +58,11 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
             found[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
+        nothing = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
         for words in found:
-            if words.startswith(("peak contact force", "peak floor acceleration")):
-                found[words] = found[words].where(~jumps)
+            for start, where in nothing.items():
+                if words.startswith(start):
+                    found[words] = found[words].where(~where)
     # Counts are stored as -1 where a run failed.
     return {words: values.where(values >= 0.0) for words, values in found.items()}
 
@@ -174,14 +176,22 @@ def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     return dict(zip(axes, map(int, np.unravel_index(chosen, shape)), strict=True))
 
 
+def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """True for a law that has a force but no stiffness: neither its e nor its force can be made equal to another's."""
+    if "stiffness_unit" not in dataset:
+        return np.zeros(dataset.sizes["contact_model"], dtype=bool)
+    return np.asarray((dataset["stiffness_unit"] == "") & dataset["reference_peak_force"].notnull(), dtype=bool)
+
+
 def peers(dataset: xr.Dataset) -> list[str]:
     """The laws that the sentence is about: those that dissipate as the baseline does, or not, as it does not.
 
-    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms.
+    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms. Nor is one
+    `with_terms_of_its_own`.
     """
     baseline = str(dataset.attrs["baseline"])
     damped = dataset["dissipates"].values
-    alike = damped == damped[place_of(dataset, baseline)]
+    alike = (damped == damped[place_of(dataset, baseline)]) & ~with_terms_of_its_own(dataset)
     names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
     return [name for name in names if name != baseline]
 

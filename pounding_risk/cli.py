@@ -6,6 +6,7 @@ Everything but typer is imported when a command runs, so that help and completio
 from __future__ import annotations
 
 import os
+from math import inf
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
@@ -13,7 +14,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pounding_risk.cli_input import check_folder, contact_laws, read_option, results_file, writable
+from pounding_risk.cli_input import Blow, check_folder, contact_laws, floors, read_option, results_file, writable
 from pounding_risk.errors import PoundingError
 
 FIGURES = (".png", ".svg", ".pdf")
@@ -108,6 +109,13 @@ def impact(
     restitution: Annotated[str, typer.Option(help="Coefficient e in (0, 1], or concrete.")] = "0.65",
     relation: Annotated[str, typer.Option(help="Damping from e: published, or exact.")] = "published",
     yield_force: Annotated[str, typer.Option(help="F_E, for laws with a cap; inf never yields.")] = "inf",
+    floor_length: Annotated[
+        str | None, typer.Option(help="Length of the striker's floor, for distributed_mass.", show_default=False)
+    ] = None,
+    other_floor_length: Annotated[
+        str | None, typer.Option(help="Length of the floor that is struck.", show_default=False)
+    ] = None,
+    wave_speed: Annotated[str, typer.Option(help="Wave speed of both floors.")] = "3500 m/s",
     figure: Figure = None,
 ) -> None:
     """Let two bodies collide once under each contact model."""
@@ -123,7 +131,8 @@ def impact(
     strength = read_option("--yield-force", yield_force, YIELD_FORCE)
     rule = restitution_of(restitution)
     reduced = 1.0 / (1.0 / striker + 1.0 / struck)
-    laws, notes = contact_laws(law, stiffness, (fast, reduced, rule), relation)
+    slabs = floors(floor_length, other_floor_length, wave_speed)
+    laws, notes = contact_laws(law, stiffness, Blow(fast, reduced, rule, slabs, struck == inf), relation)
     found = [run(each, fast, striker, struck, restitution=rule, yield_force=strength) for each in laws]
     print_impacts(found, laws, 0.5 * reduced * fast**2)
     if rule.beyond(fast):

@@ -30,7 +30,9 @@ def print_comparison(dataset: Any) -> None:
     _print_flips(dataset)
     print()
     failed = [("failed", f"{count}: {name}") for name, count in failures(dataset).items()]
-    print_pairs([*findings(dataset), *failed, *_speeds(dataset), *_gaps(dataset), ("finding", facts["finding"])])
+    without = [("left out", facts["left_out"])] if facts["left_out"] else []
+    told = [*findings(dataset), *failed, *without, *_speeds(dataset), *_gaps(dataset)]
+    print_pairs([*told, ("finding", facts["finding"])])
 
 
 def _laws(dataset: Any) -> list[tuple[str, Any]]:
@@ -38,17 +40,22 @@ def _laws(dataset: Any) -> list[tuple[str, Any]]:
 
 
 def _print_terms(dataset: Any) -> None:
+    from pounding_risk.agreement import with_terms_of_its_own
+    from pounding_risk.study import known_law
+
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
     rows = []
+    own = dict(zip(dataset["contact_model"].values, with_terms_of_its_own(dataset), strict=True))
     for name, one in _laws(dataset):
-        kind = [] if int(one["dissipates"]) else ["elastic: cannot dissipate, no restitution can be given to it"]
+        damped = int(one["dissipates"]) and known_law(name).needs_restitution
+        kind = [] if damped else [_own_terms(one, own[name])]
         kind += ["yields at F_E"] if int(one["capped"]) else []
         unit = str(one["stiffness_unit"].values)
         rows.append(
             (
                 name,
                 _number(float(one["stiffness"]), ".4g", f" {unit}"),
-                _number(float(one["reference_restitution_asked"]) if int(one["dissipates"]) else float("nan"), ".3f"),
+                _number(float(one["reference_restitution_asked"]) if damped else float("nan"), ".3f"),
                 _number(float(one["reference_restitution"]), ".3f"),
                 engineering(float(one["reference_peak_force"]), "N"),
                 engineering(float(one["reference_peak_penetration"]), "m", 3),
@@ -57,6 +64,15 @@ def _print_terms(dataset: Any) -> None:
             )
         )
     print_table(heads, rows, "lrrrrrrl")
+
+
+def _own_terms(one: Any, force: bool) -> str:
+    """Why a law has not the restitution asked for."""
+    if force:
+        return "e and force are its own: nothing can be made equal"
+    if int(one["dissipates"]):
+        return "e is its own: no restitution can be given to it"
+    return "elastic: cannot dissipate, no restitution can be given to it"
 
 
 def _print_ratios(dataset: Any) -> None:

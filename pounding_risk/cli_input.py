@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
 
@@ -13,6 +13,24 @@ if TYPE_CHECKING:
     from pounding_risk.quantities import Quantity
 
 USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}  # the stiffness's letter, and a law that has it
+
+
+class Floors(NamedTuple):
+    """What two floors that collide are like."""
+
+    length: float  # m, of the striker's; 0 where none is given
+    other_length: float  # m
+    wave_speed: float  # m/s, of both
+
+
+class Blow(NamedTuple):
+    """One collision, from which the stiffness of some laws follows."""
+
+    speed: float  # m/s
+    mass: float  # kg, reduced
+    restitution: Any
+    floors: Floors
+    is_wall: bool  # what is struck is fixed
 
 
 def read_option(option: str, text: str, quantity: Quantity) -> float:
@@ -56,18 +74,38 @@ def check_folder(folder: Path) -> None:
         raise PoundingError(f"--out: the folder {existing} cannot be written to; choose another one")
 
 
+def floors(length: str | None, other_length: str | None, wave_speed: str) -> Floors:
+    """The lengths of both floors, 0 where none is given, and their wave speed; raises PoundingError for the option."""
+    from pounding_risk.quantities import FLOOR_LENGTH, WAVE_SPEED
+
+    texts = (("--floor-length", length), ("--other-floor-length", other_length))
+    one, other = (0.0 if text is None else read_option(option, text, FLOOR_LENGTH) for option, text in texts)
+    return Floors(one, other, read_option("--wave-speed", wave_speed, WAVE_SPEED))
+
+
+def _colliding(name: str, kind: Any, given: Floors, is_wall: bool) -> Any:
+    """A model of colliding floors; raises PoundingError where a length is missing."""
+    for option, length, needed in (
+        ("--floor-length", given.length, True),
+        ("--other-floor-length", given.other_length, not is_wall),
+    ):
+        if needed and not length:
+            raise PoundingError(f'{name} needs the length of the floors; write {option} "20 m"')
+    return kind(given.length, given.other_length, given.wave_speed, given.wave_speed)
+
+
 def contact_laws(
-    names: Sequence[str], stiffnesses: Sequence[str], blow: tuple[float, float, Any], relation: str
+    names: Sequence[str], stiffnesses: Sequence[str], blow: Blow, relation: str
 ) -> tuple[list[Any], list[str]]:
     """The laws of these names, and a sentence for each whose stiffness is not one of those given.
 
-    It follows from the peak force of a law that has its stiffness, in a ``blow`` of (speed, mass, restitution).
+    It follows from the peak force of a law that has its stiffness, in the ``blow``.
     Raises PoundingError for an unknown name, for a ``relation`` of restitution and damping that is none or that
-    the laws cannot take, and for a stiffness that is none, or stands twice.
+    the laws cannot take, for a stiffness that is none, or stands twice, and for floors without a length.
     """
     from pounding_risk.collision import equal_stiffness
     from pounding_risk.models.contact import stiffness_quantity
-    from pounding_risk.models.instant import is_instant
+    from pounding_risk.models.instant import is_instant, needs_floors
     from pounding_risk.quantities import say
     from pounding_risk.relations import misfit, related, relation_fault
     from pounding_risk.study import known_law
@@ -83,6 +121,10 @@ def contact_laws(
     if stiff and not given:
         raise PoundingError(f'{next(iter(stiff))} needs a stiffness; write --stiffness "2.75e9 N/m^1.5"')
     for name, law in classes.items():
+        if needs_floors(law):
+            laws.append(_colliding(name, law, blow.floors, blow.is_wall))
+            notes.append(f"{name}: e is its own, that of waves in the floors; their force has no stiffness")
+            continue
         if is_instant(law):
             laws.append(law())
             notes.append(f"{name}: an instant jump, which has no force history and no stiffness")
@@ -93,7 +135,7 @@ def contact_laws(
             continue
         ((unit, value),) = given.items()
         like = next((other for other in stiff if stiffness_quantity(stiff[other]).unit == unit), USUAL_LAW[unit][1])
-        laws.append(law(equal_stiffness(law, related(known_law(like), relation)(value), *blow, "peak force")))
+        laws.append(law(equal_stiffness(law, related(known_law(like), relation)(value), *blow[:3], "peak force")))
         words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
         notes.append(f"{name}: {words}, which gives the peak force of {like} without yielding")
     return laws, notes

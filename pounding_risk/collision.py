@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from math import inf
 from typing import Any
 
@@ -19,6 +20,7 @@ from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_S
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import bare
 from pounding_risk.models.ground import Together
+from pounding_risk.models.instant import needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
 from pounding_risk.relations import AS_PUBLISHED, faults, misfit, name_of, related
@@ -29,7 +31,10 @@ ROWS = 100_000
 
 @dataclass(frozen=True)
 class Impact:
-    """What came of one collision; arrays have one value per step, from the touch to the parting."""
+    """What came of one collision; arrays have one value per step, from the touch to the parting.
+
+    Of floors that collide as bars they have the corners of the force's steps; the masses' speeds jump at the touch.
+    """
 
     law: str
     mass: float  # kg, of the striker
@@ -62,7 +67,8 @@ def impact(
 ) -> Impact:
     """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s].
 
-    ``law`` is a contact law such as ``Jankowski(2.75e9)``, ``restitution`` a number or a relation such as
+    ``law`` is a contact law such as ``Jankowski(2.75e9)``, a model such as ``DistributedMass(10.0, 20.0)``, whose left
+    floor strikes, and ``restitution`` a number or a relation such as
     ``CONCRETE``, or as a scene has it: "concrete", ``{"value": 0.65, "relation": "exact"}``. ``relation`` is
     "published" or "exact": then e achieved is e asked for, where the law stays below its cap. ``yield_force`` [N]
     acts in laws with a cap. m δ̈ = −F(δ, δ̇), m = m1 m2 / (m1 + m2), from δ = 0, δ̇ = speed to the parting. Raises
@@ -95,8 +101,8 @@ def impact(
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
     if log.used[1] > ROWS:
         raise PoundingError(f"impact: the contact takes {log.used[1]} steps, more than {ROWS}; raise rtol")
-    rows = log.steps[: log.used[1]]
     facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=False))
+    rows = _steps_of(law, pair, facts) if needs_floors(law) else log.steps[: log.used[1]]
     momentum = mass * (desk[STATE, 2] - speed) + (other_mass * desk[STATE, 3] if other_mass < inf else np.nan)
     return Impact(
         law=name_of(type(bare(law))),
@@ -116,6 +122,22 @@ def impact(
         energy_lost=facts["work"],
         momentum_change=momentum / facts["impulse"],
     )
+
+
+def _steps_of(law: Any, pair: Any, facts: dict[str, float]) -> NDArray[np.float64]:
+    """The corners of the force between two floors, as rows of the log of a run; nothing penetrates."""
+    steps = list(islice(law.course(*(each.inverse_mass for each in pair)), ROWS))
+    if len(steps) == ROWS:
+        raise PoundingError(
+            f"impact: the force has more than {ROWS} steps, since a wave is back in one floor so many times before it "
+            "is back in the other; give floors of lengths less far apart"
+        )
+    rows = np.zeros((2 * len(steps) + 2, 8))
+    rows[1:-1, 0] = [time for start, end, _ in steps for time in (start, end)]
+    rows[1:-1, 5] = np.repeat([force for *_, force in steps], 2) * facts["approach_speed"]
+    rows[-1, 0] = rows[-2, 0]
+    rows[0, 3], rows[1:, 3] = facts["approach_speed"], -facts["rebound_speed"]
+    return rows
 
 
 def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution]:

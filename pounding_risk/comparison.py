@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import nan
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.history import histories, logged, relative_displacement
 from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.effects import wave_of
-from pounding_risk.models.instant import CONTACT_MODELS
+from pounding_risk.models.instant import CONTACT_MODELS, needs_floors
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
 from pounding_risk.results import check_target, save
@@ -54,7 +54,8 @@ def compare(
 ) -> xr.Dataset:
     """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
 
-    ``laws``: those of the scene's grid by default, or every law there is where the grid names one. All get the
+    ``laws``: those of the scene's grid by default, or every law there is where the grid names one, but for those
+    that need a ``floor_length`` which the scene does not give: the attribute ``left_out`` says so. All get the
     stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
     buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s.
     Results are set beside those of ``baseline``, the scene's own law by default.
@@ -65,7 +66,9 @@ def compare(
     speed or ``same`` that is none, and for fewer than two laws; all before the first run.
     """
     target = None if out is None else check_target(out)
-    study = on_equal_terms(as_study(study), laws, baseline, (same, speed))
+    study = as_study(study)
+    without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
+    study = on_equal_terms(study, laws, baseline, (same, speed))
     baseline = baseline or study.law_name
     dataset = scan(study, progress=progress)
     # A law without a stiffness may have none there.
@@ -76,7 +79,7 @@ def compare(
     same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
     dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
     dataset.attrs |= {"speed": at_speed, "reduced_mass": reduced_mass(study)}
-    dataset.attrs["finding"] = finding(dataset)
+    dataset.attrs |= {"left_out": without, "finding": finding(dataset)}
     if target is not None:
         save(dataset, target)
     return dataset
@@ -89,7 +92,7 @@ def on_equal_terms(
     if baseline is not None and baseline not in CONTACT_MODELS:
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    asked = tuple(laws) or (grid if len(grid) > 1 else tuple(CONTACT_MODELS))
+    asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
     names = tuple(dict.fromkeys((*asked, baseline or study.law_name)))
     for name in names:
         known_law(name)
@@ -110,11 +113,26 @@ def on_equal_terms(
     return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, speed, True))
 
 
+def runnable(study: Study) -> tuple[str, ...]:
+    """Every contact model that can collide the scene's buildings."""
+    short = study.without_floor()
+    return tuple(name for name, law in CONTACT_MODELS.items() if not (short and needs_floors(law)))
+
+
+def left_out(study: Study) -> str:
+    """A sentence for the contact models that are not `runnable`; "" where all are."""
+    missing = [name for name in CONTACT_MODELS if name not in runnable(study)]
+    if not missing:
+        return ""
+    short = " and ".join(study.without_floor())
+    return f'{", ".join(missing)}: {short} without floor_length; write floor_length = "20 m" in [[building]] for it'
+
+
 def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
     damped = [name for name in names if known_law(name).needs_restitution]
     if damped and study.restitution_words == NO_RESTITUTION:
-        rest = [name for name in CONTACT_MODELS if not known_law(name).needs_restitution]
+        rest = [name for name in runnable(study) if not known_law(name).needs_restitution]
         raise SceneError(
             study.source,
             [
@@ -132,11 +150,21 @@ def reduced_mass(study: Study) -> float:
 
 
 def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impact]:
-    """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding."""
+    """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding.
+
+    Floors collide as they are: their impedances are no matter of the reduced mass.
+    """
     terms = study.equal_terms or USUAL_TERMS
-    mass = reduced_mass(study)
-    laws = [study.law(name, stiffnesses.get(name)) for name in study.grid.contact_models]
-    return [impact(law, terms.speed, mass, restitution=study.restitution) for law in laws]
+    wall = reduced_mass(study), inf
+    found = []
+    for name in study.grid.contact_models:
+        law, masses = study.law(name, stiffnesses.get(name)), wall
+        if needs_floors(law):
+            # A wall cannot strike.
+            struck, other = sorted(study.buildings, key=lambda building: building.is_rigid)
+            law, masses = law.between(struck, other), (struck.mass, inf if other.is_rigid else other.mass)
+        found.append(impact(law, terms.speed, *masses, restitution=study.restitution))
+    return found
 
 
 def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:

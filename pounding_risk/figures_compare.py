@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.agreement import LOW, NOTABLE, flip_share, place_of
+from pounding_risk.agreement import LOW, NOTABLE, flip_share, place_of, with_terms_of_its_own
 from pounding_risk.figures_style import QUIET, blank, force_words, motion_words, styles, title
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ KINDS = {
     "dissipates": ("#0072B2", "o", "-"),
     "dissipates, yields": ("#009E73", "s", "-."),
     "elastic": ("#D55E00", "^", (0, (4, 2))),
+    "e and force its own": ("#CC79A7", "D", (0, (1, 1))),
 }
 PANELS = ("peak relative displacement", "peak contact force", "impact count", "peak floor acceleration")
 RANKED = (("peak relative displacement", "displacement"), ("peak contact force", "force"))
@@ -35,7 +36,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     figure, axes = blank(2, 6, (15.0, 3.6 + 0.36 * len(laws)), height_ratios=(0.36 * len(laws), 2.4))
     limits = _limits(dataset)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
-        _ratios(axis, dataset, panel, laws)
+        _ratios(axis, dataset, panel, (laws, limits))
         # One scale: what hardly moves looks so beside what does.
         axis.set_xscale("log")
         axis.set_xlim(limits)
@@ -64,9 +65,10 @@ def _laws(dataset: xr.Dataset) -> Laws:
     baseline = str(dataset.attrs["baseline"])
     found = []
     names = map(str, dataset["contact_model"].values)
-    for name, damped, capped in zip(names, dataset["dissipates"].values, dataset["capped"].values, strict=True):
+    facts = dataset["dissipates"].values, dataset["capped"].values, with_terms_of_its_own(dataset)
+    for name, damped, capped, own in zip(names, *facts, strict=True):
         kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
-        found.append((name, kind))
+        found.append((name, "e and force its own" if own else kind))
     return sorted(found, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
 
 
@@ -91,15 +93,20 @@ def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
 
 
 def _limits(dataset: xr.Dataset) -> tuple[float, float]:
-    """Ends of the scale of ratios, within 0.1 to 10."""
+    """Ends of the scale of ratios, within 0.1 to 10; what has terms of its own may lie beyond."""
     shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
+    shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
     low = float(np.nanmin(shown["ratio_low"].values, initial=1.0 - 2.0 * NOTABLE))
     high = float(np.nanmax(shown["ratio_high"].values, initial=1.0 + 2.0 * NOTABLE))
     return max(low, TICKS[0]) / 1.06, min(high, TICKS[-1]) * 1.06
 
 
-def _ratios(axis: Any, dataset: xr.Dataset, panel: str, laws: Laws) -> None:
-    """Median and range of the ratio of one output; of one known by building, the right one's below, open."""
+def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:
+    """Median and range of the ratio of one output; of one known by building, the right one's below, open.
+
+    ``shown`` = (laws, ends of the scale); a median beyond them stands at the edge as a number.
+    """
+    laws, limits = shown
     outputs = [str(name) for name in dataset["output"].values if str(name).partition(",")[0] == panel]
     _rows(axis, laws, panel, "over the baseline's [1]")
     axis.axvspan(1.0 - NOTABLE, 1.0 + NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
@@ -112,6 +119,11 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, laws: Laws) -> None:
             if np.isnan(middle):
                 continue
             height = row + (number - 0.5 * (len(outputs) - 1)) * 0.32
+            if not limits[0] <= middle <= limits[1]:
+                edge = (0.98, "right") if middle > limits[1] else (0.02, "left")
+                where = {"transform": axis.get_yaxis_transform(), "ha": edge[1], "va": "center", "fontsize": 8.5}
+                axis.text(edge[0], height, f"{middle:.2g}", color=colour, **where)
+                continue
             axis.plot([low, high], [height, height], color=colour, linewidth=2.4 if number == 0 else 1.3)
             face = colour if number == 0 else "white"
             axis.plot(middle, height, marker, color=colour, markerfacecolor=face, markersize=5.5, zorder=4)
@@ -211,7 +223,8 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
     told = f"{', '.join(without)}: no force against penetration" if without else ""
     blow = f"{dataset.attrs['reduced_mass'] / 1e3:.4g} t against a wall, same {_terms(dataset)}, without yielding"
-    title(figure, _reference_finding(dataset), "; ".join(filter(None, (blow, told))), note)
+    curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
+    title(figure, _reference_finding(curves), fill("; ".join(filter(None, (blow, told))), 130), note)
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
-from pounding_risk.core.tally import CONTACT_COLUMNS, STATUS, STATUS_SENTENCES, Log, make_log
+from pounding_risk.core.tally import CONTACT_COLUMNS, FIRST_YIELD, STATUS, STATUS_SENTENCES, YIELDS, Log, make_log
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of, sources_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import wave_of
@@ -112,6 +113,9 @@ def logged(pair: Any, free: Free, interface: Interface, rtol: float) -> tuple[Ar
         log = make_log(contacts, steps, np.array([float(interface.yield_force)]))
         raw = run(pair, free, interface, rtol, log)
         if log.used[0] <= contacts and log.used[1] <= steps:
+            if not isfinite(interface.law.ceiling(1.0)):
+                # A law without a cap yields where its force reaches the yield force, as in `pair.solve`.
+                raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
             return raw, log
         contacts, steps = max(contacts, int(log.used[0])), max(steps, int(log.used[1]))
 

@@ -4,7 +4,9 @@ Raw columns are those of `sweep.COLUMNS`: the tally, then the largest and the sm
 
 A model whose velocities jump (`models.instant`) has no finite force at a touch: its largest force is that of the
 joined motion, NaN where there was a touch and none, and yielding is not defined, NaN or −1, once there was a touch.
-Its ``energy_viscous`` is what the jumps take, its ``contact_time`` that of the joined motion.
+Its ``energy_viscous`` is what the jumps take, its ``contact_time`` that of the joined motion. `DistributedMass` gives
+each jump a force and a duration, and its outputs are those of a law without a cap; what waves in the floors keep counts
+as ``energy_viscous``.
 """
 
 from __future__ import annotations
@@ -69,7 +71,7 @@ RUN: dict[str, Output] = {
     "peak_approach_speed": Output("m/s", "largest relative speed at a touch", _column(tally.APPROACH)),
     "peak_contact_force": Output(
         "N",
-        "largest contact force transmitted; of jumps only that of the joined motion, NaN where there is none",
+        "largest contact force transmitted; where a jump has no finite one, that of the joined motion or NaN",
         _column(tally.PEAK_FORCE),
     ),
     "lowest_contact_force": Output(

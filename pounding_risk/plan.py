@@ -12,7 +12,21 @@ from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import Motion
-from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, PGA, RTOL, TAIL, TIME, YIELD_FORCE, Quantity, say
+from pounding_risk.quantities import (
+    DAMPING,
+    FLOOR_LENGTH,
+    GAP,
+    MASS,
+    PERIOD,
+    PGA,
+    RTOL,
+    TAIL,
+    TIME,
+    WAVE_SPEED,
+    YIELD_FORCE,
+    Quantity,
+    say,
+)
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.study import Effect, Study, known_law
 
@@ -135,9 +149,14 @@ def _building(building: Building) -> str:
     mass = say(building.mass, MASS) if building.mass < inf else "any mass"
     if building.is_rigid:
         return f"{building.name}: {mass}, rigid (moves with the ground)"
+    floor = (
+        f", floor {say(building.floor_length, FLOOR_LENGTH)} at {say(building.wave_speed, WAVE_SPEED)}"
+        if building.floor_length
+        else ""
+    )
     return (
         f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
-        f"damping ratio {say(building.damping, DAMPING)}"
+        f"damping ratio {say(building.damping, DAMPING)}{floor}"
     )
 
 

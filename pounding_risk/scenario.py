@@ -31,9 +31,10 @@ from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, SHIPPED, 
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS, INSTANT_LAWS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
-from pounding_risk.models.structures import Building
+from pounding_risk.models.structures import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.quantities import (
     DAMPING,
+    FLOOR_LENGTH,
     GAP,
     MASS,
     PERIOD,
@@ -43,6 +44,7 @@ from pounding_risk.quantities import (
     SPEED,
     STIFFNESS,
     TAIL,
+    WAVE_SPEED,
     YIELD_FORCE,
     Quantity,
     parse,
@@ -134,6 +136,8 @@ class BuildingTable(Section):
     stiffness: Annotated[float, measured(STIFFNESS)] = inf
     rigid: Annotated[bool, Reads(scene_keys.flag("rigid"), {"type": "boolean"})] = False
     damping: Annotated[float, measured(DAMPING)] = 0.05
+    floor_length: Annotated[float, measured(FLOOR_LENGTH)] = 0.0
+    wave_speed: Annotated[float, measured(WAVE_SPEED)] = CONCRETE_WAVE_SPEED
 
 
 class EqualTermsTable(Section):
@@ -328,7 +332,7 @@ def _building(table: BuildingTable) -> Building:
     if table.rigid:
         return Building.rigid(table.name, table.mass)
     period = table.period or 2.0 * pi * sqrt(table.mass / table.stiffness)
-    return Building(table.name, table.mass, period, table.damping)
+    return Building(table.name, table.mass, period, table.damping, table.floor_length, table.wave_speed)
 
 
 def _faults(error: ValidationError) -> Iterator[Fault]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, refusal
-from pounding_risk.models.instant import CONTACT_MODELS, is_instant
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.quantities import QuantityError, parse, shown
 from pounding_risk.relations import AS_PUBLISHED, RELATIONS, misfit
 from pounding_risk.scene_text import Fault, nearest
@@ -85,6 +85,7 @@ def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
     """All faults that more than one key takes part in."""
     yield from _buildings(raw)
     yield from _interfaces(raw)
+    yield from _floors(raw)
     yield from _effects(raw)
     yield from _records(raw)
 
@@ -123,13 +124,17 @@ def _dynamics(index: int, keys: dict[str, Any]) -> Iterator[Fault]:
     """Exactly one of period, stiffness and rigid says how a building vibrates."""
     base = ("building", index)
     if keys.get("rigid") is True:
-        for key in ("period", "stiffness", "damping"):
+        for key in ("period", "stiffness", "damping", "floor_length", "wave_speed"):
             if key in keys:
                 yield Fault(
                     (*base, key),
                     f"a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true",
                 )
         return
+    if "wave_speed" in keys and "floor_length" not in keys:
+        yield Fault(
+            (*base, "wave_speed"), 'acts along a floor of known length; write floor_length = "20 m", or remove it'
+        )
     if "period" in keys and "stiffness" in keys:
         yield Fault(
             (*base, "stiffness"),
@@ -168,14 +173,31 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
         yield from _laws(index, keys, grid)
 
 
+def _named(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """The first interface, and the contact models that it and the grid name."""
+    keys = next((keys for _, keys in tables(raw, "interface")), {})
+    names = [keys.get("contact_model"), *_as_list(table(raw, "grid").get("contact_model"))]
+    return keys, list(dict.fromkeys(name for name in names if isinstance(name, str) and name in CONTACT_MODELS))
+
+
+def _floors(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    """Buildings whose floors a contact model collides, without their length."""
+    users = [name for name in _named(raw)[1] if needs_floors(CONTACT_MODELS[name])]
+    for index, keys in tables(raw, "building") if users else []:
+        if keys.get("rigid") is not True and "floor_length" not in keys:
+            yield Fault(
+                ("building", index, "floor_length"),
+                f'missing, and {users[0]} needs it; write floor_length = "20 m", the length of the floor along the row',
+                absent=True,
+            )
+
+
 def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
     """Effects without what they act on, or with a contact model that they do not act on."""
     asked = {name: options for name, options in table(raw, "effects").items() if name in EFFECTS}
     if not asked:
         return
-    keys = next((keys for _, keys in tables(raw, "interface")), {})
-    names = [keys.get("contact_model"), *_as_list(table(raw, "grid").get("contact_model"))]
-    laws = dict.fromkeys(name for name in names if isinstance(name, str) and name in CONTACT_MODELS)
+    keys, laws = _named(raw)
     for name, options in asked.items():
         kind: Any = EFFECTS[name]
         for needed in kind.needs:
@@ -230,7 +252,9 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
     for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
         if key in keys and used and law not in used:
             yield Fault((*base, key), f"only {law} has one, not {', '.join(used)}; remove it")
-    if "stiffness" in keys:
+    if "stiffness" in keys and used and not stiff:
+        yield Fault((*base, "stiffness"), f"{', '.join(used)}: the velocities jump, and no stiffness acts; remove it")
+    elif "stiffness" in keys:
         yield from _stiffness(index, keys["stiffness"], own)
     if not own:
         return

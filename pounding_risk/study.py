@@ -11,11 +11,25 @@ from typing import Any, NamedTuple
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import DESIGN_PENETRATION, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.models.instant import CONTACT_MODELS, is_instant
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.processing import STEPS
-from pounding_risk.quantities import GAP, MASS, PERIOD, PGA, SPEED, TAIL, TIME, YIELD_FORCE, Quantity, exact, shown
+from pounding_risk.quantities import (
+    FLOOR_LENGTH,
+    GAP,
+    MASS,
+    PERIOD,
+    PGA,
+    SPEED,
+    TAIL,
+    TIME,
+    WAVE_SPEED,
+    YIELD_FORCE,
+    Quantity,
+    exact,
+    shown,
+)
 from pounding_risk.relations import AS_PUBLISHED, related
 from pounding_risk.scene_text import nearest, write_toml
 
@@ -24,7 +38,6 @@ POLARITIES = (AS_RECORDED, REVERSED)
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
 PARAMETERS = ("plastic_exponent", "design_penetration")  # of single laws, beside their stiffness
-LATER_LAWS = ("distributed_mass",)
 
 
 class EqualTerms(NamedTuple):
@@ -142,13 +155,19 @@ class Study:
 
         A law whose stiffness has the other unit (k in N/m against β in N/m^1.5) has no value of its own in
         the scene: pass the ``stiffness`` that the scene's equal terms lead to. Raises SceneError without it, and
-        for a law that needs a restitution where the scene gives none; as `law_class` for a name.
+        for a law that needs a restitution or the buildings' floors where the scene gives none; as `law_class` for a
+        name.
         """
         name = name or self.law_name
         law = self.law_class(name)
         if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
             advice = 'write restitution = 0.65, or restitution = "concrete", in [[interface]]'
             raise SceneError(self.source, [f"{name} needs a restitution, and the scene gives none; {advice}"])
+        if needs_floors(law):
+            if short := self.without_floor():
+                advice = 'write floor_length = "20 m" in its [[building]]'
+                raise SceneError(self.source, [f"{name} needs a length of every floor, {short[0]} has none; {advice}"])
+            return law.between(*self.buildings)
         if is_instant(law):
             return law()
         if stiffness is None and self.stiffness is None:
@@ -166,6 +185,10 @@ class Study:
         values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
         values |= {key: getattr(self, key) for key in PARAMETERS if key in law._fields}
         return law(**values)
+
+    def without_floor(self) -> tuple[str, ...]:
+        """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
+        return tuple(each.name for each in self.buildings if not each.is_rigid and each.floor_length == 0.0)
 
     def law_class(self, name: str) -> Any:
         """The class of a contact law under the scene's damping relation.
@@ -270,8 +293,6 @@ def known_law(name: str) -> Any:
 
 def unknown_law(name: str) -> str:
     """A sentence for a contact model that is not there."""
-    if name in LATER_LAWS:
-        return f"{shown(name)} is not in this version; choose one of {', '.join(CONTACT_MODELS)}"
     return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
 
 
@@ -293,7 +314,16 @@ def _building(building: Building) -> dict[str, Any]:
         "mass": exact(building.mass, MASS),
         "period": exact(building.period, PERIOD),
         "damping": building.damping,
+        **_floor(building),
     }
+
+
+def _floor(building: Building) -> dict[str, Any]:
+    """The floor's length and wave speed, where it has a length."""
+    if building.floor_length == 0.0:
+        return {}
+    lengths = exact(building.floor_length, FLOOR_LENGTH), exact(building.wave_speed, WAVE_SPEED)
+    return dict(zip(("floor_length", "wave_speed"), lengths, strict=True))
 
 
 def _processing(asked: str | tuple[StepTable, ...]) -> str | list[dict[str, Any]]:

@@ -68,6 +68,7 @@ ALSO = {
         "collections",
         "collections.abc",
         "pounding_risk.models.contact",
+        "pounding_risk.models.structures",
     },  # the models without a force beside those with one
 }
 

@@ -47,7 +47,8 @@ yield_force = ["200 kN", "inf"]
 """
 LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged"
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
+    "distributed_mass"
 )
 
 
@@ -107,6 +108,7 @@ def test_commands_are_public_calls_of_the_same_name():
 def test_options_are_the_arguments_of_the_call(name):
     # Files, the scene and the law are made into objects; --strict is the command's own, for its exit status.
     shared = {"scene", "out", "figure", "overrides", "stiffness", "strict"}
+    shared |= {"floor_length", "other_floor_length", "wave_speed"}  # of the law
     options = set(inspect.signature(getattr(cli, name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
@@ -176,7 +178,10 @@ REFUSED = [
         "scene.toml: 1 fault\n  - linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; write "
         'equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows',
     ),
-    ("impact --law distributed_mass", f'"distributed_mass" is not in this version; choose one of {LAWS}'),
+    (
+        "impact --law distributed_mass",
+        'distributed_mass needs the length of the floors; write --floor-length "20 m"',
+    ),
     (
         "impact --speed 3",
         f'--speed: "3" {NO_UNIT} an approach speed needs one; write an approach speed such as "0.5 m/s"',

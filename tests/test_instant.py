@@ -40,7 +40,7 @@ def followed(left, right, interface, ground, dt, rtol=1e-6):
 
 
 def test_the_models_are_told_from_laws_of_force():
-    assert list(INSTANT_LAWS) == ["stereomechanical", "merged"]
+    assert list(INSTANT_LAWS) == ["stereomechanical", "merged", "distributed_mass"]
     assert set(INSTANT_LAWS) < set(CONTACT_MODELS)
 
 

@@ -87,7 +87,8 @@ names = ["RSN6-180"]
 """
 ALL_LAWS = (
     "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged"
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
+    "distributed_mass"
 )
 G = 9.80665  # m/s²
 
@@ -188,6 +189,7 @@ VARIED = [
         {step = "bandpass", low = "50 mHz", high = "inf"},
     ]\n""",
     SHORT.replace("[records]", 'equal_terms = {same = "penetration", speed = "1 m/s"}\n[records]'),
+    SHORT.replace('period = "0.208 s"', 'period = "0.208 s"\nfloor_length = "18.3 m"\nwave_speed = "2.9 km/s"'),
     SHORT.replace('name = "frame"', r'name = "a \"b\" \\ \u007f\n.é"'),
 ]
 
@@ -253,14 +255,17 @@ def test_a_law_that_the_scene_cannot_give():
         "linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; "
         'write equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows'
     ]
-    for name, sentence in {
-        "jankowsky": f'"jankowsky" is not a contact model (did you mean "jankowski"?); it may be {ALL_LAWS}',
-        "distributed_mass": f'"distributed_mass" is not in this version; choose one of {ALL_LAWS}',
-    }.items():
-        for ask in (found.law, found.needs_equal_terms):
-            with pytest.raises(PoundingError) as wrong:
-                ask(name)
-            assert str(wrong.value) == sentence
+    with pytest.raises(SceneError) as error:
+        found.law("distributed_mass")
+    assert error.value.faults == [
+        "distributed_mass needs a length of every floor, frame has none; "
+        'write floor_length = "20 m" in its [[building]]'
+    ]
+    for ask in (found.law, found.needs_equal_terms):
+        with pytest.raises(PoundingError) as wrong:
+            ask("jankowsky")
+        sentence = f'"jankowsky" is not a contact model (did you mean "jankowski"?); it may be {ALL_LAWS}'
+        assert str(wrong.value) == sentence
 
 
 @settings(deadline=None, max_examples=40)

@@ -31,7 +31,7 @@ from pounding_risk.core.tally import (
 )
 
 # What a touch leads to: a jump of the velocities under a law that has one, otherwise a contact of finite force.
-meet = by_verb("rebound", 2, merge, pound)
+meet = by_verb("strike", 2, merge, pound)
 
 
 @small

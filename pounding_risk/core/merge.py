@@ -13,11 +13,14 @@ What rebounds slower than rtol times the fastest free closing speed, onto a buil
 rebound: bounces shrink by e each, so what is left of a train of them then is a relative displacement of the order of
 (rtol × that speed)² over twice the acceleration that presses. Nor does what would rise by no more than displacements
 round by.
+
+A model may give its jump a largest force and a duration: they are noted, and the motion is that of the jump all the
+same. Its contact then lasts that long at least, though no longer than the record.
 """
 
 from __future__ import annotations
 
-from math import nan
+from math import isnan, nan
 from typing import NamedTuple
 
 from pounding_risk._jit import kernel, small
@@ -39,6 +42,7 @@ from pounding_risk.core.series import (
 )
 from pounding_risk.core.tally import (
     AT_END,
+    BUSY,
     CONTACT_TIME,
     DEMAND,
     ENERGY,
@@ -184,6 +188,24 @@ def write_state(desk, state):
 
 
 @kernel
+def time_levels(mass, largest, count, span, desk, log):
+    """Time the levels that F reaches first on a joined stretch, ``span`` = (its start, its length); −F/m in SIGNAL."""
+    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= mass * largest:
+        level = log.levels[log.used[2]] / mass
+        after = 0.0
+        if -desk[SIGNAL, 0] < level:
+            for n in range(count):
+                desk[SIGNAL, n] = -desk[SIGNAL, n]
+            root = first_rise(desk, count, level, span[1])
+            for n in range(count):
+                desk[SIGNAL, n] = -desk[SIGNAL, n]
+            # A crest that reaches it by rounding has no root.
+            after = root if root >= 0.0 else span[1]
+        log.first[log.used[2]] = span[0] + after
+        log.used[2] += 1
+
+
+@kernel
 def hold(joint, free, start, place, speed, desk, log):
     """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
 
@@ -200,6 +222,8 @@ def hold(joint, free, start, place, speed, desk, log):
         root = first_rise(desk, count, 0.0, span)
         stop = root if root >= 0.0 else span
         largest = highest(desk, SIGNAL, count, -1.0, stop, largest)
+        if not isnan(desk[TALLY, DEMAND]):
+            time_levels(mass, largest, count, (node * free.step + offset, stop), desk, log)
         push, power = 0.0, stop
         for n in range(count):
             push -= desk[SIGNAL, n] * power / (n + 1)
@@ -221,12 +245,40 @@ def hold(joint, free, start, place, speed, desk, log):
             return AT_END, node, offset, state, mass * largest
 
 
+@small
+def note_push(push, touched, desk, log):
+    """Enter the largest force of a jump, NaN for none that is finite, before what may follow it."""
+    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], push) if not isnan(push) else nan
+    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= push:
+        log.first[log.used[2]] = touched
+        log.used[2] += 1
+
+
+@small
+def settle_force(push, largest, rests, desk, log):
+    """The largest force of a contact, from that of its jump and of the joined motion, entered in the tally."""
+    known = desk[TALLY, PEAK_FORCE]
+    if isnan(push):
+        if rests:
+            desk[TALLY, PEAK_FORCE] = largest if not known > largest else known
+            return largest
+        if known == 0.0:
+            desk[TALLY, PEAK_FORCE] = nan
+        return nan
+    force = max(push, largest)
+    desk[TALLY, PEAK_FORCE] = max(known, force)
+    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], force)
+    for level in range(log.levels.size):
+        log.reached[level] += 1.0 if log.levels[level] <= force else 0.0
+    return force
+
+
 @kernel
 def merge(pair, free, law, limits, rtol, start, state, desk, log):
     """One touch at ``start`` = (node, time after it), and the joined motion where it does not rebound.
 
-    Returns (how it ended, node, time after it, state then), as `pound` does. The impulse of a jump has no finite
-    force: the largest force is that of the joined motion, NaN where there has been none, and the force that a law
+    Returns (how it ended, node, time after it, state then), as `pound` does. Where the impulse of a jump has no finite
+    force the largest force is that of the joined motion, NaN where there has been none, and the force that a law
     would have without a cap is NaN.
     """
     node, offset = start
@@ -245,7 +297,8 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     place, common = midway(joint, state)
     expand(joint.whole, place, common, push_whole(joint, ground), desk, LEFT, free.terms)
     pressed = presses(desk, lay_tension(joint, ground, free.terms, desk))
-    back = law.rebound(e) * speed
+    ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
+    back, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
     low = -2.0 * desk[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
     if pressed and (back <= rtol * free.fastest or back * back <= low):
@@ -265,20 +318,20 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     taken_along = ground.taken_along(joint.right, desk[STATE, 5], state[3])
     desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4] + taken_along
     state = ground.apart(joint.right, state, 0.0)
-    write_step(log, touched, force, state, desk)
+    write_step(log, touched, force if isnan(push) else max(push, force), state, desk)
+    note_push(push, touched, desk, log)
     finish, largest = FINISHED, 0.0
     if rests:
         finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)
-        known = desk[TALLY, PEAK_FORCE]
-        desk[TALLY, PEAK_FORCE] = largest if not known > largest else known
-    elif desk[TALLY, PEAK_FORCE] == 0.0:
-        desk[TALLY, PEAK_FORCE] = nan
+    force = settle_force(push, largest, rests, desk, log)
     state = parted(joint, state)
-    duration = max(node * free.step + offset - touched, 0.0)
+    over = max(node * free.step + offset, min(touched + lasts, (free.ground.size - 1) * free.step))
+    duration = max(over - touched, 0.0)
     desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy_of(pair, state_of(desk, STATE)))
-    desk[TALLY, CONTACT_TIME] += duration
+    # The next touch may come while the floors still press.
+    desk[TALLY, CONTACT_TIME] += max(over - max(touched, desk[TALLY, BUSY]), 0.0)
+    desk[TALLY, BUSY] = over
     desk[TALLY, IMPULSE] += desk[STATE, 5]
-    desk[TALLY, DEMAND] = nan
-    force = largest if rests else nan
-    write_contact(log, (touched, touched + duration, speed, e, force, nan, 0.0, 0.0), desk)
+    uncapped = nan if isnan(push) else force
+    write_contact(log, (touched, touched + duration, speed, e, force, uncapped, 0.0, 0.0), desk)
     return finish, node, offset, state

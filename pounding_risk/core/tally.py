@@ -30,8 +30,9 @@ from pounding_risk._jit import kernel
     HELD,
     STEPS,
     STATUS,
-) = range(20)
-TALLIED = 20
+    BUSY,
+) = range(21)
+TALLIED = 20  # of these are outputs; BUSY, until when the contacts so far last, serves the run alone
 
 # How a contact phase, and with it a run, may end.
 FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE, TOO_MANY_CONTACTS, ENERGY_OPEN = 0, 1, 2, 3, 4, 5, 6

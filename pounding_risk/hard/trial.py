@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pounding_risk.collision import Impact, impact
 from pounding_risk.core.tally import COMPLETE, make_log
 from pounding_risk.models.contact import stiffness_quantity
-from pounding_risk.models.instant import CONTACT_MODELS, is_instant
+from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.pair import Interface, free_response, oscillators, run, solve
@@ -26,9 +26,11 @@ PULLING = ("kelvin_voigt", "hertz_damp", "hertz_damp_exact")
 NO_PULL = 1e-8
 STEPS_KEPT = 200_000
 
-SOFT = Building("left", 500e3, 0.5, 0.05)
-STIFF = Building("right", 800e3, 0.31, 0.05)
+# With floors, of which the harder is the shorter: a force in steps, for models that collide them.
+SOFT = Building("left", 500e3, 0.5, 0.05, 27.0)
+STIFF = Building("right", 800e3, 0.31, 0.05, 12.0)
 FRAME, MASONRY = Building("frame", 44.36e3, 0.208, 0.05), Building("masonry", 82.6e3, 0.007, 0.05)
+USUAL_FLOOR = 20.0  # m
 WALL = Building.rigid("wall")
 
 
@@ -89,7 +91,11 @@ class Trial:
         return not is_instant(self.kind) and stiffness_quantity(self.kind).unit == "N/m"
 
     def law(self, scene: Scene) -> Any:
-        """The law with the scene's stiffness, where it takes one."""
+        """The law with the scene's stiffness or floors, where it takes them."""
+        if needs_floors(self.kind):
+            pair = (scene.left, scene.right)
+            kind: Any = self.kind
+            return kind.between(*(each._replace(floor_length=each.floor_length or USUAL_FLOOR) for each in pair))
         if is_instant(self.kind):
             return self.kind()
         return self.kind(scene.linear if self.is_linear else scene.hertz)
@@ -135,11 +141,12 @@ class Trial:
         Infinite where the run broke what must hold to rounding: there was contact, no force pulls in a law that
         does not, the capped force is at most F_E, no output is NaN or infinite.
         """
-        # The force of a jump is not finite: NaN has a meaning there.
-        peak = 0.0 if is_instant(self.kind) else found["peak_contact_force"]
+        # The force of a jump is not finite, unless floors collide: NaN has a meaning there.
+        forceless = is_instant(self.kind) and not needs_floors(self.kind)
+        peak = 0.0 if forceless else found["peak_contact_force"]
         pulls = self.name not in PULLING and not found["lowest_contact_force"] >= -NO_PULL * peak
         never = {"first_yield_time", "peak_storey_shear_left", "peak_storey_shear_right"}  # NaN has a meaning there
-        if is_instant(self.kind):
+        if forceless:
             never |= {"peak_contact_force", "yield_demand"}
         broken = any(not isfinite(value) for name, value in found.items() if name not in never)
         return inf if pulls or broken or not found["impact_count"] > 0.0 else found["energy_residual"]

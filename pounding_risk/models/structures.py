@@ -5,7 +5,10 @@ from __future__ import annotations
 from math import inf, pi
 from typing import Annotated, NamedTuple
 
-from pounding_risk.quantities import DAMPING, MASS, PERIOD
+from pounding_risk.quantities import DAMPING, FLOOR_LENGTH, MASS, PERIOD, WAVE_SPEED
+
+# sqrt(E/ρ) of concrete C25/30 is 3490 m/s: E_cm = 31 GPa (EN 1992-1-1, Table 3.1), 25 kN/m³ (EN 1991-1-1, Table A.1).
+CONCRETE_WAVE_SPEED = 3500.0  # m/s
 
 
 class Building(NamedTuple):
@@ -13,13 +16,17 @@ class Building(NamedTuple):
 
         ü + 2 ζ ω u̇ + ω² u = −a_g(t) + (contact forces) / m,     ω = 2π / T
 
-    ``period`` 0 means rigid: the building moves with the ground and cannot be pushed.
+    ``period`` 0 means rigid: the building moves with the ground and cannot be pushed. ``floor_length`` is that of the
+    floor in the direction of the row, 0 where it is not known; only contact models that collide floors use it, and
+    with it ``wave_speed``.
     """
 
     name: str
     mass: Annotated[float, MASS]
     period: Annotated[float, PERIOD]
     damping: Annotated[float, DAMPING]
+    floor_length: Annotated[float, FLOOR_LENGTH] = 0.0
+    wave_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
 
     @classmethod
     def rigid(cls, name: str, mass: float = inf) -> Building:
