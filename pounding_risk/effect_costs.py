@@ -190,7 +190,9 @@ def finding(dataset: xr.Dataset) -> str:
     if len(without) == len(names):
         return f"No effect changes a reported digit of any of the {_cases(dataset)} cases; {cost}."
     output, words = next(iter(COMPARED.items()))
-    spreads = {name: np.abs(changes(dataset, name, output)) for name in names if name not in without}
+    # All together is no effect of its own: it is named where no single one stands beside it.
+    single = [name for name in names if name not in without and name != ALL] or [ALL]
+    spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
     strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
     change = changes(dataset, strongest, output)
     rest = f"; {' and '.join(without)} change no reported digit" if without else ""

@@ -30,9 +30,13 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     yields = dataset["yield_exceedance"].sel(effects=BASE).values == 1
     for axis, (output, words) in zip(axes.flat, PANELS.items(), strict=False):
         in_mm = output == "permanent_set"
-        for place, name in enumerate(names[1:], 1):
+        rows = []
+        for name in names[1:]:
             acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
-            _spread(axis, place, _values(dataset, name, output, acted), STYLES[place % len(STYLES)][0])
+            rows.append(_values(dataset, name, output, acted))
+        edges = _edges(rows)
+        for place, values in enumerate(rows, 1):
+            _spread(axis, place, values, edges, STYLES[place % len(STYLES)][0])
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(words, fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
@@ -40,12 +44,12 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     for axis in axes[:, 0]:
         axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
         axis.set_ylim(len(names) - 0.4, 0.4)
-    wide = "; where the ground is changed, all cases" if dataset["acts_on_all"].any() else ""
+    wide = ", all where the ground is changed" if dataset["acts_on_all"].any() else ""
     condition = (
-        f"{dataset.attrs['title']}; shown are the {int(yields.sum())} of {yields.size} cases that yield without effects"
-        f"{wide}; bars: middle two thirds, line: median"
+        f"{dataset.attrs['title']}; the {int(yields.sum())} of {yields.size} cases that yield without effects{wide}; "
+        "bars: middle two thirds, line: median"
     )
-    title(figure, fill(dataset.attrs["finding"], 125), condition, note)
+    title(figure, fill(dataset.attrs["finding"], 125), fill(condition, 125), note)
     return figure
 
 
@@ -60,7 +64,17 @@ def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> n
     return change[np.isfinite(change)]
 
 
-def _spread(axis: Any, place: int, values: np.ndarray, colour: str) -> None:
+def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
+    """What a panel shows of its rows: all but the outermost hundredth of any, so that a few far cases leave room."""
+    full = [values for values in rows if values.size] or [np.zeros(1)]
+    low = min(0.0, *(float(np.quantile(values, 0.01)) for values in full))
+    high = max(0.0, *(float(np.quantile(values, 0.99)) for values in full))
+    margin = 0.05 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _spread(axis: Any, place: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
+    axis.set_xlim(*edges)
     if not values.size:
         return
     # Points side by side at random, the same on any day.
@@ -69,6 +83,11 @@ def _spread(axis: Any, place: int, values: np.ndarray, colour: str) -> None:
     low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
     axis.plot([low, high], [place, place], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
     axis.plot([middle, middle], [place - 0.28, place + 0.28], color="black", linewidth=2)
+    for edge, beyond, side in ((edges[0], values < edges[0], "left"), (edges[1], values > edges[1], "right")):
+        if beyond.any():
+            far = values[beyond].min() if side == "left" else values[beyond].max()
+            words = f"{beyond.sum()} beyond, to {far:+.0f}"
+            axis.annotate(words, (edge, place + 0.42), ha=side, va="center", fontsize=8, color="black")
 
 
 def _costs(axis: Any, dataset: xr.Dataset) -> None:

@@ -259,7 +259,7 @@ def test_every_contact_model_takes_a_wave(law: str):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({}, 'missing; write wave_passage = {velocity = "500 m/s", distance = "20 m"}'),
+        ({}, 'missing; write wave_passage = {velocity = "1000 m/s", distance = "20 m"}'),
         ({"velocity": "0 m/s", "distance": "20 m"}, "out of range"),
         ({"velocity": "500 m/s", "distance": "-1 m"}, "out of range"),
         ({"velocity": "500 m/s", "distance": "20 m", "towards": "up"}, '"up" is not one of "left", "right"'),

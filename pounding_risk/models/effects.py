@@ -20,7 +20,7 @@ from pounding_risk.quantities import Quantity
 
 RATIO = Quantity("1", 0.0, inf, "ratio of unloading to loading stiffness", open_low=True, open_high=True, example="1.5")
 LENGTH = Quantity("m", 0.0, inf, "length over which the impact deforms", open_low=True, open_high=True, example="0.6 m")
-APPARENT = Quantity("m/s", 1.0, inf, "apparent velocity of the wave along the row", open_high=True, example="500 m/s")
+APPARENT = Quantity("m/s", 1.0, inf, "apparent velocity of the wave along the row", open_high=True, example="1000 m/s")
 DISTANCE = Quantity("m", 0.0, inf, "distance between the buildings' supports", open_high=True, example="20 m")
 STRENGTH = Quantity("Pa", 8e6, 130e6, "mean concrete strength f_cm", example="30 MPa")
 
