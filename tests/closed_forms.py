@@ -8,6 +8,7 @@ checked against the independent integrator in test_oracle.py.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
@@ -116,6 +117,11 @@ def capped_hertz_impact(beta: float, mass: float, speed: float, cap: float) -> t
 # ------------------------------------------------- the same with damping: one quadrature or root where need be
 
 
+def integral(function: Callable[[float], float], end: float) -> float:
+    """From 0, to 1e-11 of itself."""
+    return float(quad(function, 0.0, end, epsabs=0.0, epsrel=1e-11)[0])
+
+
 def damped_impact(stiffness: float, mass: float, speed: float, xi: float) -> tuple[float, float]:
     """(δ_max, F_max) of k δ + c δ̇ on approach, ξ < 1 (derived), with cos θ = ξ and s = sin θ.
 
@@ -156,13 +162,7 @@ def hertz_damp_impact(beta: float, mass: float, speed: float, d: float) -> tuple
 
     # dt = −m dv / F, and F grows with the power 0.6 of the change since either end: x^2.5 makes it smooth.
     halves = [
-        quad(
-            lambda x, v=end: 2.5 * x**1.5 / force(v, math.copysign(x**2.5, -v)),
-            0.0,
-            abs(end) ** 0.4,
-            epsabs=0.0,
-            epsrel=1e-11,
-        )[0]
+        integral(lambda x, v=end: 2.5 * x**1.5 / force(v, math.copysign(x**2.5, -v)), abs(end) ** 0.4)
         for end in (1.0, -e)
     ]
     top = brentq(lambda v: 1.5 * v - 2.5 * d * risen(1.0, v - 1.0), 0.0, 1.0, xtol=1e-15)
@@ -185,17 +185,26 @@ def jankowski_approach(
     x = place(tau)
     rate = speed * math.exp(-zeta * tau) * (math.cos(s * tau) - zeta / s * math.sin(s * tau))
     # x^(−0.2) grows without bound at the touch; τ = p^1.25 takes that away.
-    time = quad(
-        lambda p: 0.8 / omega * place(p**1.25) ** -0.2 * 1.25 * p**0.25, 0.0, tau**0.8, epsabs=0.0, epsrel=1e-11
-    )
+    time = integral(lambda p: 0.8 / omega * place(p**1.25) ** -0.2 * 1.25 * p**0.25, tau**0.8)
     force = beta * x**1.2 + 2.0 * xi * math.sqrt(beta * mass) * x**0.2 * rate
-    return x**0.8, rate, force, time[0]
+    return x**0.8, rate, force, time
 
 
 def jankowski_turn(xi: float) -> float:
     """The τ of `jankowski_approach` at which δ̇ is zero."""
     zeta = math.sqrt(0.8) * xi
     return math.acos(zeta) / math.sqrt(1.0 - zeta * zeta)
+
+
+def jankowski_top(beta: float, mass: float, speed: float, xi: float) -> float:
+    """The τ at which the force on approach is largest; 1e-9 of τ is nothing in the force."""
+    found = minimize_scalar(
+        lambda tau: -jankowski_approach(beta, mass, speed, xi, tau)[2],
+        bounds=(1e-9, jankowski_turn(xi)),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    return float(found.x)
 
 
 def jankowski_restitution(xi: float) -> float:
@@ -207,14 +216,9 @@ def jankowski_impact(beta: float, mass: float, speed: float, xi: float) -> tuple
     """(δ_max, F_max, duration): the damped way in, where F has one top, and Hertz's way out."""
     turn = jankowski_turn(xi)
     depth, _, _, time = jankowski_approach(beta, mass, speed, xi, turn)
-    top = minimize_scalar(
-        lambda tau: -jankowski_approach(beta, mass, speed, xi, tau)[2],
-        bounds=(1e-9 * turn, turn),
-        method="bounded",
-        options={"xatol": 1e-9},
-    )
+    top = jankowski_top(beta, mass, speed, xi)
     back = speed * jankowski_restitution(xi)
-    return depth, -float(top.fun), time + 0.5 * hertz_impact(beta, mass, back)[2]
+    return depth, jankowski_approach(beta, mass, speed, xi, top)[2], time + 0.5 * hertz_impact(beta, mass, back)[2]
 
 
 def capped_jankowski_impact(
@@ -226,14 +230,8 @@ def capped_jankowski_impact(
     F_E (δ_max − δ_y), the spring 0.4 F_E δ_y (derived).
     """
     depth_y = (cap / beta) ** (2.0 / 3.0)
-    top = minimize_scalar(
-        lambda tau: -jankowski_approach(beta, mass, speed, xi, tau)[2],
-        bounds=(1e-9, jankowski_turn(xi)),
-        method="bounded",
-    )
-    tau = brentq(
-        lambda tau: jankowski_approach(beta, mass, speed, xi, tau)[2] - cap, 1e-9, float(top.x), xtol=1e-15, rtol=1e-14
-    )
+    top = jankowski_top(beta, mass, speed, xi)
+    tau = brentq(lambda tau: jankowski_approach(beta, mass, speed, xi, tau)[2] - cap, 1e-9, top, xtol=1e-15, rtol=1e-14)
     first, slower, _, time = jankowski_approach(beta, mass, speed, xi, tau)
     depth = first + mass * slower**2 / (2.0 * cap)
     if depth < depth_y:
