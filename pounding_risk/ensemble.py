@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from math import inf
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,7 +24,7 @@ from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
 from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
-from pounding_risk.relations import out_of_reach
+from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save, versions
 from pounding_risk.study import REVERSED, Study
 
@@ -138,15 +137,6 @@ def motions_of(study: Study) -> tuple[Motion, ...]:
 def laws_of(study: Study) -> tuple[Any, ...]:
     """The grid's contact laws with their stiffness; where a k is no β, the one that equal terms lead to."""
     return tuple(law_of(study, name) for name in study.grid.contact_models)
-
-
-def check_reach(study: Study, names: Iterable[str]) -> None:
-    """Raise SceneError for a law that cannot return the scene's e under its relation, or the least of its e(v)."""
-    rule = study.restitution
-    least = rule.at(rule.fastest) if rule.fastest < inf else rule.c0  # the published relations fall with the speed
-    told = [out_of_reach(study.law_class(name), least, study.design_penetration) for name in names]
-    if any(told):
-        raise SceneError(study.source, [f"interface.restitution: {sentence}" for sentence in told if sentence])
 
 
 def law_of(study: Study, name: str) -> Any:

@@ -104,7 +104,8 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
     ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). Raises SceneError, which
     tells every fault of a scene file at once, and RecordError for a record that cannot be used.
     """
-    from pounding_risk.ensemble import check_reach, motions_of
+    from pounding_risk.ensemble import motions_of
+    from pounding_risk.relations import check_reach
     from pounding_risk.scenario import parse_scene, read_scene
 
     if isinstance(scene, Study):

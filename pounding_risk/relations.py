@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from math import inf
+from typing import TYPE_CHECKING, Any
 
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.exact_damping import BILINEAR_LOWEST, EXACT, BilinearExact
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.quantities import shown
 from pounding_risk.scene_text import nearest
+
+if TYPE_CHECKING:
+    from pounding_risk.study import Study
 
 AS_PUBLISHED, AS_ASKED = RELATIONS = ("published", "exact")
 EXAMPLE = '{value = 0.65, relation = "exact"}'
@@ -74,6 +78,15 @@ def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
             'write a larger e, or relation = "published"'
         )
     return ""
+
+
+def check_reach(study: Study, names: Iterable[str]) -> None:
+    """Raise SceneError for a law that cannot return the scene's e under its relation, or the least of its e(v)."""
+    rule = study.restitution
+    least = rule.at(rule.fastest) if rule.fastest < inf else rule.c0  # the published relations fall with the speed
+    told = [out_of_reach(study.law_class(name), least, study.design_penetration) for name in names]
+    if any(told):
+        raise SceneError(study.source, [f"interface.restitution: {sentence}" for sentence in told if sentence])
 
 
 def _no_relation(names: list[str]) -> str:
