@@ -23,7 +23,7 @@ from pounding_risk.models.ground import Together
 from pounding_risk.models.instant import needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
-from pounding_risk.relations import AS_PUBLISHED, faults, misfit, name_of, related
+from pounding_risk.relations import AS_PUBLISHED, faults, misfit, name_of, out_of_reach, related
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
 ROWS = 100_000
@@ -72,12 +72,16 @@ def impact(
     ``CONCRETE``, or as a scene has it: "concrete", ``{"value": 0.65, "relation": "exact"}``. ``relation`` is
     "published" or "exact": then e achieved is e asked for, where the law stays below its cap. ``yield_force`` [N]
     acts in laws with a cap. m δ̈ = −F(δ, δ̇), m = m1 m2 / (m1 + m2), from δ = 0, δ̇ = speed to the parting. Raises
-    PoundingError for a speed or mass that is not above zero, and for a relation that the law cannot take.
+    PoundingError for a speed or mass that is not above zero, and for a relation, or an e under it, that the law cannot
+    take.
     """
     for name, value in (("speed", speed), ("mass", mass), ("other_mass", other_mass), ("yield_force", yield_force)):
         if not value > 0.0:
             raise PoundingError(f"impact: {name} is {value:g}; it must be above zero")
     law, rule = _damped(law, restitution, relation)
+    beyond = out_of_reach(type(bare(law)), rule.at(speed), getattr(bare(law), "design_penetration", 0.0))
+    if beyond:
+        raise PoundingError(f"impact: restitution: {beyond}")
     pair = free_mass(float(mass)), free_mass(float(other_mass))
     still = ((0.0,) * 4,) * 2
     free = Free(

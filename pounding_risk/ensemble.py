@@ -24,6 +24,7 @@ from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
 from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
+from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save, versions
 from pounding_risk.study import REVERSED, Study
 
@@ -139,7 +140,11 @@ def laws_of(study: Study) -> tuple[Any, ...]:
 
 
 def law_of(study: Study, name: str) -> Any:
-    """One contact law of the scene with its effects; its stiffness by equal terms where the unit differs."""
+    """One contact law of the scene with its effects; its stiffness by equal terms where the unit differs.
+
+    Raises as `check_reach`.
+    """
+    check_reach(study, (name,))
     return with_effects(_calibrated(study, name), study.effects)
 
 

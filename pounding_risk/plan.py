@@ -119,6 +119,7 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
     tells every fault of a scene file at once, and RecordError for a record that cannot be used.
     """
     from pounding_risk.ensemble import motions_of
+    from pounding_risk.relations import check_reach
     from pounding_risk.scenario import parse_scene, read_scene
 
     if isinstance(scene, Study):
@@ -129,6 +130,7 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
             study = replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
     else:
         study = read_scene(scene, overrides)
+    check_reach(study, study.grid.contact_models)
     return Plan(study, tuple(_planned(motion) for motion in motions_of(study)))
 
 

@@ -1,15 +1,19 @@
-"""Which relation between restitution and damping a law takes: the published one, or the exact one."""
+"""Which relation between restitution and damping, or a loop, a law takes: the published one, or the exact one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from math import inf
+from typing import TYPE_CHECKING, Any
 
-from pounding_risk.errors import PoundingError
-from pounding_risk.models.exact_damping import EXACT
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.models.exact_damping import BILINEAR_LOWEST, EXACT, BilinearExact
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant
 from pounding_risk.quantities import shown
 from pounding_risk.scene_text import nearest
+
+if TYPE_CHECKING:
+    from pounding_risk.study import Study
 
 AS_PUBLISHED, AS_ASKED = RELATIONS = ("published", "exact")
 EXAMPLE = '{value = 0.65, relation = "exact"}'
@@ -53,6 +57,36 @@ def misfit(laws: Iterable[Any], relation: str) -> str:
     names = [name_of(law) for law in laws]
     told = f"{names[0]} is elastic and uses" if len(names) == 1 else f"{', '.join(names)} are elastic and use"
     return f"{told} no restitution, so that no relation leads to its damping; remove relation, or choose {_able()}"
+
+
+def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
+    """A sentence where a class under its relation cannot return this e; "" where it can.
+
+    Only the exact bilinear law has a limit: its loop is bounded, and fixed by a design penetration that is given [m].
+    """
+    if law is not BilinearExact:
+        return ""
+    if design_penetration > 0.0:
+        return (
+            "bilinear with a design_penetration of its own returns another e at every approach speed, and no loop the "
+            "one asked for; remove design_penetration, which then follows each approach speed, "
+            'or write relation = "published"'
+        )
+    if e < BILINEAR_LOWEST:
+        return (
+            f"bilinear returns no e below {BILINEAR_LOWEST:.3f} without pulling, and {e:g} is asked for; "
+            'write a larger e, or relation = "published"'
+        )
+    return ""
+
+
+def check_reach(study: Study, names: Iterable[str]) -> None:
+    """Raise SceneError for a law that cannot return the scene's e under its relation, or the least of its e(v)."""
+    rule = study.restitution
+    least = rule.at(rule.fastest) if rule.fastest < inf else rule.c0  # the published relations fall with the speed
+    told = [out_of_reach(study.law_class(name), least, study.design_penetration) for name in names]
+    if any(told):
+        raise SceneError(study.source, [f"interface.restitution: {sentence}" for sentence in told if sentence])
 
 
 def _no_relation(names: list[str]) -> str:

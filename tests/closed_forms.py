@@ -8,9 +8,10 @@ checked against the independent integrator in test_oracle.py.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from scipy.integrate import quad
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 from scipy.special import beta as beta_function
 
 # ---------------------------------------------------------------- restitution achieved, from the law itself
@@ -113,6 +114,191 @@ def capped_hertz_impact(beta: float, mass: float, speed: float, cap: float) -> t
     return depth_y + (energy - elastic) / cap, 2.0 * (rise[0] + mass * speed_y / cap)
 
 
+# ------------------------------------------------- the same with damping: one quadrature or root where need be
+
+
+def integral(function: Callable[[float], float], end: float) -> float:
+    """From 0, to 1e-11 of itself."""
+    return float(quad(function, 0.0, end, epsabs=0.0, epsrel=1e-11)[0])
+
+
+def damped_impact(stiffness: float, mass: float, speed: float, xi: float) -> tuple[float, float]:
+    """(δ_max, F_max) of k δ + c δ̇ on approach, ξ < 1 (derived), with cos θ = ξ and s = sin θ.
+
+    The n-th derivative of δ is (v0/s) ω^(n−1) exp(−ξωt) sin(sωt + n(π − θ)): δ̇ is zero at sωt = θ, and Ḟ = −m δ⃛ at
+    3θ − π. Where ξ > ½ that lies before the touch, and the jump to c v0 is the largest force.
+    """
+    s, theta = math.sqrt(1.0 - xi * xi), math.acos(xi)
+    depth = speed * math.sqrt(mass / stiffness) * math.exp(-xi / s * theta)
+    decay = math.exp(-xi / s * (3.0 * theta - math.pi)) if xi < 0.5 else 2.0 * xi
+    return depth, speed * math.sqrt(stiffness * mass) * decay
+
+
+def kelvin_voigt_cut_duration(stiffness: float, mass: float, xi: float) -> float:
+    """To δ = 0 (derived): F = 0 at sωt = 2θ, the rest of the way at e v0, 2ξ/ω long."""
+    s, omega = math.sqrt(1.0 - xi * xi), math.sqrt(stiffness / mass)
+    return (2.0 * math.acos(xi) / s + 2.0 * xi) / omega
+
+
+def modified_kelvin_voigt_duration(stiffness: float, mass: float, xi: float) -> float:
+    """Damped to the turn, a quarter of an elastic wave after it (derived)."""
+    s, omega = math.sqrt(1.0 - xi * xi), math.sqrt(stiffness / mass)
+    return (math.acos(xi) / s + 0.5 * math.pi) / omega
+
+
+def hertz_damp_impact(beta: float, mass: float, speed: float, d: float) -> tuple[float, float, float]:
+    """(δ_max, F_max, duration) of β δ^1.5 (1 + d v), v over v0 (derived: the variables separate).
+
+    0.4 (β/(m v0²)) δ^2.5 = (1 − v)/d − ln((1 + d)/(1 + d v))/d²; at the largest force 1.5 v = d × that × 2.5.
+    """
+    unit, e = mass * speed**2 / beta, hertz_damp_restitution(d)
+
+    def risen(start: float, change: float) -> float:
+        """The right side at v = start + change; it is zero at both ends, v = 1 and v = −e, and counted from there."""
+        return -change / d + math.log1p(d * change / (1.0 + d * start)) / d**2
+
+    def force(start: float, change: float) -> float:
+        return beta * (2.5 * unit * risen(start, change)) ** 0.6 * (1.0 + d * (start + change))
+
+    # dt = −m dv / F, and F grows with the power 0.6 of the change since either end: x^2.5 makes it smooth.
+    halves = [
+        integral(lambda x, v=end: 2.5 * x**1.5 / force(v, math.copysign(x**2.5, -v)), abs(end) ** 0.4)
+        for end in (1.0, -e)
+    ]
+    top = brentq(lambda v: 1.5 * v - 2.5 * d * risen(1.0, v - 1.0), 0.0, 1.0, xtol=1e-15)
+    return (2.5 * unit * risen(1.0, -1.0)) ** 0.4, force(1.0, top - 1.0), mass * speed * sum(halves)
+
+
+def jankowski_approach(
+    beta: float, mass: float, speed: float, xi: float, tau: float
+) -> tuple[float, float, float, float]:
+    """(δ, δ̇, F, t) on approach (derived): in x = δ^(5/4) a damped oscillator, Ω² = 0.8 β/m, ζ = √0.8 ξ < 1, at Ωt' = τ.
+
+    dx/dt' = δ̇ and dt = 0.8 x^(−0.2) dt'; τ = θ/s at the turn, cos θ = ζ.
+    """
+    omega, zeta = math.sqrt(0.8 * beta / mass), math.sqrt(0.8) * xi
+    s = math.sqrt(1.0 - zeta * zeta)
+
+    def place(phase: float) -> float:
+        return speed / (omega * s) * math.exp(-zeta * phase) * math.sin(s * phase)
+
+    x = place(tau)
+    rate = speed * math.exp(-zeta * tau) * (math.cos(s * tau) - zeta / s * math.sin(s * tau))
+    # x^(−0.2) grows without bound at the touch; τ = p^1.25 takes that away.
+    time = integral(lambda p: 0.8 / omega * place(p**1.25) ** -0.2 * 1.25 * p**0.25, tau**0.8)
+    force = beta * x**1.2 + 2.0 * xi * math.sqrt(beta * mass) * x**0.2 * rate
+    return x**0.8, rate, force, time
+
+
+def jankowski_turn(xi: float) -> float:
+    """The τ of `jankowski_approach` at which δ̇ is zero."""
+    zeta = math.sqrt(0.8) * xi
+    return math.acos(zeta) / math.sqrt(1.0 - zeta * zeta)
+
+
+def jankowski_top(beta: float, mass: float, speed: float, xi: float) -> float:
+    """The τ at which the force on approach is largest; 1e-9 of τ is nothing in the force."""
+    found = minimize_scalar(
+        lambda tau: -jankowski_approach(beta, mass, speed, xi, tau)[2],
+        bounds=(1e-9, jankowski_turn(xi)),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    return float(found.x)
+
+
+def jankowski_restitution(xi: float) -> float:
+    """What the approach leaves: that of a damper on approach only with ζ = √0.8 ξ (derived)."""
+    return modified_kelvin_voigt_restitution(math.sqrt(0.8) * xi)
+
+
+def jankowski_impact(beta: float, mass: float, speed: float, xi: float) -> tuple[float, float, float]:
+    """(δ_max, F_max, duration): the damped way in, where F has one top, and Hertz's way out."""
+    turn = jankowski_turn(xi)
+    depth, _, _, time = jankowski_approach(beta, mass, speed, xi, turn)
+    top = jankowski_top(beta, mass, speed, xi)
+    back = speed * jankowski_restitution(xi)
+    return depth, jankowski_approach(beta, mass, speed, xi, top)[2], time + 0.5 * hertz_impact(beta, mass, back)[2]
+
+
+def capped_jankowski_impact(
+    beta: float, mass: float, speed: float, xi: float, cap: float
+) -> tuple[float, float, float]:
+    """(e, δ_max, duration) of the paper's eq. (3) as it is, F_E so low that it holds from its reach to the turn.
+
+    From δ1, v1, where the rising force reaches F_E: δ_max = δ1 + m v1²/(2 F_E); the plateau gives back
+    F_E (δ_max − δ_y), the spring 0.4 F_E δ_y (derived).
+    """
+    depth_y = (cap / beta) ** (2.0 / 3.0)
+    top = jankowski_top(beta, mass, speed, xi)
+    tau = brentq(lambda tau: jankowski_approach(beta, mass, speed, xi, tau)[2] - cap, 1e-9, top, xtol=1e-15, rtol=1e-14)
+    first, slower, _, time = jankowski_approach(beta, mass, speed, xi, tau)
+    depth = first + mass * slower**2 / (2.0 * cap)
+    if depth < depth_y:
+        raise ValueError("the spring alone does not reach F_E: the plateau ends before the turn")
+    returned = cap * (depth - depth_y) + 0.4 * cap * depth_y
+    e = math.sqrt(returned / (0.5 * mass * speed**2))
+    way_back = 0.5 * capped_hertz_impact(beta, mass, e * speed, cap)[1]
+    return e, depth, time + mass * slower / cap + way_back
+
+
+# ------------------------------------------------------------------------------------------------ the bilinear law
+# In units of K δ_m and δ_m: F = (1 − Q) x + 10 Q min(x, 0.1) on the way in; on the way out the elastic part goes first.
+# δ_m is a Hertz spring's penetration at the approach speed, so that the touch brings 0.4.
+
+
+def bilinear_share(e: float) -> float:
+    """Q as published: q/0.9 with q = 0.4 (1 − e²), the loop's area at δ_m."""
+    return 0.4 * (1.0 - e * e) / 0.9
+
+
+def bilinear_deepest(share: float) -> float:
+    """x with (1 − Q) x²/2 + Q (x − 0.05) = 0.4."""
+    if share == 1.0:
+        return 0.45
+    flat = 1.0 - share
+    return (-share + math.sqrt(share**2 + 2.0 * flat * (0.05 * share + 0.4))) / flat
+
+
+def bilinear_loop_restitution(share: float) -> float:
+    """e of the loop Q: what comes back is (1 − Q) x²/2 + Q/20."""
+    return math.sqrt((0.5 * (1.0 - share) * bilinear_deepest(share) ** 2 + 0.05 * share) / 0.4)
+
+
+def bilinear_restitution(e: float) -> float:
+    """e achieved by the bilinear law as published, where δ_m follows the approach speed."""
+    return bilinear_loop_restitution(bilinear_share(e))
+
+
+def bilinear_impact(beta: float, mass: float, speed: float, share: float) -> tuple[float, float, float]:
+    """(δ_max, F_max, duration): four pieces of a straight line each, on which the motion is a sine."""
+    unit = (1.25 * mass * speed**2 / beta) ** 0.4  # δ_m
+    clock = math.sqrt(mass / (beta * math.sqrt(unit)))
+    deepest, steep, flat = bilinear_deepest(share), 1.0 + 9.0 * share, 1.0 - share
+
+    def sine(slope: float, force: tuple[float, float]) -> float:
+        """Time on a line from one force to another, of which one is met with no speed: ω t = acos(F/F_at_rest)."""
+        return math.acos(force[1] / force[0]) / math.sqrt(slope)
+
+    def arc(slope: float, force: float, came: float, way: float) -> float:
+        """Time over the length ``way`` of a rising line that starts at this force with the speed ``came``²."""
+        start = math.atan2(force, math.sqrt(slope * came))
+        end = math.asin((force + slope * way) / math.sqrt(force**2 + slope * came))
+        return (end - start) / math.sqrt(slope)
+
+    force = flat * deepest + share
+    corner, turned = steep * 0.1, flat * (deepest - 0.1)
+    # Squares of the speed over δ_m/clock: 0.8 at the touch, and at the parting 0.8 e².
+    left = 0.8 * bilinear_loop_restitution(share) ** 2
+    times = (
+        arc(steep, 0.0, 0.8, 0.1),
+        sine(flat, (force, corner)),
+        sine(steep, (force, turned)),
+        arc(flat, 0.0, left, deepest - 0.1),
+    )
+    return deepest * unit, beta * math.sqrt(unit) * unit * force, clock * sum(times)
+
+
 def velocities(m1: float, m2: float, v1: float, v2: float, e: float) -> tuple[float, float]:
     """Velocities after a collision with restitution e (Goldsmith): momentum kept."""
     change = (1.0 + e) * (v1 - v2) / (m1 + m2)
@@ -193,18 +379,6 @@ CONCRETE: dict[float, float] = {
     0.0: 0.793, 0.1: 0.768, 0.25: 0.734, 0.5: 0.683, 1.0: 0.603, 1.5: 0.547, 2.0: 0.510, 2.5: 0.486,
     3.0: 0.472, 4.0: 0.447, 5.0: 0.393,
 }  # fmt: skip
-
-
-def bilinear_restitution(e: float) -> float:
-    """e achieved by the bilinear law whose δ_m is a Hertz spring's penetration at the approach speed.
-
-    In units of K = β sqrt(δ_m) and δ_m: energy at the touch 0.4 = K2 x²/2 + Q x − Q/20 at the deepest x, what comes
-    back K2 x²/2 + Q/20, with q = 0.4 (1 − e²), K2 = 1 − q/0.9, Q = q/0.9 the height of the loop.
-    """
-    q = 0.4 * (1.0 - e * e)
-    flat, loop = 1.0 - q / 0.9, 0.1 * q * (10.0 + 1.0 / 0.9)
-    deepest = (-loop + math.sqrt(loop**2 + 2.0 * flat * (0.05 * loop + 0.4))) / flat
-    return math.sqrt((0.5 * flat * deepest**2 + 0.05 * loop) / 0.4)
 
 
 # e achieved where the bilinear law goes in just as deep as it was designed for: sqrt((1 − q) / (1 + q)).

@@ -1,4 +1,4 @@
-"""Isolated impacts beyond the tables of test_conformance: scaling, limits, exact damping, mass ratios, the cap."""
+"""Isolated impacts beyond the facts of test_conformance: scaling, limits, exact damping, mass ratios, the cap."""
 
 from __future__ import annotations
 
@@ -245,3 +245,96 @@ def test_equal_terms_hold(same: str):
         found = equal_stiffness(kind, Jankowski(BETA), SPEED, MASS, constant(0.65), same)
         again = impact(kind(found), SPEED, MASS, restitution=0.65, yield_force=inf)
         assert getattr(again, measure) == pytest.approx(getattr(reference, measure), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("e", "depth", "force", "time"),
+    [
+        (0.2, 0.3017, 2.2177, 3.179),
+        (0.5, 0.6280, 0.9008, 3.171),
+        (0.65, 0.7746, 0.8203, 3.185),
+        (0.9, 1.0050, 1.0158, 3.209),
+    ],
+)
+def test_jankowski_is_self_similar(e: float, depth: float, force: float, time: float):
+    """δ = a1 D, F = a2 β D^1.5, t = a3 D/v0 with D = (m v0²/β)^0.4, whatever m, β and v0; a to four digits, at the ξ
+    that achieves e exactly."""
+    exact_xi = {0.2: 2.48646, 0.5: 0.66785, 0.65: 0.36816, 0.9: 0.07830}[e]
+    for mass, beta, speed in ((570.0, 2.75e9, 0.5), (28860.0, 4.2e10, 0.05)):
+        asked = _asked_for(exact_xi)
+        found = impact(Jankowski(beta), speed, mass, restitution=asked)
+        size = (mass * speed**2 / beta) ** 0.4
+        assert found.restitution == pytest.approx(e, abs=1e-5)
+        assert found.peak_penetration / size == pytest.approx(depth, abs=1e-4)
+        assert found.peak_force / (beta * size**1.5) == pytest.approx(force, abs=1e-4)
+        assert found.duration * speed / size == pytest.approx(time, abs=1e-3)
+
+
+def _asked_for(xi: float) -> float:
+    """The e whose published ξ this is."""
+    return brentq(lambda e: exact.jankowski_ratio(e) - xi, 1e-3, 1.0, xtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("share", "achieved"),
+    [
+        (1.0, 0.647),
+        (0.9, 0.672),
+        (0.8, 0.718),
+        (0.7, 0.767),
+        (0.6, 0.815),
+        (0.5, 0.862),
+        (0.4, 0.904),
+        (0.2, 0.970),
+        (0.1, 0.991),
+    ],
+)
+def test_the_published_cap_makes_the_rebound_more_elastic(share: float, achieved: float):
+    """Eq. (3) read literally; three digits from an independent integration at rtol 1e-11, and the closed form to 1e-9.
+
+    Which holds where F_E is reached on approach and the spring alone keeps it up to the turn.
+    """
+    peak = impact(Jankowski(2.75e9), 0.5, 570.0, restitution=0.65).peak_force
+    found = impact(ViscousElastoplastic(2.75e9), 0.5, 570.0, restitution=0.65, yield_force=share * peak)
+    assert found.restitution == pytest.approx(achieved, abs=6e-4)
+    assert found.peak_force == min(share, 1.0) * peak
+    if share < 0.9:
+        known = exact.capped_jankowski_impact(2.75e9, 570.0, 0.5, exact.jankowski_ratio(0.65), share * peak)
+        assert (found.restitution, found.peak_penetration, found.duration) == pytest.approx(known, rel=1e-9)
+
+
+def test_van_mier_retraces_its_path():
+    """No memory, so elastic at any F_E; n = 1.5 is Hertz; depth and duration of the plateau have a closed form."""
+    hertz = impact(Hertz(2.75e9), 0.5, 570.0)
+    cap = 0.5 * hertz.peak_force
+    flat = impact(VanMier(2.75e9), 0.5, 570.0, yield_force=cap)
+    same = impact(VanMier(2.75e9, 1.5), 0.5, 570.0, yield_force=cap)
+    known = exact.capped_hertz_impact(2.75e9, 570.0, 0.5, cap)
+    assert flat.restitution == pytest.approx(1.0, abs=1e-9) and flat.peak_force == cap
+    assert (flat.peak_penetration, flat.duration) == pytest.approx(known, rel=1e-9)
+    assert same.peak_force == pytest.approx(hertz.peak_force, rel=1e-9)
+
+
+def test_restitution_of_concrete():
+    """Eq. (4) of the paper; held beyond 5 m/s, where the cubic falls to zero at 7.1 m/s."""
+    found = [CONCRETE.at(v) for v in (0.0, 0.5, 1.0, 2.5, 5.0, 7.2)]
+    assert found == pytest.approx([0.7929, 0.6830, 0.6026, 0.4863, 0.3934, 0.3934], abs=5e-5)
+    assert [CONCRETE.beyond(v) for v in (4.9, 5.1)] == [False, True]
+
+
+def test_equal_terms():
+    """A linear spring with Hertz's peak force: F = v0 sqrt(k m), solved for k."""
+    for same, form in (
+        ("peak force", lambda f, d: (f / 0.5) ** 2 / 570.0),
+        ("penetration", lambda f, d: 570.0 * 0.25 / d**2),
+    ):
+        depth, force, _ = exact.hertz_impact(2.75e9, 570.0, 0.5)
+        found = equal_stiffness(Linear, Hertz(2.75e9), 0.5, 570.0, constant(1.0), same)
+        assert found == pytest.approx(form(force, depth), rel=1e-8)
+
+
+def test_a_speed_and_a_mass_are_above_zero():
+    with pytest.raises(PoundingError, match=r"^impact: speed is 0; it must be above zero$"):
+        impact(Hertz(1e9), 0.0, 570.0)
+    with pytest.raises(PoundingError, match=r"^impact: mass is -1; it must be above zero$"):
+        impact(Hertz(1e9), 0.5, -1.0)
