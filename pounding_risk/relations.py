@@ -55,8 +55,8 @@ def misfit(laws: Iterable[Any], relation: str) -> str:
     if damped:
         return ""
     names = [name_of(law) for law in laws]
-    told = f"{names[0]} is elastic and uses" if len(names) == 1 else f"{', '.join(names)} are elastic and use"
-    return f"{told} no restitution, so that no relation leads to its damping; remove relation, or choose {_able()}"
+    told = f"{names[0]} uses" if len(names) == 1 else f"{', '.join(names)} use"
+    return f"{told} no restitution, so that no relation leads to a damping; remove relation, or choose {_able()}"
 
 
 def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:

@@ -1,4 +1,4 @@
-"""Two buildings on two grounds by SciPy, in absolute displacements: shares nothing with the solver but the laws' names.
+"""Two buildings on two grounds by SciPy, in absolute displacements: shares no code with the solver.
 
     m_L Ẍ_L = −c_L (Ẋ_L − ẋ_L) − k_L (X_L − x_L) − F,   m_R Ẍ_R = −c_R (Ẋ_R − ẋ_R) − k_R (X_R − x_R) + F,
     δ = X_L − X_R − gap,   ẍ_L and ẍ_R given, linear between samples.
@@ -15,8 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from pounding_risk.models.structures import Building
-
 PLACES = np.linspace(0.0, 1.0, 41)  # of an interval, where peaks are looked for
 LEFT, RIGHT, GROUND_LEFT, GROUND_RIGHT, DAMPED, IMPULSE = 0, 2, 4, 6, 8, 9  # places of the state: X, Ẋ, ..., sums
 
@@ -28,18 +26,19 @@ class Side(NamedTuple):
     moves: bool
 
 
-def side_of(building: Building) -> Side:
-    if building.is_rigid:
+def side_of(mass: float, period: float, damping: float) -> Side:
+    """A building of no period is rigid."""
+    if period == 0.0:
         return Side(1.0, 0.0, 0.0, False)
-    omega = 2.0 * np.pi / building.period
-    return Side(building.mass, building.mass * omega**2, 2.0 * building.mass * building.damping * omega, True)
+    omega = 2.0 * np.pi / period
+    return Side(mass, mass * omega**2, 2.0 * mass * damping * omega, True)
 
 
 class Run:
     """One run, its state and its peaks."""
 
     def __init__(self, buildings, gap: float, law: str, beta: float):
-        self.sides = [side_of(building) for building in buildings]
+        self.sides = [side_of(*numbers) for numbers in buildings]
         self.gap, self.law, self.beta = gap, law, beta
         self.joined, self.touches, self.y = False, 0, np.zeros(10)
         self.peaks = dict.fromkeys(("closing", "opening", "u_left", "u_right", "a_left", "a_right", "force"), 0.0)
@@ -139,7 +138,10 @@ class Run:
 
 
 def follow(buildings, gap: float, law: str, beta: float, grounds, step: float) -> dict[str, float]:
-    """Peaks, impulse and what the dampers took; ``grounds`` = a_g under the left and the right building."""
+    """Peaks, impulse and what the dampers took.
+
+    ``buildings`` = (mass, period, damping ratio) of both, ``grounds`` = a_g under each.
+    """
     run = Run(buildings, gap, law, beta)
     samples = np.transpose(grounds)
     for a, b in pairwise(samples):

@@ -72,7 +72,8 @@ def test_an_independent_run(case: str):
     wave = WavePassage(lag)
     start, passing = wave.grounds(GROUND, STEP)
     name = type(law).__name__.lower()
-    known = follow((left, right), gap, name, getattr(law, "stiffness", 0.0), (start, passing.right), STEP)
+    numbers = [(each.mass, each.period, each.damping) for each in (left, right)]
+    known = follow(numbers, gap, name, getattr(law, "stiffness", 0.0), (start, passing.right), STEP)
     found = solve(left, right, Interface(gap, law, WHOLE), GROUND, STEP, wave=wave, rtol=1e-10)
     assert found["status"] == 0 and found["impact_count"] >= 3
     assert known["touches"] == (found["impact_count"] if name == "merged" else 0.0)
