@@ -299,6 +299,21 @@ def bilinear_impact(beta: float, mass: float, speed: float, share: float) -> tup
     return deepest * unit, beta * math.sqrt(unit) * unit * force, clock * sum(times)
 
 
+def bars_restitution(left: tuple[float, float], right: tuple[float, float]) -> float:
+    """e of two bars (mass, length) of one wave speed, here 1, that collide end to end (St Venant), from the impulse.
+
+    Z = m / L. F starts at v0/(1/Z1 + 1/Z2) and changes by (Zs − Zl)/(Zs + Zl) each time that the wave of the
+    shorter bar is back; they part at the first wave that takes the push away.
+    """
+    (short, zs), (long, zl) = sorted((2.0 * length, mass / length) for mass, length in (left, right))
+    lasts, ratio = short if zs <= zl else long, (zs - zl) / (zs + zl)
+    force, now, sent = 1.0 / (1.0 / zs + 1.0 / zl), 0.0, 0.0
+    while now < lasts:
+        sent += force * (min(now + short, lasts) - now)
+        now, force = now + short, force * ratio
+    return sent * (1.0 / left[0] + 1.0 / right[0]) - 1.0
+
+
 def velocities(m1: float, m2: float, v1: float, v2: float, e: float) -> tuple[float, float]:
     """Velocities after a collision with restitution e (Goldsmith): momentum kept."""
     change = (1.0 + e) * (v1 - v2) / (m1 + m2)
