@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.exact_damping import BILINEAR_LOWEST, EXACT, BilinearExact
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant
+from pounding_risk.models.restitution import Restitution
 from pounding_risk.quantities import shown
 from pounding_risk.scene_text import nearest
 
@@ -80,10 +81,14 @@ def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
     return ""
 
 
+def least_of(rule: Restitution) -> float:
+    """The smallest e of a relation e(v): the published ones fall with the speed."""
+    return float(rule.at(rule.fastest)) if rule.fastest < inf else rule.c0
+
+
 def check_reach(study: Study, names: Iterable[str]) -> None:
     """Raise SceneError for a law that cannot return the scene's e under its relation, or the least of its e(v)."""
-    rule = study.restitution
-    least = rule.at(rule.fastest) if rule.fastest < inf else rule.c0  # the published relations fall with the speed
+    least = least_of(study.restitution)
     told = [out_of_reach(study.law_class(name), least, study.design_penetration) for name in names]
     if any(told):
         raise SceneError(study.source, [f"interface.restitution: {sentence}" for sentence in told if sentence])

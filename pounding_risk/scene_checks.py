@@ -5,15 +5,16 @@ Every check reads the tables as written and yields its faults, whatever else is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, refusal
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
+from pounding_risk.models.restitution import NAMED
 from pounding_risk.quantities import QuantityError, parse, shown
-from pounding_risk.relations import AS_PUBLISHED, RELATIONS, misfit
+from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, RELATIONS, least_of, misfit, out_of_reach, related
 from pounding_risk.scene_text import Fault, nearest
 from pounding_risk.study import EQUAL_TERMS, matching
 
@@ -249,6 +250,8 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
     wrong = misfit((CONTACT_MODELS[name] for name in used), relation) if relation in RELATIONS else ""
     if wrong:
         yield Fault((*base, "restitution", "relation"), wrong)
+    elif isinstance(given, dict) and relation == AS_ASKED:
+        yield from _reach(base, keys, given.get("value"), used)
     for key, law in (("plastic_exponent", "van_mier"), ("design_penetration", "bilinear")):
         if key in keys and used and law not in used:
             yield Fault((*base, key), f"only {law} has one, not {', '.join(used)}; remove it")
@@ -266,6 +269,21 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
                 f'{own}; write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in '
                 "[[interface]], from which its stiffness follows",
             )
+
+
+def _reach(base: tuple[str | int, ...], keys: Mapping[str, Any], value: object, used: Iterable[str]) -> Iterator[Fault]:
+    """A restitution that a contact model cannot return under the exact relation, where it is one at all."""
+    if isinstance(value, str) and value in NAMED:
+        least = least_of(NAMED[value])
+    elif isinstance(value, int | float) and 0.0 < value <= 1.0:
+        least = float(value)
+    else:
+        return
+    fixed = 1.0 if "design_penetration" in keys else 0.0
+    for name in used:
+        law = CONTACT_MODELS[name]
+        if beyond := out_of_reach(related(law, AS_ASKED), least, fixed):
+            yield Fault((*base, "restitution"), beyond)
 
 
 def _stiffness(index: int, stiffness: object, law: str | None) -> Iterator[Fault]:

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from decimal import Decimal, localcontext
 from math import exp, inf, log, pi, sqrt
 
@@ -218,14 +219,18 @@ def test_a_fixed_design_penetration_returns_another_e_at_every_speed():
     ],
 )
 def test_what_the_bilinear_law_cannot_return_is_refused(law: Bilinear, e: float, sentence: str):
-    """By an impact, and by every command that would run or plan a scene of it, before any run."""
+    """By an impact, by the reader of a scene with its line, and by every command that is given a study of it."""
     with pytest.raises(PoundingError) as error:
         pr.impact(law, SPEED, MASS, restitution=e, relation="exact")
     assert str(error.value) == f"impact: restitution: {sentence}"
     text = SCENE.replace("0.65", str(e)).replace("jankowski", "bilinear")
     if law.design_penetration:
         text = text.replace('gap = "5 mm"', 'gap = "5 mm"\ndesign_penetration = "4 mm"')
-    scene = parse_scene(text)
+    with pytest.raises(SceneError) as fault:
+        parse_scene(text)
+    line = 13 if law.design_penetration else 12
+    assert f"line {line}, interface.restitution: {sentence}" in str(fault.value)
+    scene = replace(parse_scene(text.replace("exact", "published")), relation="exact")
     for command in (pr.simulate, pr.scan, pr.validate, lambda study: pr.compare(study, laws=["jankowski", "bilinear"])):
         with pytest.raises(PoundingError) as error:
             command(scene)
