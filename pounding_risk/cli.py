@@ -243,6 +243,9 @@ def compare(
     speed: Annotated[
         str | None, typer.Option(help="Approach speed of the reference impact.", show_default="0.5 m/s")
     ] = None,
+    relation: Annotated[
+        str | None, typer.Option(help="Damping from e: exact, so that e is equal, or published.", show_default="exact")
+    ] = None,
     figure: Figure = None,
     strict: Strict = False,
 ) -> None:
@@ -258,7 +261,8 @@ def compare(
     fast = None if speed is None else read_option("--speed", speed, SPEED)
     study = read_scene(scene, overrides)
     with Watch("compare") as watch:
-        dataset = run(study, out_file, laws=law or (), baseline=baseline, same=same, speed=fast, progress=watch)
+        terms: dict[str, Any] = {"same": same, "speed": fast, "relation": relation}
+        dataset = run(study, out_file, laws=law or (), baseline=baseline, **terms, progress=watch)
     print_comparison(dataset)
     if out_file is not None:
         typer.echo(f"written: {out_file}")

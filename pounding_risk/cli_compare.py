@@ -22,7 +22,9 @@ def print_comparison(dataset: Any) -> None:
     from pounding_risk.recheck import findings
 
     facts = dataset.attrs
-    print(f"Equal terms: the same {facts['same']} as {facts['reference_law']} in an impact at {facts['speed']:g} m/s\n")
+    also = ", and the same e" if facts["restitution_relation"] == "exact" else ""
+    terms = f"the same {facts['same']} as {facts['reference_law']} in an impact at {facts['speed']:g} m/s{also}"
+    print(f"Equal terms: {terms}\n")
     _print_terms(dataset)
     print(f"\nRatio to {facts['baseline']}: median (16-84 %) over the cases with contact\n")
     _print_ratios(dataset)
@@ -31,7 +33,8 @@ def print_comparison(dataset: Any) -> None:
     print()
     failed = [("failed", f"{count}: {name}") for name, count in failures(dataset).items()]
     without = [("left out", facts["left_out"])] if facts["left_out"] else []
-    told = [*findings(dataset), *failed, *without, *_speeds(dataset), *_gaps(dataset)]
+    unequal = [("e", f"as published, not equal: {facts['unequal_e']}")] if facts["unequal_e"] else []
+    told = [*findings(dataset), *failed, *without, *unequal, *_speeds(dataset), *_gaps(dataset)]
     print_pairs([*told, ("finding", facts["finding"])])
 
 

@@ -27,6 +27,7 @@ from pounding_risk.models.effects import wave_of
 from pounding_risk.models.instant import CONTACT_MODELS, needs_floors
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
+from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
 from pounding_risk.results import check_target, save
 from pounding_risk.study import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, unknown_law
 
@@ -50,6 +51,7 @@ def compare(
     baseline: str | None = None,
     same: str | None = None,
     speed: float | None = None,
+    relation: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
@@ -57,18 +59,21 @@ def compare(
     ``laws``: those of the scene's grid by default, or every law there is where the grid names one, but for those
     that need a ``floor_length`` which the scene does not give: the attribute ``left_out`` says so. All get the
     stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
-    buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s.
-    Results are set beside those of ``baseline``, the scene's own law by default.
+    buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s. All
+    that have a restitution return the same e there: ``relation`` is "exact" by default, and "published" where that is
+    asked for or a law has no other; the attribute ``unequal_e`` says why. Results are set beside those of
+    ``baseline``, the scene's own law by default.
 
     The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
     `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
     and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
-    speed or ``same`` that is none, and for fewer than two laws; all before the first run.
+    speed, relation or ``same`` that is none, and for fewer than two laws; all before the first run.
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
+    study, unequal = with_relation(study, relation)
     baseline = baseline or study.law_name
     dataset = scan(study, progress=progress)
     # A law without a stiffness may have none there.
@@ -79,7 +84,7 @@ def compare(
     same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
     dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
     dataset.attrs |= {"speed": at_speed, "reduced_mass": reduced_mass(study)}
-    dataset.attrs |= {"left_out": without, "finding": finding(dataset)}
+    dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
     if target is not None:
         save(dataset, target)
     return dataset
@@ -111,6 +116,21 @@ def on_equal_terms(
     if not SPEED.allows(speed):
         raise PoundingError(f"compare: speed is {speed:g}; {article(SPEED.words)} must be {bounds(SPEED)}")
     return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, speed, True))
+
+
+def with_relation(study: Study, asked: str | None) -> tuple[Study, str]:
+    """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
+    laws = [known_law(name) for name in study.grid.contact_models]
+    if asked is not None:
+        if wrong := relation_fault(asked) or misfit(laws, asked):
+            raise PoundingError(f"compare: {wrong}")
+        return replace(study, relation=asked), ""
+    if not any(law.needs_restitution for law in laws):
+        return study, ""
+    exact = replace(study, relation=AS_ASKED)
+    if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, study.grid.contact_models):
+        return replace(study, relation=AS_PUBLISHED), wrong
+    return exact, ""
 
 
 def runnable(study: Study) -> tuple[str, ...]:

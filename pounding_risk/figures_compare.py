@@ -73,7 +73,8 @@ def _laws(dataset: xr.Dataset) -> Laws:
 
 
 def _terms(dataset: xr.Dataset) -> str:
-    return f"{dataset.attrs['same']} at {dataset.attrs['speed']:g} m/s as {dataset.attrs['reference_law']}"
+    also = "e and " if dataset.attrs.get("restitution_relation") == "exact" else ""
+    return f"{also}{dataset.attrs['same']} at {dataset.attrs['speed']:g} m/s as {dataset.attrs['reference_law']}"
 
 
 def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:

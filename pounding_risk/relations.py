@@ -86,12 +86,17 @@ def least_of(rule: Restitution) -> float:
     return float(rule.at(rule.fastest)) if rule.fastest < inf else rule.c0
 
 
-def check_reach(study: Study, names: Iterable[str]) -> None:
-    """Raise SceneError for a law that cannot return the scene's e under its relation, or the least of its e(v)."""
+def beyond_reach(study: Study, names: Iterable[str]) -> str:
+    """A sentence for the first law that cannot return the scene's e under its relation, or the least of its e(v)."""
     least = least_of(study.restitution)
-    told = [out_of_reach(study.law_class(name), least, study.design_penetration) for name in names]
-    if any(told):
-        raise SceneError(study.source, [f"interface.restitution: {sentence}" for sentence in told if sentence])
+    told = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
+    return next(filter(None, told), "")
+
+
+def check_reach(study: Study, names: Iterable[str]) -> None:
+    """Raise SceneError for a law that cannot return the scene's e: see `beyond_reach`."""
+    if sentence := beyond_reach(study, names):
+        raise SceneError(study.source, [f"interface.restitution: {sentence}"])
 
 
 def _no_relation(names: list[str]) -> str:

@@ -12,12 +12,13 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from pounding_risk import agreement, cli, compare, figures, scan, simulate
-from pounding_risk.comparison import on_equal_terms, reference_impacts
+from pounding_risk.comparison import on_equal_terms, reference_impacts, with_relation
 from pounding_risk.ensemble import laws_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.restitution import constant
 from pounding_risk.paper import scene
 from pounding_risk.scenario import parse_scene
-from pounding_risk.study import EqualTerms
+from pounding_risk.study import EqualTerms, known_law
 
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
 SCENE = """
@@ -54,7 +55,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def dataset(study) -> xr.Dataset:
-    return compare(study, laws=LAWS)
+    return compare(study, laws=LAWS, relation="published")
 
 
 @pytest.mark.parametrize("same", ["peak force", "penetration"])
@@ -90,6 +91,32 @@ def test_what_each_law_achieves_is_told(dataset):
     peaks = dataset["impact_force"].max("impact_step") / dataset["reference_peak_force"]
     # The curve has the solver's steps, of which the highest is near the peak.
     assert float(peaks.min()) > 0.99 and float(peaks.max()) <= 1.0 + 1e-12
+
+
+def test_e_is_equal_too_where_no_relation_is_asked_for(study):
+    """Every law that has a restitution returns the one asked for, to the 1e-9 of an impact; floors and glue cannot."""
+    equal, why = with_relation(on_equal_terms(study, (), None, (None, None)), None)
+    assert (equal.relation, why) == ("exact", "")
+    names = equal.grid.contact_models
+    found = reference_impacts(
+        equal, {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
+    )
+    damped = [each for name, each in zip(names, found, strict=True) if known_law(name).needs_restitution]
+    assert len(damped) >= 8
+    assert [each.restitution for each in damped] == pytest.approx([0.65] * len(damped), abs=1e-9)
+
+
+def test_why_e_is_not_equal(study):
+    """A relation that is asked for; a law that cannot return so little; laws without any."""
+    terms = on_equal_terms(study, LAWS, None, (None, None))
+    assert with_relation(terms, "published") == (terms, "")
+    little = on_equal_terms(replace(study, restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None))
+    same, why = with_relation(little, None)
+    assert same.relation == "published" and why.startswith("bilinear returns no e below 0.354")
+    elastic = on_equal_terms(replace(study, law_name="hertz"), ["hertz", "van_mier"], None, (None, None))
+    assert with_relation(elastic, None) == (elastic, "")
+    with pytest.raises(PoundingError, match=r'"exakt" is not a relation .* \(did you mean "exact"'):
+        with_relation(terms, "exakt")
 
 
 def test_the_runs_are_those_of_a_scan_of_the_scene_it_stores(dataset):
