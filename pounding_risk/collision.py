@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import islice
-from math import inf
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -44,7 +44,7 @@ class Impact:
     force: NDArray[np.float64]  # N
     approach_speed: float  # m/s
     rebound_speed: float  # m/s
-    restitution_asked: float
+    restitution_asked: float  # NaN of a law that takes none
     restitution: float  # achieved: rebound speed over approach speed
     peak_force: float  # N; NaN for an instant jump, which has no finite force
     peak_penetration: float  # m
@@ -117,7 +117,7 @@ def impact(
         force=rows[:, 5].copy(),
         approach_speed=float(speed),
         rebound_speed=facts["rebound_speed"],
-        restitution_asked=facts["restitution_asked"],
+        restitution_asked=facts["restitution_asked"] if bare(law).needs_restitution else nan,
         restitution=facts["rebound_speed"] / speed,
         peak_force=facts["peak_force"],
         peak_penetration=facts["peak_penetration"],

@@ -247,5 +247,5 @@ def _reference_finding(dataset: xr.Dataset) -> str:
     told = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
     if not damped.sizes["contact_model"]:
         return told
-    e, asked = damped["reference_restitution"].values, float(damped["reference_restitution_asked"][0])
+    e, asked = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
     return f"{told}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"

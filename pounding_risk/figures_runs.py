@@ -77,7 +77,8 @@ def _impact_label(each: Any, impacts: Sequence[Any]) -> str:
         parts.append(f"{each.mass:.0f} kg")
     if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
         parts.append(f"{each.approach_speed:g} m/s")
-    return f"{', '.join(parts)}: e asked {each.restitution_asked:.2f}, achieved {each.restitution:.2f}"
+    asked = "e" if np.isnan(each.restitution_asked) else f"e asked {each.restitution_asked:.2f}, achieved"
+    return f"{', '.join(parts)}: {asked} {each.restitution:.2f}"
 
 
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
@@ -85,7 +86,12 @@ def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
     figure, axes = blank(4, 1, (9.0, 9.5), sharex=True)
     time = run["time"].values
     ground, moved, force, energy = axes[:, 0]
-    ground.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9)
+    ground.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9, label="left building")
+    if "ground_acceleration_right" in run:
+        colour, dash = STYLES[1]
+        other = run["ground_acceleration_right"] / STANDARD_GRAVITY
+        ground.plot(time, other, color=colour, linestyle=dash, linewidth=0.9, label="right building")
+        ground.legend(loc="lower left", fontsize=8)
     ground.set(ylabel="ground\nacceleration [g]", xlim=(time[0], time[-1]))
     moved.plot(time, run["relative_displacement"] * 1e3, color=STYLES[0][0], linewidth=1.1)
     _gap_and_contacts(moved, run)
@@ -105,7 +111,8 @@ def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
         f"{outputs['impact_count']:.0f} contacts, peak force {outputs['peak_contact_force'] / 1e3:,.0f} kN, "
         f"peak relative displacement {outputs['peak_relative_displacement'] * 1e3:.2f} mm"
     )
-    where = f"gap {facts['gap'] * 1e3:g} mm, {motion_words(facts)}"
+    effects = f", with {facts['effects']}" if facts.get("effects") else ""
+    where = f"gap {facts['gap'] * 1e3:g} mm, {motion_words(facts)}{effects}"
     title(figure, finding, f"{law_words(facts['contact_model'])}, {force_words(facts['yield_force'])}, {where}", note)
     return figure
 

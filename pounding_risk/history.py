@@ -88,6 +88,7 @@ def simulate(
         gap=interface.gap,
         yield_force=interface.yield_force,
         pga=motion.pga,
+        effects=", ".join(effect.name for effect in study.effects),
         references="; ".join(sources_of(study, [interface.law])),
         status=STATUS_SENTENCES[int(raw[STATUS])],
         outputs=as_text(outputs),

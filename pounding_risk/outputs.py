@@ -60,10 +60,12 @@ def _reach(signal: int) -> Callable[[Raw], Raw]:
 
 RUN: dict[str, Output] = {
     "peak_relative_displacement": Output(
-        "m", "largest |u_left - u_right| of the continuous motion", lambda raw, _: _reach(0)(raw)
+        "m",
+        "largest |u_left - u_right| of the continuous motion, with what a passing wave moves the ground itself",
+        lambda raw, _: _reach(0)(raw),
     ),
-    "peak_closing": Output("m", "largest u_left - u_right, towards contact", _column(HIGH)),
-    "peak_opening": Output("m", "largest u_right - u_left, away from contact", lambda raw, _: -raw[..., LOW]),
+    "peak_closing": Output("m", "the largest of it towards contact", _column(HIGH)),
+    "peak_opening": Output("m", "the largest of it away from contact", lambda raw, _: -raw[..., LOW]),
     "peak_penetration": Output("m", "largest penetration of any contact", _column(tally.PENETRATION)),
     "impact_count": Output("1", "contacts, each from touch to parting", _column(tally.COUNT), whole=True),
     "first_impact_time": Output("s", "time of the first touch; NaN without contact", _column(tally.FIRST_TOUCH)),

@@ -82,6 +82,9 @@ class Merged(NamedTuple):
         return 0.0, nan, 0.0
 
 
+EQUAL = 1.0 - 1e-12  # impedances that differ by less are equal: their waves leave no force that goes on
+
+
 @kernel
 def floor_of(length, speed, inverse_mass):
     """(there and back of a wave [s], 1 / impedance [m/(N s)]) of a floor; a rigid building is a wall: (inf, 0)."""
@@ -155,7 +158,7 @@ class DistributedMass(NamedTuple):
     def strike(self, e, left, right):
         (back, give), (later, other) = short_and_long(self, left, right)
         total, share = give + other, back / later
-        if give >= other:
+        if give >= EQUAL * other:
             ratio, lasts = (give - other + 2.0 * other * share) / total, back
         else:
             summed, rest = stepped_sum(give, total, later / back)
@@ -167,7 +170,7 @@ class DistributedMass(NamedTuple):
         """The steps of the force between inverse masses: (start [s], end [s], force over approach speed [N s/m])."""
         (back, give), (later, other) = short_and_long(self, left, right)
         total = give + other
-        ends = back if give >= other else later
+        ends = back if give >= EQUAL * other else later
         force, count = 1.0 / total, 0
         while count * back < ends:
             yield count * back, min((count + 1) * back, ends), force
