@@ -26,7 +26,6 @@ from pounding_risk.core import tally
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.sweep import sweep
 from pounding_risk.ensemble import as_study, driven, law_of, motions_of
-from pounding_risk.errors import PoundingError
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import GaveUp, solve_general
 from pounding_risk.models.effects import WavePassage, wave_of
@@ -93,6 +92,7 @@ class Bench:
     yield_forces: np.ndarray
     restitution: Any
     wave: WavePassage | None
+    alien: str  # what of the scene the other methods do not know; "" where they can follow
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -138,18 +138,19 @@ def accuracy(
 
     At most about ``cases`` of the grid are run, thinned evenly along gaps and yield forces; a setting that would take
     more than ``budget`` [s] for one pass, or gives up, is left out and named, and SciPy runs the first few cases only
-    (none without ``scipy``). Dimensions: setting, case, output, level. Variables: ``error`` (relative for amounts and
-    times; of counts, the difference over the count; of the yield exceedance, 0 or 1), ``value``, ``reference``,
-    ``time`` [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an error level. The
-    attribute ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer change.
+    (none without ``scipy``). Effects, contacts that remember and instant jumps are known to the event-driven solver
+    alone: its own tolerances are then the ladder. Dimensions: setting, case, output, level. Variables: ``error``
+    (relative for amounts and times; of counts, the difference over the count; of the yield exceedance, 0 or 1),
+    ``value``, ``reference``, ``time`` [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an
+    error level. The attribute ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer
+    change.
 
     Raises as `scan` does, before the first run.
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
-    _check_that_others_follow(study)
     bench = bench_of(study, cases)
-    left_out: list[str] = []
+    left_out = [f"fixed steps and SciPy: they know no {bench.alien}"] if bench.alien else []
     compile_time = warm_up(bench)
     reference = run_event(bench, REFERENCE).values
     found = run_ladder(bench, budget, scipy, left_out, progress or (lambda done, total: None))
@@ -165,11 +166,10 @@ def accuracy(
     return dataset
 
 
-def _check_that_others_follow(study: Study) -> None:
-    """Raise PoundingError where only the event-driven solver knows the scene: effects, memory, instant jumps."""
+def _alien(study: Study) -> str:
+    """What of the scene only the event-driven solver knows: effects, contacts that remember, instant jumps."""
     paths = (name for name in study.grid.contact_models if remembers(known_law(name)) or is_instant(known_law(name)))
-    if alien := ", ".join([*(effect.name for effect in study.effects), *paths]):
-        raise PoundingError(f"accuracy: the methods beside the event-driven solver know no {alien}; remove it")
+    return ", ".join([*(effect.name for effect in study.effects), *paths])
 
 
 def bench_of(study: Study, cases: int) -> Bench:
@@ -188,8 +188,10 @@ def bench_of(study: Study, cases: int) -> Bench:
         labels = (f"{name}, {law}, gap {gap:.4g} m, F_E {force:.4g} N" for gap, force in product(gaps, strengths))
         batches.append(Batch(number, lowered(law_of(study, law)), tuple(labels)))
     pair = oscillators(*study.buildings)
-    wave = wave_of(study.effects)
-    return Bench(pair, tuple(motions), tuple(batches), np.array(gaps), np.array(strengths), study.restitution, wave)
+    levels = np.array(gaps), np.array(strengths)
+    return Bench(
+        pair, tuple(motions), tuple(batches), *levels, study.restitution, wave_of(study.effects), _alien(study)
+    )
 
 
 def _thinned(values: tuple[float, ...], most: int) -> tuple[float, ...]:
@@ -290,7 +292,7 @@ def warm_up(bench: Bench) -> float:
     for batch in {type(batch.law): batch for batch in bench.batches}.values():
         small = replace(bench, motions=short, batches=(batch,))
         run_event(small, REFERENCE)
-        for method in FIXED.values():
+        for method in () if bench.alien else FIXED.values():
             run_fixed(small, method, inf)
     return process_time() - start
 
@@ -326,6 +328,8 @@ def run_ladder(
 def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
     for rtol in RTOLS:
         yield Setting(EVENT, rtol), partial(run_event, bench, rtol)
+    if bench.alien:
+        return
     longest = max(motion.dt for motion in bench.motions)
     for (name, method), dt in product(FIXED.items(), STEPS):
         # A step above the longest sample is that sample again.

@@ -105,7 +105,8 @@ def finding(dataset: xr.Dataset) -> str:
         second = min(others, key=times.__getitem__)
         told += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
     elif methods[best] == EVENT:
-        told += "; no setting of another method gets there"
+        alone = set(methods) == {EVENT}
+        told += "; no other method was run" if alone else "; no setting of another method gets there"
     return told + "."
 
 

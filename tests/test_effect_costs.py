@@ -106,9 +106,9 @@ def test_a_change_beyond_the_printed_digits_is_none(found):
 
 def test_a_scene_that_cannot_yield_knows_the_wave_alone():
     """Of all effects only those that act on one of its contact models; the changes are over all cases then."""
-    found = effects(scene(grid={**GRID, "contact_model": ["jankowski"]}), repeats=1)
+    found = effects(scene(grid={**GRID, "contact_model": ["merged"]}), repeats=1)
     assert found["effects"].values.tolist() == [NONE, "wave_passage"]
-    assert yielding(found) < found["status"].sel(effects=NONE).size
+    assert yielding(found) == 0
     assert changes(found, "wave_passage", "impulse").size == found["status"].sel(effects=NONE).size
     assert "wave_passage changes the peak relative displacement most" in found.attrs["finding"]
 
