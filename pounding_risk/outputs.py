@@ -130,7 +130,8 @@ BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, float], Raw]]]
     ),
     "peak_floor_acceleration": (
         "m/s2",
-        "largest absolute acceleration of the mass, impacts included; a rigid building's is the ground's",
+        "largest absolute acceleration of the mass, in contact too, but of a jump, which has no finite one; "
+        "a rigid building's is the ground's",
         lambda raw, building, side, pga: np.full_like(raw[..., 0], pga) if building.is_rigid else _reach(3 + side)(raw),
     ),
 }

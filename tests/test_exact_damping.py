@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from decimal import Decimal, localcontext
+from functools import partial
 from math import exp, inf, log, pi, sqrt
 
 import closed_forms as forms
@@ -231,7 +232,8 @@ def test_what_the_bilinear_law_cannot_return_is_refused(law: Bilinear, e: float,
     line = 13 if law.design_penetration else 12
     assert f"line {line}, interface.restitution: {sentence}" in str(fault.value)
     scene = replace(parse_scene(text.replace("exact", "published")), relation="exact")
-    for command in (pr.simulate, pr.scan, pr.validate, lambda study: pr.compare(study, laws=["jankowski", "bilinear"])):
+    compared = partial(pr.compare, laws=["jankowski", "bilinear"], relation="exact")
+    for command in (pr.simulate, pr.scan, pr.validate, compared):
         with pytest.raises(PoundingError) as error:
             command(scene)
         assert sentence in str(error.value)
