@@ -114,14 +114,15 @@ def as_study(scene: Study | str | Path) -> Study:
 def motions_of(study: Study) -> tuple[Motion, ...]:
     """The scene's ground motions, one per record, before polarity and the grid's amplitudes.
 
-    Raises RecordError for a record that cannot be used, SceneError where a pattern matches no file.
+    Raises RecordError for a record that cannot be used, SceneError where a pattern matches no file, and where a record
+    ends before a passing wave has reached both buildings.
     """
     asked = study.records
     sources: list[Any] = [*asked.names, *study.record_paths()]
     if not sources:
         raise SceneError(study.source, [f"records.files: {', '.join(asked.files)} matches no file; check the folder"])
     scaled = study.grid.pgas == (None,)
-    return tuple(
+    motions = tuple(
         read_motion(
             source,
             window=asked.window,
@@ -132,6 +133,12 @@ def motions_of(study: Study) -> tuple[Motion, ...]:
         )
         for source in sources
     )
+    lag = abs(getattr(wave_of(study.effects), "lag", 0.0))
+    for motion in motions:
+        if lag >= motion.duration:
+            told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
+    return motions
 
 
 def laws_of(study: Study) -> tuple[Any, ...]:

@@ -236,6 +236,13 @@ def test_a_scene_with_a_wave(tmp_path):
     assert "ground_widening" not in pr.simulate(study_from(scene(effects={})))
 
 
+def test_a_wave_that_never_arrives_is_refused():
+    study = study_from(scene(effects={"wave_passage": {"velocity": "2 m/s", "distance": "30 m"}}))
+    for command in (pr.validate, pr.simulate, pr.scan):
+        with pytest.raises(SceneError, match="the wave needs 15 s between the buildings, and RSN6-180 lasts 6 s"):
+            command(study)
+
+
 def test_which_way_the_wave_goes():
     right, left = (
         study_from(scene(effects={"wave_passage": {**WAVE["wave_passage"], "towards": side}}))
