@@ -5,7 +5,6 @@ Everything but typer is imported when a command runs, so that help and completio
 
 from __future__ import annotations
 
-import os
 from math import inf
 from pathlib import Path
 from time import perf_counter
@@ -15,6 +14,8 @@ import typer
 from typer.core import TyperGroup
 
 from pounding_risk.cli_input import Blow, check_folder, contact_laws, floors, read_option, results_file, writable
+from pounding_risk.cli_models import models
+from pounding_risk.cli_output import draw
 from pounding_risk.errors import PoundingError
 
 FIGURES = (".png", ".svg", ".pdf")
@@ -364,6 +365,9 @@ def records(ctx: typer.Context) -> None:
         list_records()
 
 
+app.command()(models)
+
+
 @records_app.command("list")
 def list_records() -> None:
     """Every record of the catalogue."""
@@ -380,18 +384,3 @@ def record_info(id: Annotated[str, typer.Argument(metavar="ID", help="A record's
     from pounding_risk.cli_tables import print_record
 
     print_record(entry(id))
-
-
-def draw(figure: Any, target: Path) -> None:
-    """Write a figure under a temporary name and move it into place; raises PoundingError where that fails."""
-    from pounding_risk.figures_style import write
-
-    partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
-    try:
-        write(figure, partial)
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    typer.echo(f"written: {target}")

@@ -6,9 +6,11 @@ and errors go to standard error.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Sequence
 from math import inf, isnan
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
@@ -113,3 +115,19 @@ def _bar() -> Any:
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     return Progress(*columns, TextColumn("left"), Left(), console=Console(stderr=True), transient=True)
+
+
+def draw(figure: Any, target: Path) -> None:
+    """Write a figure under a temporary name and move it into place; raises PoundingError where that fails."""
+    from pounding_risk.errors import PoundingError
+    from pounding_risk.figures_style import write
+
+    partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
+    try:
+        write(figure, partial)
+        os.replace(partial, target)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    print(f"written: {target}")

@@ -19,9 +19,11 @@ from typer.testing import CliRunner
 
 import pounding_risk
 from pounding_risk import cli, cli_output
+from pounding_risk.models.effects import EFFECTS
+from pounding_risk.models.instant import CONTACT_MODELS
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "compare", "accuracy", "effects", "stability")
+COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "compare", "accuracy", "effects", "stability", "models")
 SCENE = """\
 [scene]
 name = "A pair"
@@ -86,6 +88,17 @@ def test_every_command_explains_its_options(name):
     assert told.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
 
 
+def test_models_lists_what_there_is():
+    """Every model and effect by itself, with the unit of its stiffness and its source; a user's own law too."""
+    told = run("models")
+    found = {line[0]: line[1:] for line in rows(told.stdout) if line[0] in {**CONTACT_MODELS, **EFFECTS}}
+    assert list(found) == [*CONTACT_MODELS, *EFFECTS]
+    assert found["linear"][0] == "N/m" and found["jankowski"][:3] == ["N/m^1.5", "exact", "–"]
+    assert found["distributed_mass"][0] == "floor lengths" and found["van_mier"][1:3] == ["–", "yields"]
+    for name, kind in {**CONTACT_MODELS, **EFFECTS}.items():
+        assert found[name][-1].endswith(kind.reference), name
+
+
 def test_version():
     assert run("--version").output == f"pounding-risk {pounding_risk.__version__}\n"
 
@@ -99,6 +112,7 @@ def test_an_unknown_command_is_answered_with_the_nearest():
 def test_commands_are_public_calls_of_the_same_name():
     names = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
     assert names == list(COMMANDS)
+    names.remove("models")  # lists the classes of pounding_risk.models, which are there to import
     assert set(names) <= set(pounding_risk.__all__)
     # A submodule of that name would take the function's place as soon as somebody imports it.
     assert [name for name in names if importlib.util.find_spec(f"pounding_risk.{name}")] == []

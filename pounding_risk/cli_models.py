@@ -1,0 +1,51 @@
+"""What `models` prints: every contact model and effect there is, from the classes themselves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def models() -> None:
+    """Every contact model and effect, and what each takes."""
+    from pounding_risk.cli_output import print_table
+    from pounding_risk.models.effects import EFFECTS
+    from pounding_risk.models.instant import CONTACT_MODELS
+
+    heads = ("contact model", "stiffness", "restitution", "F_E", "what it is and where it is from")
+    # The package's own first, in the order of their module; a user's own laws after them.
+    print_table(heads, [_model(name, law) for name, law in CONTACT_MODELS.items()], "lllll")
+    print("\nRestitution: e is asked for; exact where a relation is known that returns it; – where none takes part.\n")
+    print_table(("effect", "options", "acts on", "where it is from"), list(map(_effect, EFFECTS.items())), "llll")
+
+
+def _model(name: str, law: Any) -> tuple[str, ...]:
+    from pounding_risk.models.contact import stiffness_quantity
+    from pounding_risk.models.exact_damping import EXACT
+    from pounding_risk.models.instant import is_instant, needs_floors
+
+    stiffness = "floor lengths" if needs_floors(law) else "–" if is_instant(law) else stiffness_quantity(law).unit
+    exact = law in EXACT or is_instant(law)
+    restitution = "–" if not law.needs_restitution else "exact" if exact else "published"
+    about = _first_line(law)
+    source = getattr(law, "reference", "")
+    return name, stiffness, restitution, "yields" if law.capped else "–", f"{about} {source}".strip()
+
+
+def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
+    from pounding_risk.models.effects import acts_on_ground
+    from pounding_risk.quantities import Quantity
+
+    name, kind = entry
+    options = [
+        f"{key} [{allowed.unit}]" if isinstance(allowed, Quantity) else f"{key} ({' or '.join(allowed)})"
+        for key, allowed in kind.options.items()
+    ]
+    acts = "the ground" if acts_on_ground(name) else " and ".join(["yielding", *kind.needs])
+    return name, ", ".join(options) or "–", acts, f"{_first_line(kind)} {kind.reference}"
+
+
+def _first_line(kind: Any) -> str:
+    """The first sentence of a class's docstring; "" where a user's own has none."""
+    told = (kind.__doc__ or "").strip().partition("\n")[0]
+    # A NamedTuple without a docstring is given one that repeats its fields.
+    return "" if told.startswith(f"{kind.__name__}(") else told
