@@ -61,7 +61,7 @@ def repeat_samples(pair, free, desk, count):
     total = 0
     for number in range(count):
         desk[NEXT, 0] = 1e-9 * (number % 7)
-        span = (free.ground[number % free.ground.size], 10.0, free.step)
+        span = (Level(free.ground[number % free.ground.size], 10.0), free.step)
         total += unquiet(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, desk)
     return total
 

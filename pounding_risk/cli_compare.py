@@ -70,11 +70,15 @@ def _print_terms(dataset: Any) -> None:
 
 
 def _own_terms(one: Any, force: bool) -> str:
-    """Why a law has not the restitution asked for."""
+    """Why a law has not the restitution asked for, or that it has one of 1."""
+    from pounding_risk.study import known_law
+
     if force:
         return "e and force are its own: nothing can be made equal"
     if int(one["dissipates"]):
         return "e is its own: no restitution can be given to it"
+    if known_law(str(one["contact_model"].values)).needs_restitution:
+        return "elastic with e = 1"
     return "elastic: cannot dissipate, no restitution can be given to it"
 
 

@@ -41,6 +41,7 @@ def print_effects(dataset: Any) -> None:
         [
             ("cases", f"{cases}, {yielding(dataset)} yield" + (f"; {failed} runs failed" if failed else "")),
             *options.items(),
+            *([("left out", dataset.attrs["left_out"])] if dataset.attrs["left_out"] else []),
             ("finding", dataset.attrs["finding"]),
         ]
     )

@@ -23,7 +23,7 @@ from pounding_risk.ensemble import as_study, driven, law_of, motions_of, scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.history import histories, logged, relative_displacement
 from pounding_risk.models.contact import stiffness_quantity
-from pounding_risk.models.effects import wave_of
+from pounding_risk.models.effects import refusal, wave_of
 from pounding_risk.models.instant import CONTACT_MODELS, needs_floors
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
@@ -57,7 +57,8 @@ def compare(
     """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
 
     ``laws``: those of the scene's grid by default, or every law there is where the grid names one, but for those
-    that need a ``floor_length`` which the scene does not give: the attribute ``left_out`` says so. All get the
+    that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e: the
+    attribute ``left_out`` says so. All get the
     stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
     buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s. All
     that have a restitution return the same e there: ``relation`` is "exact" by default, and "published" where that is
@@ -134,18 +135,31 @@ def with_relation(study: Study, asked: str | None) -> tuple[Study, str]:
 
 
 def runnable(study: Study) -> tuple[str, ...]:
-    """Every contact model that can collide the scene's buildings."""
-    short = study.without_floor()
-    return tuple(name for name, law in CONTACT_MODELS.items() if not (short and needs_floors(law)))
+    """Every contact model that can collide the scene's buildings, under its effects and with its e."""
+    return tuple(name for name in CONTACT_MODELS if not _hindered(study, name))
 
 
 def left_out(study: Study) -> str:
     """A sentence for the contact models that are not `runnable`; "" where all are."""
-    missing = [name for name in CONTACT_MODELS if name not in runnable(study)]
-    if not missing:
+    reasons: dict[str, list[str]] = {}
+    for name in CONTACT_MODELS:
+        if why := _hindered(study, name):
+            reasons.setdefault(why, []).append(name)
+    return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+
+
+def _hindered(study: Study, name: str) -> str:
+    """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
+    law = known_law(name)
+    if needs_floors(law) and (short := study.without_floor()):
+        return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'
+    for effect in study.effects:
+        if why := refusal(law, effect.name):
+            return f"{why}, under {effect.name}"
+    if study.restitution_words == NO_RESTITUTION or not law.needs_restitution:
         return ""
-    short = " and ".join(study.without_floor())
-    return f'{", ".join(missing)}: {short} without floor_length; write floor_length = "20 m" in [[building]] for it'
+    exact = replace(study, relation=AS_ASKED)
+    return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
 
 
 def _check_restitution(study: Study, names: tuple[str, ...]) -> None:

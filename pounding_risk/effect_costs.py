@@ -68,6 +68,8 @@ def effects(
         progress(len(scenes) + 1, len(scenes) + 1)
     dataset = _dataset(scenes, found, times)
     dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
+    rest = [law for law in laws if law not in taken]
+    dataset.attrs["left_out"] = f"{', '.join(rest)}: not every effect here acts on it" if rest else ""
     dataset.attrs["finding"] = finding(dataset)
     if target is not None:
         save(dataset, target)

@@ -156,7 +156,7 @@ def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
 
 
 def _node_times(free: Free) -> Array:
-    return np.asarray(np.arange(free.ground.size) * free.step, dtype=np.float64)
+    return np.array([free.passage.moment(free.step, node) for node in range(free.ground.size)], dtype=np.float64)
 
 
 def _of_the_wave(free: Free, time: Array) -> dict[str, tuple[str, Array, str, str]]:
@@ -180,15 +180,19 @@ def widening(free: Free, time: Array) -> Array:
     found = np.zeros((3, len(time)))
     if not isinstance(free.passage, Passing):
         return found
-    wave = free.passage
-    node = np.minimum((time / free.step).astype(int), free.ground.size - 2)
-    after = time - node * free.step
-    bend = wave.right - free.ground
-    slope = (bend[node + 1] - bend[node]) / free.step
-    found[2] = bend[node] + slope * after
-    found[1] = wave.rate[node] + after * (bend[node] + 0.5 * after * slope)
-    found[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend[node] + after * slope / 6.0))
+    wave, node = free.passage, _nodes_before(free, time)
+    after = time - _node_times(free)[node]
+    bend, slope = (wave.right - wave.left)[node], (wave.right_slope - wave.left_slope)[node]
+    found[2] = bend + slope * after
+    found[1] = wave.rate[node] + after * (bend + 0.5 * after * slope)
+    found[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend + after * slope / 6.0))
     return found
+
+
+def _nodes_before(free: Free, time: Array) -> NDArray[np.int64]:
+    """The node at or before each time, never the last one."""
+    found = np.searchsorted(_node_times(free), time, side="right") - 1
+    return np.asarray(np.clip(found, 0, free.ground.size - 2), dtype=np.int64)
 
 
 def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tuple[Array, Array, Array, Array, Array]:
@@ -240,10 +244,10 @@ def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array)
 
 def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Array:
     """The free response between nodes, from its series."""
-    node = min(int(time / free.step), free.ground.size - 2)
+    node = int(_nodes_before(free, np.array([time]))[0])
     desk = make_desk()
     lay_out(pair, tuple(free.states[node]), free.passage.stretch(free.ground, free.step, node, 0.0), free.terms, desk)
-    return np.array(state_at(pair, desk, free.terms, time - node * free.step))
+    return np.array(state_at(pair, desk, free.terms, time - free.passage.moment(free.step, node)))
 
 
 def energies(
@@ -259,17 +263,16 @@ def energies(
     length = np.diff(time)
     put_in = -_carried(free, time, force, impulse)
     held = np.zeros_like(time)
-    grounds = (free.ground, free.passage.right if isinstance(free.passage, Passing) else free.ground)
     for side, oscillator in enumerate(pair):
         if oscillator.inverse_omega == 0.0:
             continue
-        a_g = np.interp(time, _node_times(free), grounds[side])
-        slope = np.divide(np.diff(a_g), length, out=np.zeros_like(length), where=length > 0.0)
-        area = 0.5 * (a_g[1:] + a_g[:-1]) * length
+        begins, slope = _grounds(free, time, side)
+        ends = begins + slope * length
+        area = 0.5 * (ends + begins) * length
         u, v = states[:, side], states[:, side + 2]
         push = (1.0, -1.0)[side] * np.diff(impulse) * oscillator.inverse_mass
         placed = (-area - np.diff(v) - oscillator.fade * np.diff(u) - push) / oscillator.spring
-        put_in[1:] -= oscillator.mass * np.cumsum(np.diff(a_g * u) - slope * placed)
+        put_in[1:] -= oscillator.mass * np.cumsum(ends * u[1:] - begins * u[:-1] - slope * placed)
         held += 0.5 * oscillator.mass * (v * v + oscillator.spring * u * u)
     return {
         "ground": (put_in, "work that the ground has done on both buildings"),
@@ -279,15 +282,28 @@ def energies(
     }
 
 
+def _grounds(free: Free, time: Array, side: int) -> tuple[Array, Array]:
+    """a_g under a building at the beginning of every interval between these times, and its slope there."""
+    # What lies between two nodes is told by its middle: an end may stand on either side of a node by rounding.
+    node = _nodes_before(free, 0.5 * (time[1:] + time[:-1]))
+    after = time[:-1] - _node_times(free)[node]
+    if isinstance(free.passage, Passing):
+        wave = free.passage
+        values, slopes = ((wave.left, wave.left_slope), (wave.right, wave.right_slope))[side]
+        return values[node] + slopes[node] * after, slopes[node]
+    slope = (free.ground[node + 1] - free.ground[node]) / free.step
+    return free.ground[node] + slope * after, slope
+
+
 def _carried(free: Free, time: Array, force: Array, impulse: Array) -> Array:
     """∫ F ẇ dt = [ẇ J] − ∫ ẅ J dt, J = ∫ F dt, up to every time; by Hermite's rule, which knows F at both ends.
 
     Its error is (ω h)⁴ / 720 over intervals h in which F moves with ω: some millionths.
     """
-    _, rate, bend = widening(free, time)
-    length = np.diff(time)
-    twist = np.divide(np.diff(bend), length, out=np.zeros_like(length), where=length > 0.0)
-    values, pressed = bend * impulse, bend * force
-    turns = (pressed[:-1] - pressed[1:]) + twist * (impulse[:-1] - impulse[1:])
-    areas = 0.5 * length * (values[1:] + values[:-1]) + length**2 / 12.0 * turns
+    rate, length = widening(free, time)[1], np.diff(time)
+    (left, left_slope), (right, right_slope) = (_grounds(free, time, side) for side in (0, 1))
+    begins, twist = right - left, right_slope - left_slope
+    ends = begins + twist * length
+    turns = (begins * force[:-1] - ends * force[1:]) + twist * (impulse[:-1] - impulse[1:])
+    areas = 0.5 * length * (ends * impulse[1:] + begins * impulse[:-1]) + length**2 / 12.0 * turns
     return rate * impulse - np.append(0.0, np.cumsum(areas))

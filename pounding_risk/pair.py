@@ -50,6 +50,11 @@ def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, f
     )
 
 
+def _maps(pair: tuple[Oscillator, Oscillator], time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """`_vibration_map` of both buildings."""
+    return _vibration_map(pair[0], time), _vibration_map(pair[1], time)
+
+
 def free_response(
     pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
 ) -> Free:
@@ -71,13 +76,14 @@ def free_response(
     while size > 1e-19 and terms < MAX_TERMS:
         size *= max(omega * step, 1e-3) / (terms - 3)
         terms += 1
-    blocks = ceil((count - 1) / BLOCK)
-    states = np.zeros((count, 4))
-    extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
-    node_map, block_map = (tuple(_vibration_map(o, span) for o in pair) for span in (step, BLOCK * step))
     passage: Together | Passing = Together()
     if wave is not None:
-        ground, passage = wave.grounds(ground, step)
+        passing = wave.grounds(ground, step)
+        ground, passage = passing.left, passing._replace(maps=_maps(pair, step - passing.first))
+    states = np.zeros((ground.size, 4))
+    blocks = ceil((ground.size - 1) / BLOCK)
+    extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
+    node_map, block_map = _maps(pair, passage.width(step, 0)), _maps(pair, passage.moment(step, BLOCK))
     free = Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
     survey(pair, free)
     closing = states[:, 2] - states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)

@@ -117,7 +117,7 @@ def _buildings(raw: Mapping[str, Any]) -> Iterator[Fault]:
     if count == 2 and len(buildings) == 2 and all(keys.get("rigid") is True for _, keys in buildings):
         yield Fault(
             ("building", 1, "rigid"),
-            "both buildings are rigid, so nothing can move; give one of them a mass and a period",
+            "both buildings are rigid, so that no run is needed; give one of them a mass and a period",
         )
 
 

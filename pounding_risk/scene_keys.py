@@ -217,7 +217,7 @@ def effect(name: str) -> Callable[[Any], Effect]:
             try:
                 if key not in kind.options:
                     raise Unreadable(
-                        f"unknown key{nearest(key, kind.options)}; {name} takes {_options(kind) or 'no keys'}"
+                        f"unknown key{nearest(key, kind.options)}; {name} takes {_options(kind, True) or 'no keys'}"
                     )
                 if key not in value:
                     raise Unreadable(f"missing; write {name} = {{{_options(kind)}}}")
@@ -231,15 +231,15 @@ def effect(name: str) -> Callable[[Any], Effect]:
     return read
 
 
-def _options(kind: Any) -> str:
-    """An effect's keys as a scene has them, each with an example."""
+def _options(kind: Any, every: bool = False) -> str:
+    """An effect's keys as a scene has them, each with an example; those that may be left out too where ``every`` is."""
     examples = {
         key: shown(allowed.example if allowed.unit != "1" else float(allowed.example))
         if isinstance(allowed, Quantity)
         else shown(allowed[-1])
         for key, allowed in kind.options.items()
     }
-    return ", ".join(f"{key} = {example}" for key, example in examples.items() if key not in kind.optional)
+    return ", ".join(f"{key} = {example}" for key, example in examples.items() if every or key not in kind.optional)
 
 
 def record_names(value: Any) -> tuple[str, ...]:

@@ -137,14 +137,20 @@ class Run:
             self.peaks[name] = max(self.peaks[name], float(value))
 
 
-def follow(buildings, gap: float, law: str, beta: float, grounds, step: float) -> dict[str, float]:
+def follow(buildings, gap: float, law: str, beta: float, ground, step: float, lag: float) -> dict[str, float]:
     """Peaks, impulse and what the dampers took.
 
-    ``buildings`` = (mass, period, damping ratio) of both, ``grounds`` = a_g under each.
+    ``buildings`` = (mass, period, damping ratio) of both; ``ground`` is a_g sampled every ``step``, zero at first, and
+    one of them has it later by ``lag``: from sample to sample of both motions.
     """
     run = Run(buildings, gap, law, beta)
-    samples = np.transpose(grounds)
-    for a, b in pairwise(samples):
-        run.interval(a, b, step)
+    samples = np.arange(len(ground)) * step
+    times = np.unique(np.concatenate([samples, (samples + abs(lag))[samples + abs(lag) < samples[-1]]]))
+    times = times[np.append(True, np.diff(times) > 1e-9)]
+    prompt = np.interp(times, samples, ground)
+    late = np.interp(times - abs(lag), samples, ground, left=0.0)
+    both = np.column_stack([prompt, late] if lag >= 0.0 else [late, prompt])
+    for (now, a), (then, b) in pairwise(zip(times, both, strict=True)):
+        run.interval(a, b, then - now)
     sums = {"impulse": float(run.y[IMPULSE]), "damped": float(run.y[DAMPED]), "touches": float(run.touches)}
     return {**run.peaks, **sums}

@@ -12,13 +12,14 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from pounding_risk import agreement, cli, compare, figures, scan, simulate
-from pounding_risk.comparison import on_equal_terms, reference_impacts, with_relation
+from pounding_risk.comparison import left_out, on_equal_terms, reference_impacts, runnable, with_relation
 from pounding_risk.ensemble import laws_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import constant
 from pounding_risk.paper import scene
 from pounding_risk.scenario import parse_scene
-from pounding_risk.study import EqualTerms, known_law
+from pounding_risk.study import Effect, EqualTerms, known_law
 
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
 SCENE = """
@@ -117,6 +118,17 @@ def test_why_e_is_not_equal(study):
     assert with_relation(elastic, None) == (elastic, "")
     with pytest.raises(PoundingError, match=r'"exakt" is not a relation .* \(did you mean "exact"'):
         with_relation(terms, "exakt")
+
+
+def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
+    """By name, with the reason: floors without a length, a loop that cannot return so little, laws without yielding."""
+    assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["distributed_mass"]
+    little = replace(study, restitution=constant(0.2))
+    assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(little)
+    assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
+    yielding = replace(study, law_name="van_mier", effects=(Effect("permanent_set"),))
+    assert runnable(yielding) == ("van_mier", "viscous_elastoplastic")
+    assert "linear, kelvin_voigt" in left_out(yielding) and "nothing yields, under permanent_set" in left_out(yielding)
 
 
 def test_the_runs_are_those_of_a_scan_of_the_scene_it_stores(dataset):

@@ -364,7 +364,7 @@ WHOLE = [
         SHORT.replace('period = "0.208 s"', "rigid = true").replace('period = "0.007 s"', "rigid = true"),
         [
             (
-                "line 8, building.masonry.rigid: both buildings are rigid, so nothing can move; "
+                "line 8, building.masonry.rigid: both buildings are rigid, so that no run is needed; "
                 "give one of them a mass and a period"
             )
         ],

@@ -44,7 +44,7 @@ class Free(NamedTuple):
     """The response without contact of one pair to one ground motion; shapes with N nodes and B blocks."""
 
     ground: np.ndarray  # (N,) a_g, with a passing wave that under the left building [m/s²]
-    step: float  # between nodes [s]
+    step: float  # between samples, of which the passage makes nodes [s]
     terms: int  # of the Taylor series over one step
     states: np.ndarray  # (N, 4) u_left, u_right, v_left, v_right
     high: np.ndarray  # (B, SIGNALS) no value in the block is larger, between nodes too; see `survey`
@@ -265,7 +265,7 @@ def fly(pair, free, gap, start, state, desk):
     vibration = (0.0, 0.0, 0.0, 0.0)
     if node > 0 or offset > 0.0:
         ground = passage.stretch(free.ground, free.step, node, offset)
-        span = (ground, free.step - offset)
+        span = (ground, passage.width(free.step, node) - offset)
         lay_out(pair, state, ground, terms, desk)
         ahead = state_at(pair, desk, terms, span[1])
         read_signals(pair, state, ground.widening()[0], desk, HERE)
@@ -290,8 +290,8 @@ def fly(pair, free, gap, start, state, desk):
         state = with_free(states, node, vibration)
         read_signals(pair, state, passage.widened(node), desk, NEXT)
         while node < stop:
-            span = (passage.stretch(free.ground, free.step, node, 0.0), free.step)
-            vibration = turned(free.node_map, vibration)
+            span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
+            vibration = turned(passage.node_maps(free.node_map, node), vibration)
             ahead = with_free(states, node + 1, vibration)
             for signal in range(SIGNALS):
                 desk[HERE, signal] = desk[NEXT, signal]

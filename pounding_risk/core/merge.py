@@ -216,14 +216,14 @@ def hold(joint, free, start, place, speed, desk, log):
     largest = 0.0
     while True:
         ground = free.passage.stretch(free.ground, free.step, node, offset)
-        span = free.step - offset
+        span = free.passage.width(free.step, node) - offset
         expand(joint.whole, place, speed, push_whole(joint, ground), desk, LEFT, terms)
         count = lay_tension(joint, ground, terms, desk)
         root = first_rise(desk, count, 0.0, span)
         stop = root if root >= 0.0 else span
         largest = highest(desk, SIGNAL, count, -1.0, stop, largest)
         if not isnan(desk[TALLY, DEMAND]):
-            time_levels(mass, largest, count, (node * free.step + offset, stop), desk, log)
+            time_levels(mass, largest, count, (free.passage.moment(free.step, node) + offset, stop), desk, log)
         push, power = 0.0, stop
         for n in range(count):
             push -= desk[SIGNAL, n] * power / (n + 1)
@@ -237,7 +237,7 @@ def hold(joint, free, start, place, speed, desk, log):
         state = of_both(joint, place, speed)
         write_state(desk, state)
         state = ground.apart(joint.right, state, stop)
-        write_step(log, node * free.step + offset, force, state, desk)
+        write_step(log, free.passage.moment(free.step, node) + offset, force, state, desk)
         if root >= 0.0:
             return FINISHED, node, offset, state, mass * largest
         node, offset = node + 1, 0.0
@@ -286,7 +286,7 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
     mass = joint.whole.mass
     ground = free.passage.stretch(free.ground, free.step, node, offset)
     state = ground.across(joint.right, state, 0.0)
-    touched = node * free.step + offset
+    touched = free.passage.moment(free.step, node) + offset
     speed = max(state[2] - state[3], 0.0)
     e = limits[2].at(speed)
     desk[STATE, :8] = 0.0
@@ -325,7 +325,8 @@ def merge(pair, free, law, limits, rtol, start, state, desk, log):
         finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)
     force = settle_force(push, largest, rests, desk, log)
     state = parted(joint, state)
-    over = max(node * free.step + offset, min(touched + lasts, (free.ground.size - 1) * free.step))
+    stop = free.passage.moment(free.step, free.ground.size - 1)
+    over = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
     duration = max(over - touched, 0.0)
     desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy_of(pair, state_of(desk, STATE)))
     # The next touch may come while the floors still press.

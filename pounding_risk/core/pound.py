@@ -180,7 +180,7 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     desk[STATE, :8] = 0.0
     for part in range(4):
         desk[STATE, part] = state[part]
-    touched = node * free.step + offset
+    touched = free.passage.moment(free.step, node) + offset
     energy = touch_down(impact, limits[2].beyond(speed), touched, speed, desk)
     # Where nobody asks for this contact's own peak, only one above the run's peak so far is worth the search.
     each = log.levels.size > 0 or log.contacts.shape[0] > 0
@@ -194,13 +194,13 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     write_step(log, touched, transmitted(impact, phase, state), ground.apart(right, state, 0.0), desk)
     finish = EXHAUSTED
     while desk[TALLY, STEPS] < MAX_STEPS:
-        left = sqrt(sqrt(max(since + free.step, 0.0))) - s
+        left = sqrt(sqrt(max(since + free.passage.width(free.step, node), 0.0))) - s
         if left <= 1e-13 * s:
             node += 1
             if node >= free.ground.size - 1:
                 finish = AT_END
                 break
-            since = node * free.step - touched
+            since = free.passage.moment(free.step, node) - touched
             ground = free.passage.stretch(free.ground, free.step, node, -since)
             phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, desk, STAGES)

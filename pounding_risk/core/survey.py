@@ -81,7 +81,10 @@ def survey(pair, free):
     """
     desk = np.zeros((STAGES, 64))
     step, terms, states, passage = free.step, free.terms, free.states, free.passage
-    maps = ramp_map(pair[0], step, terms, desk), ramp_map(pair[1], step, terms, desk)
+    # Even and odd nodes may be followed by intervals of unlike widths.
+    even, odd = passage.width(step, 0), passage.width(step, 1)
+    maps = ramp_map(pair[0], even, terms, desk), ramp_map(pair[1], even, terms, desk)
+    others = ramp_map(pair[0], odd, terms, desk), ramp_map(pair[1], odd, terms, desk)
     last = free.ground.size - 1
     for block in range(free.high.shape[0]):
         first, stop = block * BLOCK, min(last, block * BLOCK + BLOCK)
@@ -91,13 +94,14 @@ def survey(pair, free):
         read_signals(pair, state, passage.widened(first), desk, NEXT)
         for node in range(first, stop):
             ground = passage.stretch(free.ground, step, node, 0.0)
-            left = ramped(maps[0], state[0], state[2], ground.push_left(pair[0]))
-            right = ramped(maps[1], state[1], state[3], ground.push_right(pair[1]))
+            turn = others if node % 2 else maps
+            left = ramped(turn[0], state[0], state[2], ground.push_left(pair[0]))
+            right = ramped(turn[1], state[1], state[3], ground.push_right(pair[1]))
             ahead = (left[0], right[0], left[1], right[1])
             for signal in range(SIGNALS):
                 desk[HERE, signal] = desk[NEXT, signal]
             read_signals(pair, ahead, passage.widened(node + 1), desk, NEXT)
-            widen(pair, state, (ground, step), desk)
+            widen(pair, state, (ground, passage.width(step, node)), desk)
             for part in range(4):
                 states[node + 1, part] = ahead[part]
             state = ahead
@@ -119,7 +123,7 @@ def measure_block(pair, free, nodes, desk):
     states, passage = free.states, free.passage
     read_signals(pair, with_free(states, nodes[0], still), passage.widened(nodes[0]), desk, NEXT)
     for node in range(nodes[0], nodes[1]):
-        span = (passage.stretch(free.ground, free.step, node, 0.0), free.step)
+        span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
         state = with_free(states, node, still)
         for signal in range(SIGNALS):
             desk[HERE, signal] = desk[NEXT, signal]

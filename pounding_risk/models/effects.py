@@ -166,6 +166,10 @@ def with_effects(law: Any, effects: Iterable[tuple[str, Iterable[tuple[str, Any]
 def wave_of(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> WavePassage | None:
     """What these effects, (name, options) each, do to the ground motion; None where they leave it as it is."""
     waves = [EFFECTS[name].on(**dict(options)) for name, options in effects if acts_on_ground(name)]  # type: ignore[attr-defined]
+    if len(waves) > 1:
+        raise PoundingError(
+            "effects: two of them change the ground motion, and it cannot be known in which order; keep one"
+        )
     return waves[0] if waves else None
 
 
@@ -304,8 +308,8 @@ class UnloadingStiffness(NamedTuple):
 class WavePassage(NamedTuple):
     """The motion reaches one building later than the other, by τ = distance / apparent velocity; a_far(t) = a(t − τ).
 
-    The ground itself then moves the buildings together and apart, by about τ times its velocity. Between samples the
-    later motion is linear like the record, so that it is the record's own interpolation at t − τ.
+    The ground itself then moves the buildings together and apart, by about τ times its velocity. The later
+    motion is the same as the prompt one, sample by sample, whatever part of a sample τ ends in.
 
     >>> WavePassage.on(velocity=500.0, distance=20.0).lag
     0.04
@@ -318,6 +322,6 @@ class WavePassage(NamedTuple):
         """A wave that travels ``towards`` the right or left building; apparent velocity [m/s], distance [m]."""
         return cls(distance / velocity if towards == "right" else -distance / velocity)
 
-    def grounds(self, ground: Any, step: float) -> tuple[Any, Passing]:
-        """a_g under the left building, and what differs under the right one, at nodes ``step`` [s] apart."""
+    def grounds(self, ground: Any, step: float) -> Passing:
+        """The motion under each building, from a_g [m/s²] at samples ``step`` [s] apart."""
         return delayed(ground, step, self.lag)

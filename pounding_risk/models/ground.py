@@ -9,12 +9,14 @@ left one, y = u_right + w, where a contact is what it is without a wave, and
 
     ÿ = −q − 2 ζ ω ẏ − ω² y + F / m,    q = a_left − 2 ζ ω ẇ − ω² w    (of a rigid building q = −ẅ).
 
-Both a_g are linear between the samples, so that w is a cubic there, and nothing of the solver's exactness is lost.
+Both a_g are linear between their own samples, and nodes stand at the samples of both: each a_g is linear between two
+nodes, w is a cubic there, and nothing of the solver's exactness is lost.
 Kernels see by the type which of the two there is: without a wave w is a constant zero that compiles to nothing.
 """
 
 from __future__ import annotations
 
+from math import floor
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -79,6 +81,15 @@ class Passage(Protocol):
     def widened(self, node):
         """w at a node [m]."""
 
+    def width(self, step, node):
+        """Time from a node to the next [s], ``step`` that between two samples."""
+
+    def moment(self, step, node):
+        """Time of a node [s]."""
+
+    def node_maps(self, maps, node):
+        """The maps of both buildings' free vibration over the interval after a node; ``maps`` those after the first."""
+
     def lent(self):
         """Itself with its arrays' references not counted."""
 
@@ -140,6 +151,15 @@ class Together(NamedTuple):
 
     def widened(self, node):
         return 0.0
+
+    def width(self, step, node):
+        return step
+
+    def moment(self, step, node):
+        return node * step
+
+    def node_maps(self, maps, node):
+        return maps
 
     def lent(self):
         return self
@@ -222,39 +242,86 @@ class Rippled(NamedTuple):
 
 
 class Passing(NamedTuple):
-    """A motion of its own under the right building; arrays with a value at every node."""
+    """A motion of its own under each building. Even nodes stand at samples, odd ones between, ``first`` after them.
 
-    right: np.ndarray  # a_right [m/s²]
+    Arrays with a value at every node, of a_g as it is after the node: what is later begins with a jump where the
+    record does not begin with zero.
+    """
+
+    first: float  # from an even node to the odd one after it [s]
+    maps: tuple  # of both buildings' free vibration from an odd node to the even one after it: 2 x 4 numbers
+    left: np.ndarray  # a_left [m/s²]
+    left_slope: np.ndarray  # after the node [m/s³]
+    right: np.ndarray
+    right_slope: np.ndarray
     spread: np.ndarray  # w [m]
     rate: np.ndarray  # ẇ [m/s]
 
     def stretch(self, ground, step, node, offset):
-        slope = (ground[node + 1] - ground[node]) / step
-        bend, after = self.right[node] - ground[node], self.right[node + 1] - ground[node + 1]
-        return Rippled(ground[node], slope, bend, (after - bend) / step, self.spread[node], self.rate[node], offset)
+        bend, twist = self.right[node] - self.left[node], self.right_slope[node] - self.left_slope[node]
+        return Rippled(self.left[node], self.left_slope[node], bend, twist, self.spread[node], self.rate[node], offset)
 
     def widened(self, node):
         return self.spread[node]
 
+    def width(self, step, node):
+        return step - self.first if node % 2 else self.first
+
+    def moment(self, step, node):
+        return (node // 2) * step + (self.first if node % 2 else 0.0)
+
+    def node_maps(self, maps, node):
+        return self.maps if node % 2 else maps
+
     def lent(self):
-        return Passing(borrowed(self.right), borrowed(self.spread), borrowed(self.rate))
+        return Passing(
+            self.first,
+            self.maps,
+            borrowed(self.left),
+            borrowed(self.left_slope),
+            borrowed(self.right),
+            borrowed(self.right_slope),
+            borrowed(self.spread),
+            borrowed(self.rate),
+        )
 
 
-def delayed(ground: np.ndarray, step: float, lag: float) -> tuple[np.ndarray, Passing]:
-    """a_g under the left building, and what differs under the right one, which has it later by ``lag`` [s].
+def delayed(ground: np.ndarray, step: float, lag: float) -> Passing:
+    """Both motions where the right building has a_g later by ``lag`` [s], below zero the left one; ``maps`` are empty.
 
-    ``ground`` holds a_g [m/s²] at nodes ``step`` [s] apart; below zero the left building has it later. Whatever is
-    later has been at rest until then. A first sample that is not zero arrives as a jump: what stands for it on the
-    nodes brings the same velocity, or w would drift for the rest of the record.
+    ``ground`` holds a_g [m/s²] at samples ``step`` [s] apart. Whatever is later is at rest until then.
     """
-    times = np.arange(ground.size) * step
-    later = np.interp(times - abs(lag), times, ground, left=0.0)
-    arrival = int(np.searchsorted(times, abs(lag)))
-    if 0 < arrival < ground.size:
-        width = 0.5 if arrival == 1 else 1.0  # of the node before the arrival, in steps
-        later[arrival - 1] += ground[0] * ((times[arrival] - abs(lag)) / step - 0.5) / width
-    left, right = (ground, later) if lag >= 0.0 else (later, ground)
-    bend = right - left
-    rate = np.append(0.0, np.cumsum(0.5 * step * (bend[:-1] + bend[1:])))
-    moves = step * rate[:-1] + step * step * (2.0 * bend[:-1] + bend[1:]) / 6.0
-    return left, Passing(right, np.append(0.0, np.cumsum(moves)), rate)
+    whole = round(abs(lag) / step)
+    if abs(abs(lag) - whole * step) > 1e-9 * step:
+        whole = floor(abs(lag) / step)
+    part = max(abs(lag) - whole * step, 0.0)
+    part = part if part > 1e-9 * step else 0.0
+    # With a lag of whole samples there is nothing to stand between them; the middle is as good as any place.
+    first = part or 0.5 * step
+    slopes = np.diff(ground) / step
+    count = slopes.size
+    prompt = two_a_sample(ground[:-1], ground[:-1] + slopes * first, ground[-1]), two_a_sample(slopes, slopes, 0.0)
+    start = np.concatenate([np.zeros(whole + 1), ground[:-1]])
+    slope = np.concatenate([np.zeros(whole + 1), slopes])
+    after = slice(1, count + 1)  # the sample that has arrived by an odd node, with a part of a sample at that very node
+    if part:
+        before = slice(0, count)
+        halves = start[before] + slope[before] * (step - part), start[after]
+        parts = slope[before], slope[after]
+    else:
+        halves = start[after], start[after] + slope[after] * first
+        parts = slope[after], slope[after]
+    late = two_a_sample(*halves, halves[1][-1] + parts[1][-1] * (step - first)), two_a_sample(*parts, 0.0)
+    left, right = (prompt, late) if lag >= 0.0 else (late, prompt)
+    bend, twist = right[0] - left[0], right[1] - left[1]
+    width = two_a_sample(np.full(count, first), np.full(count, step - first), 0.0)
+    rate = np.append(0.0, np.cumsum(width * (bend + 0.5 * width * twist))[:-1])
+    moves = width * (rate + width * (0.5 * bend + width * twist / 6.0))
+    spread = np.append(0.0, np.cumsum(moves)[:-1])
+    still = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+    return Passing(float(first), still, *left, *right, spread, rate)
+
+
+def two_a_sample(even: np.ndarray, odd: np.ndarray, last: float) -> np.ndarray:
+    """Values at even and odd nodes, and at the last one, in one array."""
+    return np.append(np.column_stack([even, odd]).ravel(), last)
