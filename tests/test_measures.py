@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import cumulative_simpson
+from scipy.integrate import cumulative_simpson, trapezoid
 from scipy.signal import lsim
 
 from pounding_risk import _jit, catalogue, measures
@@ -140,7 +140,7 @@ def test_integrals_and_peaks_against_fine_quadrature(ground):
     u = cumulative_simpson(v, dx=dt / parts, initial=0.0)
     found = measures.measure(ground, dt)
     near = 1e-5 * np.abs(ground).max()  # the largest value missed on either side, and Simpson at a corner
-    assert found.cav == pytest.approx(np.trapezoid(np.abs(fine), dx=dt / parts), abs=near)
+    assert found.cav == pytest.approx(trapezoid(np.abs(fine), dx=dt / parts), abs=near)
     squares = cumulative_simpson(fine**2, dx=dt / parts, initial=0.0)[-1]
     assert found.arias == pytest.approx(np.pi / (2.0 * G) * squares, rel=1e-5, abs=1e-12)
     assert found.pgv == pytest.approx(np.abs(v).max(), abs=near)
@@ -248,8 +248,9 @@ def test_eqsig_on_el_centro():
     above = np.pi / (2.0 * G) * dt / 6.0 * float((np.diff(a) ** 2).sum())
     assert (found.arias + above) * G / 9.81 == pytest.approx(1.5551295, rel=1e-7)  # its g is 9.81 m/s²
     assert found.cav == pytest.approx(13.30923, rel=5e-3)  # eqsig adds what a sign change takes away
-    assert found.d5_95 == pytest.approx(24.17, abs=2 * dt)  # from sample to sample
-    assert found.d5_75 == pytest.approx(12.16, abs=2 * dt)
+    # It counts from the first sample inside to the last one, up to 2 h less, on the trapezoidal curve.
+    assert 0.0 <= found.d5_95 - 24.17 <= 3 * dt
+    assert 0.0 <= found.d5_75 - 12.16 <= 3 * dt
 
 
 @pytest.mark.parametrize(
