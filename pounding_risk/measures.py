@@ -154,7 +154,7 @@ def response_spectra(
 
     ``acceleration`` is a_g [m/s²] of shape (n,), or a sequence of such arrays of any lengths; ``dt`` [s] is one number,
     or one a record; ``periods`` [s] in any order. ü + 2 ζ ω u̇ + ω² u = −a_g from rest, exact for linear a_g (Nigam
-    and Jennings 1969); crests between samples are found to 4e-6. See `pounding_risk.core.spectrum`.
+    and Jennings 1969), and crests between samples are found to 4e-6 or better. See `pounding_risk.core.spectrum`.
 
     Raises RecordError for a record that `measure` refuses, PoundingError for a period or damping out of range.
     """
@@ -176,7 +176,8 @@ def rotated_spectra(
     """PSA of two perpendicular horizontal ``components`` [m/s²] along every direction: RotD50, RotD100 (Boore 2010).
 
     The oscillators are linear: the response along a direction is that to both components, combined, and its peak is
-    the largest over time. Raises as `response_spectra`, and RecordError for components of unlike length.
+    the largest over time, crests between samples included, to 1e-5 at 5 % damping. Raises as `response_spectra`, and
+    RecordError for components of unlike length.
     """
     first, second = (_checked(each, dt, f"component {k}") for k, each in enumerate(components))
     if first.size != second.size:
