@@ -174,6 +174,24 @@ def test_more_samples_on_the_same_lines_change_nothing(seed, n, damping):
         np.testing.assert_allclose(getattr(again, name), getattr(once, name), rtol=CREST)
 
 
+@pytest.mark.parametrize("lasting", [False, True])
+def test_no_crest_of_many_alike_is_overlooked(lasting):
+    """Blows or steps with weak noise, undamped: crests differ by less than their nodes, and a largest node misleads."""
+    periods = np.linspace(0.33, 0.9, 60)
+    first, second = (1e-3 * np.random.default_rng(seed).standard_normal(900) for seed in (13, 14))
+    first[: 900 if lasting else 1] += 1.0
+    second[15 : 900 if lasting else 16] += 1.0  # a quarter of 0.6 s later: round in a circle
+    fine = np.arange(16 * 899 + 1) / 16.0
+    finer = [np.interp(fine, np.arange(900), each) for each in (first, second)]
+    once = measures.response_spectra([first, second], 0.01, periods, 0.0)
+    again = measures.response_spectra(finer, 0.01 / 16, periods, 0.0)
+    for name in FIELDS:
+        np.testing.assert_allclose(getattr(once, name), getattr(again, name), rtol=CREST)
+    turned = measures.rotated_spectra((first, second), 0.01, periods[::3], 0.0)
+    truth = measures.rotated_spectra((finer[0], finer[1]), 0.01 / 16, periods[::3], 0.0)
+    np.testing.assert_allclose(turned.acceleration, truth.acceleration, rtol=1e-5)
+
+
 def test_many_records_at_once():
     """Whatever their lengths and steps, and the periods in any order: the same bits as each alone."""
     records, steps = [noise(6, 300), noise(7, 33), noise(8, 2)], [0.01, 0.02, 0.005]
