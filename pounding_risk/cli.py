@@ -379,7 +379,7 @@ def list_records() -> None:
 
 @records_app.command("info")
 def record_info(id: Annotated[str, typer.Argument(metavar="ID", help="A record's id.", show_default=False)]) -> None:
-    """One record: origin, terms, checksum, where its file is."""
+    """One record: origin, terms, checksum, where its file is, PGA to Sa."""
     from pounding_risk.catalogue import entry
     from pounding_risk.cli_tables import print_record
 

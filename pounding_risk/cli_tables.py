@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MOST_CONTACTS = 60  # rows of the table of contacts
 COUNTS = ("cases", "simulated", "known without a run of their own")
+SPECTRUM = (0.2, 0.5, 1.0, 2.0)  # s
 FASTER = "faster than the range of the restitution relation, which is held at its end there"
 
 
@@ -172,7 +173,7 @@ def print_records(entries: Sequence[Entry]) -> None:
 
 
 def print_record(entry: Entry) -> None:
-    """All that the catalogue says about one record, and where its file is."""
+    """All that the catalogue says about one record, where its file is, and how strong its motion is."""
     from pounding_risk.catalogue import path
 
     values = {key: value for key, value in asdict(entry).items() if value not in ("", None)}
@@ -184,8 +185,33 @@ def print_record(entry: Entry) -> None:
         values["sensitivity"] = f"{entry.sensitivity:.8g} counts per m/s²"
     if entry.azimuth is not None:
         values["azimuth"] = f"{entry.azimuth:g}° from north"
+    found = True
     try:
         values["file"] = str(path(entry.id))
     except PoundingError as error:
-        values["file"] = str(error)
+        found, values["file"] = False, str(error)
     print_pairs((key, " ".join(str(value).split())) for key, value in values.items())
+    if found:
+        print()
+        print_table(("measure", "value", "meaning"), _measures(entry.id), "lrl")
+
+
+def _measures(id: str) -> Iterator[tuple[str, str, str]]:
+    """The intensity of a record as a run takes it: name, value, meaning."""
+    from pounding_risk.measures import measure, response_spectra
+    from pounding_risk.motions import read_motion
+    from pounding_risk.sources import RAW
+
+    motion = read_motion(id)
+    found = measure(motion.acceleration, motion.dt)
+    state = ", processed as for a run" if motion.record["state"] == RAW else ""
+    yield "PGA", engineering(found.pga, "m/s2"), f"peak ground acceleration{state}"
+    yield "PGV", engineering(found.pgv, "m/s"), "peak ground velocity"
+    yield "PGD", engineering(found.pgd, "m"), "peak ground displacement"
+    yield "Arias", engineering(found.arias, "m/s"), "Arias intensity"
+    yield "CAV", engineering(found.cav, "m/s"), "cumulative absolute velocity"
+    yield "D5-75", engineering(found.d5_75, "s"), "from 5 to 75 % of the Arias intensity"
+    yield "D5-95", engineering(found.d5_95, "s"), "from 5 to 95 % of the Arias intensity"
+    spectra = response_spectra(motion.acceleration, motion.dt, SPECTRUM)
+    for period, value in zip(SPECTRUM, spectra.acceleration, strict=True):
+        yield f"Sa({period:g} s)", engineering(value, "m/s2"), "spectral acceleration, absolute, damping 5 %"
