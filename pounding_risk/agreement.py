@@ -186,12 +186,15 @@ def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
 def peers(dataset: xr.Dataset) -> list[str]:
     """The laws that the sentence is about: those that dissipate as the baseline does, or not, as it does not.
 
-    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms. Nor is one
-    `with_terms_of_its_own`.
+    An elastic law cannot be given the restitution of a damped one: the two are not on equal terms. Nor is one whose
+    restitution is its own, or one `with_terms_of_its_own`.
     """
     baseline = str(dataset.attrs["baseline"])
     damped = dataset["dissipates"].values
     alike = (damped == damped[place_of(dataset, baseline)]) & ~with_terms_of_its_own(dataset)
+    if "reference_restitution_asked" in dataset:
+        asked = dataset["reference_restitution_asked"].notnull().values
+        alike &= asked == asked[place_of(dataset, baseline)]
     names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
     return [name for name in names if name != baseline]
 
@@ -221,7 +224,15 @@ def finding(dataset: xr.Dataset) -> str:
             "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
             f"{100 * NOTABLE:.0f} % of that of {baseline}"
         )
-    return "; ".join([told, *_flipping(shares, names)]) + "."
+    return "; ".join([told, *_flipping(shares, names), *_aside(dataset, names)]) + "."
+
+
+def _aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
+    """Which laws the sentence does not speak of."""
+    rest = [str(name) for name in dataset["contact_model"].values if name not in (*names, dataset.attrs["baseline"])]
+    if not rest or "reference_restitution_asked" not in dataset:
+        return []
+    return [f"of {', '.join(rest)}, which cannot be on equal terms, the tables tell"]
 
 
 def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:

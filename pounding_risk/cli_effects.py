@@ -48,9 +48,9 @@ def print_effects(dataset: Any) -> None:
 
 
 def _change(spread: tuple[float, float, float]) -> str:
+    from pounding_risk.effect_costs import percent
+
     low, middle, high = spread
     if low == high == 0.0:
         return "none"
-    # Adding zero takes the sign from a rounded −0.
-    middle, low, high = round(middle, 3) + 0.0, round(low, 2) + 0.0, round(high, 2) + 0.0
-    return f"{middle:+.1%} ({low:+.0%} to {high:+.0%})"
+    return f"{percent(middle)} ({percent(low)} to {percent(high)})"

@@ -199,9 +199,16 @@ def finding(dataset: xr.Dataset) -> str:
     change = changes(dataset, strongest, output)
     rest = f"; {' and '.join(without)} change no reported digit" if without else ""
     return (
-        f"{strongest} changes the {words} most: by {change.min():+.0%} to {change.max():+.0%}, in "
+        f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
         f"{changed_cases(dataset, strongest)} of {_cases(dataset)} cases ({yielding(dataset)} yield); {cost}{rest}."
     )
+
+
+def percent(change: float) -> str:
+    """A relative change with its sign: to a tenth of a per cent where it is small."""
+    digits = 1 if abs(change) < 0.0995 else 0
+    # Adding zero takes the sign from a rounded −0.
+    return f"{round(float(change), digits + 2) + 0.0:+.{digits}%}"
 
 
 def yielding(dataset: xr.Dataset) -> int:
