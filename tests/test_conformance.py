@@ -6,10 +6,6 @@ every test by that entry alone. Each fact is a closed form (see closed_forms) or
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from math import inf, isnan, sqrt
 from pathlib import Path
@@ -18,6 +14,7 @@ from typing import Any, NamedTuple
 import closed_forms as exact
 import numpy as np
 import pytest
+from interpreted import interpreted as without_compiling
 from oracle_laws import exact_hertz_damp
 
 from pounding_risk import _jit
@@ -327,11 +324,10 @@ def test_a_run_seen_from_behind_is_the_same(name: str):
 
 
 INTERPRETED = """
-import json, sys
-sys.path.insert(0, {tests!r})
+import json
 from test_conformance import FACTS, MODELS, reachable, returned, run
-runs = {{name: run(name) for name in MODELS if name in FACTS}}
-print(json.dumps([runs, {{name: returned(name) for name in reachable()}}]))
+runs = {name: run(name) for name in MODELS if name in FACTS}
+print(json.dumps([runs, {name: returned(name) for name in reachable()}]))
 """
 
 
@@ -349,15 +345,7 @@ def returned(name: str) -> list[float]:
 @pytest.fixture(scope="module")
 def interpreted() -> list[dict[str, Any]]:
     """The runs, and e under the exact relations, without compilation: nothing is compiled for a second relation."""
-    done = subprocess.run(
-        [sys.executable, "-c", INTERPRETED.format(tests=str(Path(__file__).parent))],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(Path(_jit.__file__).parent.parent)},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return without_compiling(INTERPRETED)
 
 
 @pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from itertools import pairwise
 from math import inf, sqrt
 
@@ -13,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from interpreted import interpreted
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -260,15 +258,7 @@ def test_interpreted_as_compiled():
         "print(json.dumps([solve(SOFT, STIFF, Interface(0.003, law, Restitution(0.65), 2e7), shaking(4.0)[:300], 0.01)"
         " for law in laws]))"
     )
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    for law, values in zip((FLOORS, DistributedMass(3.0, 80.0)), json.loads(run.stdout), strict=True):
+    for law, values in zip((FLOORS, DistributedMass(3.0, 80.0)), interpreted(code), strict=True):
         compiled = solve(SOFT, STIFF, Interface(0.003, law, ANY, 2e7), shaking(4.0)[:300], 0.01)
         assert compiled["impact_count"] >= 3.0
         for name, value in values.items():

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import doctest
-import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from interpreted import interpreted
 from scipy.integrate import cumulative_simpson, trapezoid
 from scipy.signal import lsim
 
@@ -310,16 +306,5 @@ def bits() -> list[str]:
 
 @pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 def test_interpreted_spectra_are_the_same_bits():
-    tests, package = Path(__file__).parent, Path(measures.__file__).parent.parent
-    code = (
-        f"import json, sys; sys.path.insert(0, {str(tests)!r}); import test_measures as t; print(json.dumps(t.bits()))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(package)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == bits()
+    code = "import json, test_measures; print(json.dumps(test_measures.bits()))"
+    assert interpreted(code) == bits()

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from math import hypot, pi, sin
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from interpreted import interpreted
 from oracle_wave import follow
 
 import pounding_risk as pr
@@ -191,17 +188,8 @@ def test_interpreted_as_compiled():
         "print(json.dumps([solve(FRAME, right, Interface(0.004, law, HALF), GROUND[:200], STEP, wave=WavePassage(LAG))"
         " for law, right in ((LAW, SHED), (Merged(), SHED), (Merged(), ROCK))]))"
     )
-    here = os.path.dirname(os.path.abspath(__file__))
-    made = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join([here, *sys.path])},
-        capture_output=True,
-        text=True,
-        timeout=200,
-        check=True,
-    )
     cases = ((LAW, SHED), (Merged(), SHED), (Merged(), ROCK))
-    for (law, right), values in zip(cases, json.loads(made.stdout), strict=True):
+    for (law, right), values in zip(cases, interpreted(code), strict=True):
         compiled = solve(FRAME, right, Interface(0.004, law, HALF), GROUND[:200], STEP, wave=WavePassage(LAG))
         for name in values.keys() - {"energy_residual"}:
             # Nothing is contracted or reordered; what the library's roots and sums of a matrix differ by: 1e-11.
