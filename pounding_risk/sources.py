@@ -32,8 +32,8 @@ class Source(NamedTuple):
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
     """The record that ``source`` stands for, its samples checked.
 
-    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#", an ObsPy trace, or a
-    Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
+    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#", an
+    ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
     """
     if isinstance(source, Source):
         found = source
