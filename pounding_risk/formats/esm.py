@@ -43,6 +43,7 @@ UNITS = ("cm/s^2", "cm/s2")
 NEEDED = ("HEADER_FORMAT", "DATA_TYPE", "UNITS", "SAMPLING_INTERVAL_S", "NDATA", "STREAM", "STATION_CODE")
 FIRST_SAMPLE = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
 LOW, HIGH = "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"
+DUE = (FIRST_SAMPLE, LOW, HIGH)  # may be empty, but a damaged key must not make a processed record raw
 AZIMUTHS = {"N": 0.0, "E": 90.0}
 
 _LINE = re.compile(r"\s*([A-Z][A-Z0-9_/^]*)\s*:(.*)", re.ASCII)
@@ -130,8 +131,8 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     stats = _stats(header, dt)
     samples = lines[len(header) :]
     _check_rows(name, samples, len(header))
-    check_count(header.place("NDATA"), count, len(samples), "NDATA")
     values = free_numbers(name, samples, len(header), "-0.227973")
+    check_count(header.place("NDATA"), count, len(values), "NDATA")
     if headonly:
         return Stream([Trace(header={**stats, "npts": count})])
     return Stream([Trace(values * 0.01, header=stats)])
@@ -139,7 +140,7 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
 
 def _check_kind(header: Header, lines: list[str]) -> None:
     """Raise RecordError for a header that is no DYNA header of acceleration in cm/s^2."""
-    missing = [key for key in NEEDED if not header[key]]
+    missing = [key for key in NEEDED if not header[key]] + [key for key in DUE if key not in header]
     if missing:
         after = quoted(lines[len(header)]) if len(header) < len(lines) else "the end of the file"
         raise RecordError(
