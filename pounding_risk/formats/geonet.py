@@ -39,6 +39,7 @@ KIND = "GeoNet"
 NETWORK = "NZ"  # of every station that GNS Science runs
 COMPONENTS = 3
 TEXT_LINES, WHOLE_LINES, REAL_LINES = 16, 4, 6
+HEADING_LINES = TEXT_LINES + WHOLE_LINES + REAL_LINES
 COLUMNS, WIDTH = 10, 8
 MILLIMETRE = 0.001  # m
 UNIT = "mm/s/s"
@@ -102,49 +103,44 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     lines = NEWLINE.split(text)
     while not lines[-1].strip():
         lines.pop()
-    headings: list[Heading] = []
-    accelerations: list[NDArray] = []
+    components = _components(name, lines)
+    codes = _codes(name, [heading for heading, _ in components])
+    stats = [_stats(name, heading, code) for (heading, _), code in zip(components, codes, strict=True)]
+    if headonly:
+        return Stream([Trace(header={**each, "npts": len(a)}) for (_, a), each in zip(components, stats, strict=True)])
+    return Stream([Trace(a * MILLIMETRE, header=each) for (_, a), each in zip(components, stats, strict=True)])
+
+
+def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:
+    """Heading and acceleration [mm/s²] of each component; every other block is checked on the way."""
+    found: list[tuple[Heading, NDArray]] = []
     at = 0
-    while len(headings) < COMPONENTS:
+    while len(found) < COMPONENTS:
         heading = _heading(name, lines, at)
-        at += TEXT_LINES + WHOLE_LINES + REAL_LINES
+        at += HEADING_LINES
         blocks = []
         for count, quantity in zip(heading.counts, ("acceleration", "velocity", "displacement"), strict=True):
             blocks.append(_block(name, lines, at, count, quantity))
             at += ceil(count / COLUMNS)
-        headings.append(heading)
-        accelerations.append(blocks[0])
+        found.append((heading, blocks[0]))
     if at < len(lines):
         raise RecordError(
             f"{name}, line {at + 1}: {quoted(lines[at])} follows the third component, with which a GeoNet file ends; "
             "remove it, or fetch the file again"
         )
-    stats = [_stats(name, heading, code) for heading, code in zip(headings, _codes(name, headings), strict=True)]
-    if headonly:
-        return Stream([Trace(header={**each, "npts": h.counts[0]}) for each, h in zip(stats, headings, strict=True)])
-    return Stream([Trace(a * MILLIMETRE, header=each) for a, each in zip(accelerations, stats, strict=True)])
+    return found
 
 
 def _heading(name: str, lines: list[str], at: int) -> Heading:
     """The heading of the component that begins at line ``at``, checked."""
-    found = lines[at : at + TEXT_LINES + WHOLE_LINES + REAL_LINES]
-    if len(found) < TEXT_LINES + WHOLE_LINES + REAL_LINES:
+    found = lines[at : at + HEADING_LINES]
+    if len(found) < HEADING_LINES:
         raise RecordError(
             f"{name}: ends with line {len(lines)}, before the end of the heading due from line {at + 1} on; a GeoNet "
             f"file has {COMPONENTS} components: the file is cut short, fetch it again"
         )
     text, places = found[:TEXT_LINES], [f"{name}, line {at + row + 1}" for row in range(len(found))]
-    for row, pattern, example in (
-        (0, _TITLE, "Uncorrected accelerogram 20161113_110256_THZ_20 GNS Science"),
-        (1, _SITE, "Site THZ"),
-        (9, _POINTS, "Number of points  59200    Duration 296.00 s"),
-        (12, _COMPONENT, "Component N28W"),
-    ):
-        if not pattern.match(text[row]):
-            raise RecordError(
-                f'{places[row]}: found {quoted(text[row])} where a GeoNet file has a line such as "{example}"; '
-                "restore that line, or fetch the file again"
-            )
+    _check_text(places, text)
     _check_unit(name, text, at)
     numbers = [_table_row(places[row], found[row]) for row in range(TEXT_LINES, len(found))]
     for place, values in zip(places[TEXT_LINES:], numbers[:WHOLE_LINES], strict=False):
@@ -156,6 +152,21 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
     heading = Heading(text, whole, real, at, label, dt, _counts(name, whole, at))
     _check_points(name, heading)
     return heading
+
+
+def _check_text(places: list[str], text: list[str]) -> None:
+    """Raise RecordError where a line of the heading that is needed is something else."""
+    for row, pattern, example in (
+        (0, _TITLE, "Uncorrected accelerogram 20161113_110256_THZ_20 GNS Science"),
+        (1, _SITE, "Site THZ"),
+        (9, _POINTS, "Number of points  59200    Duration 296.00 s"),
+        (12, _COMPONENT, "Component N28W"),
+    ):
+        if not pattern.match(text[row]):
+            raise RecordError(
+                f'{places[row]}: found {quoted(text[row])} where a GeoNet file has a line such as "{example}"; '
+                "restore that line, or fetch the file again"
+            )
 
 
 def _table_row(place: str, line: str) -> list[float]:
