@@ -103,12 +103,28 @@ def fixed_numbers(name: str, lines: Sequence[str], first: int, width: int, examp
 
     Raises RecordError, naming the line, for a column that is no finite number.
     """
+    plain = _plain_columns(lines, width)
+    if plain is not None:
+        return plain
     words = (
         (at, line[place : place + width].strip())
         for at, line in enumerate(each.rstrip() for each in lines)
         for place in range(0, len(line), width)
     )
     return _numbers(name, words, first, example)
+
+
+def _plain_columns(lines: Sequence[str], width: int) -> NDArray[np.float64] | None:
+    """The numbers of full columns without exponents, all at once; None where one needs, or deserves, a closer look."""
+    rows = [line.rstrip() for line in lines]
+    raw = "".join(rows).encode("latin-1", "replace")
+    # Of these letters float() makes a finite number or nothing, as `number` does.
+    if any(len(row) % width for row in rows) or raw.translate(None, b"0123456789+-. "):
+        return None
+    try:
+        return np.frombuffer(raw, dtype=f"S{width}").astype(np.float64)
+    except ValueError:
+        return None
 
 
 def _numbers(name: str, words: Iterator[tuple[int, str]], first: int, example: str) -> NDArray[np.float64]:
