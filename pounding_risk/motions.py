@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,12 @@ class Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
         return self.after(scale_samples_to(self.acceleration, asked("pga", pga, PGA), self.name))
 
+    def cut(self, start: float | str, end: float | str) -> Motion:
+        """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is not in it."""
+        done = _cut(self.acceleration, self.dt, _span((start, end)))
+        part = replace(self, record=_later(self.record, done.cut * self.dt))
+        return part.after(done._replace(flags=(*done.flags, *_doubts(done.samples, self.dt))))
+
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion with zeros of that duration [s] after it: the buildings swing freely."""
         return self.after(_extend(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
@@ -103,7 +110,7 @@ class Motion:
 
 
 def read_motion(
-    source: str | Path | Trace,
+    source: str | Path | Trace | Source,
     *,
     window: tuple[float | str, float | str] | None = None,
     pga: float | str | None = None,
@@ -111,19 +118,30 @@ def read_motion(
     processing: str | Sequence[Mapping[str, Any]] = "auto",
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
+    unit: str | None = None,
+    dt: float | None = None,
 ) -> Motion:
     """The ground motion of a record: read, processed, cut, scaled.
 
-    ``source`` is an id of the catalogue ("RSN6-180"), a path to a file (PEER AT2; MiniSEED with StationXML),
-    or an ObsPy trace in m/s². ``processing`` "auto" filters and corrects a raw record and leaves a processed
-    one as it is; "none" leaves both; a list of tables names the steps (`pounding_risk.processing`). After
-    that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
+    ``source`` is an id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of
+    several components one is named after "#": "quake.V2A#N28W"), or an ObsPy trace in m/s². ``unit`` ("cm/s^2") and
+    ``dt`` [s] are for files that do not state theirs. ``processing`` "auto" filters and corrects a raw record and
+    leaves a processed one as it is; "none" leaves both; a list of tables names the steps (`pounding_risk.processing`).
+    After that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
     and ``scale`` (factor), and ``tail`` [s] of zeros. Numbers are SI; text has its unit ("6 s", "0.5 g").
 
     Raises RecordError for what cannot be read or trusted, with the repair.
     """
     trace, record, flags = _prepared(
-        source, window=window, pga=pga, scale=scale, processing=processing, polarity=polarity, tail=tail
+        source,
+        window=window,
+        pga=pga,
+        scale=scale,
+        processing=processing,
+        polarity=polarity,
+        tail=tail,
+        unit=unit,
+        dt=dt,
     )
     name = str(record["id"])
     return Motion(name, trace.data, trace.stats.delta, record, tuple(trace.stats.processing), flags)
@@ -135,7 +153,7 @@ def read_trace(source: str | Path | Trace, **choices: Any) -> Trace:
 
 
 def _prepared(
-    source: str | Path | Trace,
+    source: str | Path | Trace | Source,
     *,
     window: tuple[float | str, float | str] | None = None,
     pga: float | str | None = None,
@@ -143,6 +161,8 @@ def _prepared(
     processing: str | Sequence[Mapping[str, Any]] = "auto",
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
+    unit: str | None = None,
+    dt: float | None = None,
 ) -> tuple[Trace, dict[str, Any], tuple[str, ...]]:
     """The processed trace, the record it is of, and the doubts about it."""
     target = None if pga is None else asked("pga", pga, PGA)
@@ -153,7 +173,7 @@ def _prepared(
         raise RecordError("pga and scale are both given; a record is scaled by one of them: leave one out")
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    found = open_source(source)
+    found = open_source(source, unit=unit, dt=dt)
     chain = _chain(processing, found.record["state"])
     log = _Log(found)
     _process(log, chain)
@@ -171,11 +191,15 @@ def _prepared(
     log.flags += _doubts(log.samples, log.dt)
     if quiet > 0.0:
         log.add(_extend(log.samples, log.dt, quiet))
-    trace = log.trace()
-    record = {**found.record, "polarity": polarity}
-    if found.trace.stats.starttime.timestamp != 0.0:  # what ObsPy gives a trace that has none
-        record["start"] = str(trace.stats.starttime)
-    return trace, record, tuple(dict.fromkeys(log.flags))
+    record = _later({**found.record, "polarity": polarity}, log.start)
+    return log.trace(), record, tuple(dict.fromkeys(log.flags))
+
+
+def _later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """The facts of a record that starts later, where its start is known."""
+    if not seconds or not record.get("start"):
+        return record
+    return {**record, "start": (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()}
 
 
 class _Log:
@@ -184,14 +208,15 @@ class _Log:
     def __init__(self, found: Source):
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
-        self.start, self.flags = 0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.start, self.flags = 0.0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
         self.raw = found.record["state"] == RAW
         self._source = found.trace
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
 
     def add(self, done: Done) -> None:
         """Take over what a step gave."""
-        self.samples, self.start = done.samples, self.start + done.cut
+        self.samples, self.start = done.samples, self.start + done.cut * self.dt
+        self.dt = self.dt if done.dt is None else done.dt
         self.sentences.append(done.sentence)
         self.flags += done.flags
 
@@ -199,7 +224,9 @@ class _Log:
         """The samples as an ObsPy trace; the one they came from stays as it was."""
         trace = self._source.copy()
         trace.data = self.samples
-        trace.stats.starttime += self.start * self.dt
+        if trace.stats.delta != self.dt:
+            trace.stats.delta = self.dt
+        trace.stats.starttime += self.start
         trace.stats.processing = list(self.sentences)
         return trace
 
