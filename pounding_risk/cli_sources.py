@@ -1,0 +1,239 @@
+"""What the `records` commands are given: which records, how to process them, where to write them."""
+
+from __future__ import annotations
+
+import glob
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk.cli_input import check_folder, read_option, writable
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pounding_risk.motions import Motion
+    from pounding_risk.sources import Source
+
+HIDDEN = "."
+
+
+class Treatment(NamedTuple):
+    """What is done to each record."""
+
+    choices: dict[str, Any]  # keywords of `motions.read_motion`
+    spectral: tuple[float, float] | None = None  # m/s² that Sa at a period [s] is brought to
+
+    def motion(self, source: Source) -> Motion:
+        """The motion of a record after it."""
+        from pounding_risk.motions import read_motion
+
+        motion = read_motion(source, **self.choices)
+        if self.spectral is None:
+            return motion
+        from pounding_risk.scaling import to_spectral_acceleration
+
+        return to_spectral_acceleration(motion, *self.spectral)
+
+    def figure(self, source: Source) -> Figure:
+        """The record before and after it."""
+        from pounding_risk.figures import processing_figure
+        from pounding_risk.motions import read_motion, read_trace
+
+        whole = {"processing": "none"}
+        begun, begins = (read_trace(source, **choices).stats.starttime for choices in (whole, self.choices))
+        return processing_figure(read_motion(source, **whole), self.motion(source), shift=float(begins - begun))
+
+
+class Options(NamedTuple):
+    """The options of a command that say how records are processed, as they were written."""
+
+    processing: str | None
+    step: Sequence[str]
+    window: tuple[str, str] | None
+    pga: str | None
+    scale: str | None
+    sa: tuple[str, str] | None
+
+
+def treatment(asked: Options) -> Treatment:
+    """The options in SI, before any record is read; raises PoundingError that names the option."""
+    from pounding_risk.quantities import PERIOD, PGA, SCALE, TIME
+
+    given = [name for name, value in (("--pga", asked.pga), ("--scale", asked.scale), ("--sa", asked.sa)) if value]
+    if len(given) > 1:
+        raise PoundingError(f"{' and '.join(given)} are given; a record is scaled by one of them: leave the others out")
+    choices: dict[str, Any] = {"processing": _processing(asked.processing, asked.step)}
+    if asked.window is not None:
+        choices["window"] = tuple(read_option("--window", text, TIME) for text in asked.window)
+    if asked.pga is not None:
+        choices["pga"] = read_option("--pga", asked.pga, PGA)
+    if asked.scale is not None:
+        choices["scale"] = read_option("--scale", asked.scale, SCALE)
+    if asked.sa is None:
+        return Treatment(choices)
+    value, period = asked.sa
+    return Treatment(choices, (read_option("--sa", value, PGA), read_option("--sa", period, PERIOD)))
+
+
+def _processing(word: str | None, steps: Sequence[str]) -> Any:
+    """The steps written, or the word for a chain."""
+    if not steps:
+        if word not in (None, "auto", "none"):
+            raise PoundingError(f'--processing: "{word}" is not one; it may be auto or none, or write --step')
+        return word or "auto"
+    if word is not None:
+        raise PoundingError("--processing and --step are both given; the steps are the processing: leave one out")
+    from pounding_risk.processing import read_steps
+
+    tables = [_step(text) for text in steps]
+    try:
+        read_steps(tables)
+    except PoundingError as error:
+        raise PoundingError(f"--step: {error}") from None
+    return tables
+
+
+def _step(text: str) -> dict[str, str]:
+    """``bandpass low=0.1Hz high="25 Hz"`` as the table of a scene."""
+    try:
+        name, *options = shlex.split(text)
+        return {"step": name} | dict(_pair(option) for option in options)
+    except ValueError:
+        raise PoundingError(
+            f"--step: {text!r} is not a step with its options; write one such as 'bandpass low=0.1Hz high=25Hz'"
+        ) from None
+
+
+def _pair(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not (key and equals and value):
+        raise ValueError(text)
+    return key, value
+
+
+class Stated(NamedTuple):
+    """What the user says of files that do not say it."""
+
+    unit: str | None = None
+    dt: float | None = None  # s
+
+
+def stated(unit: str | None, dt: str | None) -> Stated:
+    """The options ``--unit`` and ``--dt``; raises PoundingError that names them."""
+    from pounding_risk.quantities import Quantity
+
+    step = Quantity("s", 0.0, 1.0, "time step", open_low=True, example="0.01 s")
+    return Stated(unit, None if dt is None else read_option("--dt", dt, step))
+
+
+class Found(NamedTuple):
+    """The records that were asked for, and a sentence for each file of a folder that is none."""
+
+    sources: tuple[Source, ...]
+    notes: tuple[str, ...]
+
+
+def find(
+    words: Sequence[str], set: str | None = None, say: Stated = Stated(), watch: Callable[[int, int], None] | None = None
+) -> Found:
+    """The records of ``words`` (ids, files, file#component, patterns, folders) and of a record set.
+
+    A file stands for all of its components. In a folder, files that hold no record are left out and told; anywhere else
+    they are errors. Raises PoundingError where nothing is asked for, or found.
+    """
+    if not words and set is None:
+        raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
+    tasks = [*(task for word in words for task in _tasks(word)), *_members(set)]
+    sources, notes = [], []
+    for place, task in enumerate(tasks, start=1):
+        try:
+            sources += _opened(task.what, say)
+        except PoundingError as error:
+            if not task.in_folder:
+                raise
+            notes.append(f"left out: {error}")
+        if watch is not None:
+            watch(place, len(tasks))
+    if not sources:
+        raise PoundingError(f"{' '.join(words)}: holds no record; {notes[0] if notes else 'the folder is empty'}")
+    return Found(tuple(sources), tuple(notes))
+
+
+class _Task(NamedTuple):
+    """Something to open: an id, a path, or a member of a set; in a folder, other files may lie beside the records."""
+
+    what: Any
+    in_folder: bool = False
+
+
+def _tasks(word: str) -> Iterator[_Task]:
+    path = Path(word)
+    if path.is_dir():
+        inside = sorted(each for each in path.iterdir() if each.is_file() and not each.name.startswith(HIDDEN))
+        yield from (_Task(each, in_folder=True) for each in inside)
+    elif glob.has_magic(word) and not path.exists():
+        matched = sorted(each for each in glob.glob(word, recursive=True) if Path(each).is_file())
+        if not matched:
+            raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
+        yield from (_Task(Path(each)) for each in matched)
+    else:
+        yield _Task(path if path.is_file() else word)
+
+
+def _members(set: str | None) -> Iterator[_Task]:
+    if set is None:
+        return
+    from pounding_risk.record_sets import members
+
+    yield from (_Task(member) for member in members(set))
+
+
+def _opened(what: Any, say: Stated) -> Sequence[Source]:
+    from pounding_risk.sources import components, open_source
+
+    if isinstance(what, Path):
+        return components(what, unit=say.unit, dt=say.dt)
+    if isinstance(what, str):
+        return [open_source(what, unit=say.unit, dt=say.dt)]
+    from pounding_risk.record_sets import load
+
+    return [load(what)]
+
+
+def motion_targets(out: Path | None, sources: Sequence[Source]) -> list[Path | None]:
+    """A file for each record: ``out`` itself for one, in the folder ``out`` for several; none where none is asked for.
+
+    Raises PoundingError where one cannot be written, would replace a record that is read, or two have one name.
+    """
+    from pounding_risk.motion_files import SUFFIXES
+
+    if out is None:
+        return [None] * len(sources)
+    if out.suffix.lower() in SUFFIXES and not out.is_dir():
+        if len(sources) > 1:
+            raise PoundingError(f"-o: {out} is one file for {len(sources)} records; name a folder")
+        targets = [writable("-o", out, SUFFIXES) or out]
+    elif out.suffix and not out.is_dir():
+        raise PoundingError(f"-o: {out}: the name must end in {' or '.join(SUFFIXES)}, or be that of a folder")
+    else:
+        check_folder(out)
+        targets = [out / f"{plain_name(source)}.csv" for source in sources]
+    for target in targets:
+        if targets.count(target) > 1:
+            raise PoundingError(f"-o: several of the records would be {target}; process them into folders of their own")
+        if any(_is_file(source, target) for source in sources):
+            raise PoundingError(f"-o: {target} is a record that is read; choose another name")
+    return list(targets)
+
+
+def plain_name(source: Source) -> str:
+    """The id of a record as the name of a file."""
+    return "".join(letter if letter.isalnum() or letter in "-_.+" else "-" for letter in str(source.record["id"]))
+
+
+def _is_file(source: Source, target: Path) -> bool:
+    file = str(source.record.get("file") or "")
+    return bool(file) and Path(file).is_file() and target.is_file() and target.samefile(file)

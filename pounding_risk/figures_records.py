@@ -1,0 +1,255 @@
+"""Figures of records: a motion before and after processing, and the response spectra of an ensemble."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pounding_risk.motions import Motion
+    from pounding_risk.signals import Samples
+
+BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
+TARGET = STYLES[1][0]
+SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
+PERIODS = 120
+BINS_PER_DECADE = 40
+FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
+CORNERS = re.compile(r"(?:([\d.e+-]+) to ([\d.e+-]+)|above ([\d.e+-]+)|below ([\d.e+-]+)) Hz \(-3 dB\)")
+
+
+class History(NamedTuple):
+    """One quantity of a motion over time: its name, the size of its unit in SI, the unit, and its samples in SI."""
+
+    name: str
+    size: float
+    unit: str
+    samples: Samples
+
+
+def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note: str = "") -> Figure:
+    """A record before and after: acceleration, velocity, displacement, and Fourier amplitudes with the corners.
+
+    On the left both on one scale, which tells how far the integrals ran away; on the right what is left, on its own.
+    ``shift`` [s] is when the first sample of ``after`` is on the clock of ``before``.
+    """
+    figure, axes = blank(4, 2, (12.0, 10.5), height_ratios=(1.0, 1.0, 1.0, 1.35))
+    for axis in axes[1:3].flat:
+        axis.sharex(axes[0, 0] if axis in axes[:, 0] else axes[0, 1])
+    old, new = _histories(before), _histories(after)
+    for row, (was, now) in enumerate(zip(old, new, strict=True)):
+        _beside(axes[row], (before.times, was), (after.times + shift, now))
+    for axis in axes[:3].flat:
+        axis.set_xlim(min(0.0, shift), max(before.times[-1], after.times[-1] + shift))
+    axes[2, 0].set_xlabel("time [s]")
+    axes[2, 1].set_xlabel("time [s]")
+    axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
+    axes[0, 1].set_title("after, its own scale, with its peaks", fontsize=10)
+    span = axes[3, 0].get_gridspec()[3, :]
+    for axis in axes[3]:
+        axis.remove()
+    below = figure.add_subplot(span)
+    below.grid(True, color="#dddddd", linewidth=0.6)
+    below.set_axisbelow(True)
+    _amplitudes(below, before, after)
+    title(figure, _processing_finding(before, after, old[2], new), origin_words(after), note)
+    return figure
+
+
+def origin_words(motion: Motion) -> str:
+    """Event, date, station and component of a motion, what of them is known."""
+    record = motion.record
+    known = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
+    return ", ".join([*known, *([f"component {record['component']}"] if record.get("component") else [])])
+
+
+def _histories(motion: Motion) -> tuple[History, History, History]:
+    velocity, displacement = motion.velocity_displacement()
+    return (
+        History("acceleration", STANDARD_GRAVITY, "g", motion.acceleration),
+        History("velocity", 0.01, "cm/s", velocity),
+        History("displacement", 0.01, "cm", displacement),
+    )
+
+
+def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
+    """One quantity: both on the left, the later one alone on the right with its peak marked."""
+    (old_times, old), (times, new) = before, after
+    together, alone = axes
+    size, unit = new.size, new.unit
+    if max(np.abs(old.samples).max(), np.abs(new.samples).max()) > 100.0 * size and unit.startswith("cm"):
+        size, unit = 100.0 * size, unit.removeprefix("c")
+    together.plot(old_times, old.samples / size, color=BEFORE, linewidth=1.6, label="before")
+    together.plot(times, new.samples / size, color=AFTER, linewidth=0.8, label="after")
+    together.set_ylabel(f"{new.name} [{unit}]")
+    values = new.samples / new.size
+    alone.plot(times, values, color=AFTER, linewidth=0.8)
+    alone.set_ylabel(f"[{new.unit}]")
+    place = int(np.abs(values).argmax())
+    alone.plot(times[place], values[place], "o", color="black", markerfacecolor="none", markersize=6)
+    alone.margins(y=0.18)
+    words = f"{abs(values[place]):.3g} {new.unit} at {times[place]:.4g} s"
+    late = place > len(values) // 2
+    alone.annotate(
+        words, (times[place], values[place]), xytext=(-9 if late else 9, 0), textcoords="offset points",
+        ha="right" if late else "left", va="center", fontsize=9,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
+    )  # fmt: skip
+
+
+def _processing_finding(before: Motion, after: Motion, old: History, new: Sequence[History]) -> str:
+    ground, fast, far = (float(np.abs(each.samples).max()) for each in new)
+    peaks = f"PGA {ground / STANDARD_GRAVITY:.3g} g, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
+    if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
+        return f"{after.name} is left as it is: {peaks}"
+    was, now = (_length(float(each.samples[-1])) for each in (old, new[2]))
+    return f"{after.name}: the displacement ends at {now} instead of {was}; {peaks}"
+
+
+def _length(value: float) -> str:
+    return f"{value:.3g} m" if abs(value) >= 1.0 else f"{100.0 * value:.2g} cm"
+
+
+def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
+    """Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
+    centred = before.acceleration - before.acceleration.mean()
+    new = fourier_amplitude(after.acceleration, after.dt)
+    axis.plot(*fourier_amplitude(centred, before.dt), color=BEFORE, linewidth=2.2, label="before, less its mean")
+    axis.plot(*new, color=AFTER, linewidth=1.2, label="after")
+    for place, corner in enumerate(corners(after)):
+        words = "" if place else "corners of the filter"
+        axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
+        inwards = 4 if corner < 1.0 else -4
+        axis.annotate(
+            f"{corner:.3g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), xytext=(inwards, 0),
+            textcoords="offset points", fontsize=9, ha="left" if corner < 1.0 else "right",
+        )  # fmt: skip
+    axis.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
+    highest = float(new[1].max(initial=0.0))
+    if highest > 0.0:
+        axis.set_ylim(FAINTEST * highest, 4.0 * highest)
+    axis.set_xlim(max(0.01, 1.0 / after.duration), 0.5 / after.dt)
+    axis.legend(fontsize=9, loc="lower center")
+
+
+def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
+    """Frequency [Hz] and Fourier amplitude [m/s] of an acceleration, root mean square in 40 bins a decade.
+
+    |∫ a exp(−2πift) dt|; bins without a frequency of the transform are left out, and so is zero frequency.
+    """
+    amplitude = np.abs(np.fft.rfft(samples))[1:] * dt
+    frequency = np.fft.rfftfreq(len(samples), dt)[1:]
+    bins = np.floor(BINS_PER_DECADE * np.log10(frequency)).astype(int)
+    bins -= bins.min()
+    counts = np.bincount(bins)
+    known = counts > 0
+    means = [np.bincount(bins, weights)[known] / counts[known] for weights in (frequency, amplitude**2)]
+    return means[0], np.sqrt(means[1])
+
+
+def corners(motion: Motion) -> tuple[float, ...]:
+    """The corners [Hz] of every filter that a motion went through here, and of one that its file tells of."""
+    found = [float(corner) for text in motion.processing for match in CORNERS.findall(text) for corner in match if corner]
+    told = [motion.record.get(key) for key in ("low_corner", "high_corner")]
+    return tuple(sorted({*found, *(float(each) for each in told if each)}))
+
+
+class Ensemble(NamedTuple):
+    """Response spectra of some motions."""
+
+    periods: Samples  # s
+    acceleration: Samples  # Sa [m/s²], (motions, periods)
+    damping: float
+
+    @property
+    def median(self) -> Samples:
+        """The median over the motions [m/s²]."""
+        return np.asarray(np.median(self.acceleration, axis=0))
+
+
+def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
+    """Sa of every motion at 120 periods from 0.02 to 10 s, in one call; raises PoundingError where there is none."""
+    from pounding_risk.measures import LEAST_PERIOD, response_spectra
+
+    if not motions:
+        raise PoundingError("there is no motion to draw spectra of; give one at least")
+    steps = [motion.dt for motion in motions]
+    periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
+    found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
+    return Ensemble(periods, found.acceleration, damping)
+
+
+def spectra_figure(
+    motions: Sequence[Motion],
+    target: Any = None,
+    damping: float = 0.05,
+    percentiles: tuple[float, float] = (16.0, 84.0),
+    *,
+    note: str = "",
+) -> Figure:
+    """Sa over the period of every motion, their median and percentiles, and a target spectrum."""
+    ensemble = ensemble_spectra(motions, damping)
+    figure, axes = blank(1, 1, (9.0, 6.0))
+    _spectra(axes[0, 0], ensemble, target, percentiles)
+    terms = f"damping {100.0 * damping:g} %"
+    if len(motions) > 2:
+        terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
+    title(figure, _spectra_finding(motions, ensemble, target), terms, note)
+    return figure
+
+
+def _spectra(axis: Axes, ensemble: Ensemble, target: Any, percentiles: tuple[float, float]) -> None:
+    periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
+    many = len(values) > 1
+    look = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
+    for place, each in enumerate(values):
+        words = f"{len(values)} records" if many else "the record"
+        axis.plot(periods, each, label="" if place else words, **look)
+    if many:
+        axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
+    if len(values) > 2:
+        for place, level in enumerate(percentiles):
+            words = "" if place else f"{percentiles[0]:g} and {percentiles[1]:g} %"
+            share = np.percentile(values, level, axis=0)
+            axis.plot(periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
+    if target is not None:
+        shown = at_periods(target, periods) / STANDARD_GRAVITY
+        axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
+    axis.set(xscale="log", yscale="log", xlabel="period [s]", ylabel="spectral acceleration Sa [g]")
+    axis.set_xlim(periods[0], periods[-1])
+    for scale in (axis.xaxis, axis.yaxis):
+        scale.set_major_formatter("{x:g}")
+    axis.legend(fontsize=9, loc="lower left")
+
+
+def at_periods(target: Any, periods: Samples) -> Samples:
+    """Sa [m/s²] of a target at these periods, straight between its points on logarithmic scales; NaN outside them."""
+    order = np.argsort(target.periods)
+    known, values = np.asarray(target.periods, float)[order], np.asarray(target.acceleration, float)[order]
+    with np.errstate(divide="ignore"):
+        logs = np.interp(np.log(periods), np.log(known), np.log(values))
+    return np.where((periods >= known[0]) & (periods <= known[-1]), np.exp(logs), np.nan)
+
+
+def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Any) -> str:
+    many = len(motions) > 1
+    who = f"{len(motions)} records: their median is" if many else f"{motions[0].name} is"
+    if target is None:
+        at = [int(np.abs(ensemble.periods - period).argmin()) for period in (0.2, 1.0)]
+        parts = [f"{ensemble.median[k] / STANDARD_GRAVITY:.3g} g at {ensemble.periods[k]:.2g} s" for k in at]
+        return f"{who if many else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
+    ratio = ensemble.median / at_periods(target, ensemble.periods)
+    if np.isnan(ratio).all():
+        return f"{who} nowhere beside {target.name}, whose periods are others"
+    low, high = int(np.nanargmin(ratio)), int(np.nanargmax(ratio))
+    ends = [f"{ratio[k]:.2f} (at {ensemble.periods[k]:.2g} s)" for k in (low, high)]
+    return f"{who} {' to '.join(ends)} times {target.name}"
