@@ -15,7 +15,7 @@ import numpy as np
 
 from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
-from pounding_risk.formats import one_trace, read_file
+from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 
 RAW, PROCESSED = "raw", "processed"
 
@@ -29,14 +29,37 @@ class Source(NamedTuple):
     units: str
 
 
-def open_source(source: Any) -> Source:
-    """The record that ``source`` stands for, its samples checked."""
-    if isinstance(source, str) and _is_id(source):
+def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
+    """The record that ``source`` stands for, its samples checked.
+
+    ``source`` is an id of the catalogue, a path, a path with one of its components after "#", an ObsPy trace, or a
+    Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
+    """
+    if isinstance(source, Source):
+        found = source
+    elif isinstance(source, str) and _is_id(source):
         found = _of_catalogue(source)
     elif isinstance(source, str | Path):
-        found = _of_file(Path(source))
+        path, component = parted(source)
+        found = _of_file(path, read_file(path, component, unit=unit, dt=dt))
     else:
         found = _of_trace(source)
+    return _checked(found)
+
+
+def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
+    """Every component of a file, as `open_source` gives one."""
+    return tuple(_checked(_of_file(path, read)) for read in read_components(path, unit=unit, dt=dt))
+
+
+def parted(source: str | Path) -> tuple[Path, str]:
+    """The file and the component that "quake.V2A#N28W" names; a file whose name has a # is itself."""
+    path, _, component = str(source).rpartition(COMPONENT)
+    return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
+
+
+def _checked(found: Source) -> Source:
+    """A source with samples that a run can use, and their peak among its facts."""
     check_samples(found.trace.data, found.trace.stats.delta, found.name)
     samples = np.asarray(found.trace.data, dtype=np.float64)
     offset = samples.mean() if found.record["state"] == RAW else 0.0
@@ -63,11 +86,12 @@ def _of_catalogue(id: str) -> Source:
     return Source(id, trace, record, f"units: {units}")
 
 
-def _of_file(path: Path) -> Source:
-    read = read_file(path)
-    record = {**_told(read.trace), "id": path.stem, "state": read.state, "format": read.format}
+def _of_file(path: Path, read: FileRead) -> Source:
+    name = f"{path}{COMPONENT}{read.component}" if read.component else str(path)
+    id = f"{path.stem}{COMPONENT}{read.component}" if read.component else path.stem
+    record = {**_told(read.trace), "id": id, "state": read.state, "format": read.format}
     record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
-    return Source(str(path), read.trace, record, read.units)
+    return Source(name, read.trace, record, read.units)
 
 
 def _of_trace(source: Any) -> Source:
@@ -87,10 +111,12 @@ def _of_trace(source: Any) -> Source:
 
 def _told(trace: Any) -> dict[str, Any]:
     """What a trace's header says about the recording."""
-    at2 = trace.stats.get("peer_at2", {})
-    told = {key: at2.get(key, "") for key in ("event", "date")}
-    date = str(trace.stats.starttime.date) if told["date"] or not at2 else ""
-    return {**told, "date": date, "station": trace.stats.station, "component": trace.stats.channel}
+    plain = {"event": "", "date": str(trace.stats.starttime.date)}
+    plain |= {"station": trace.stats.station, "component": trace.stats.channel}
+    record = dict(trace.stats.get("record", {}))
+    for key in ("state", "units"):
+        record.pop(key, None)
+    return {**plain, **record}
 
 
 def check_samples(samples: Any, dt: float, name: str) -> None:

@@ -264,7 +264,10 @@ def test_each_format_has_its_entry_points(root):
     points = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
     told = points["obspy.plugin.waveform"]
     folder = Path(pounding_risk.formats.__file__).parent
-    assert {f"pounding_risk.formats.{file.stem}" for file in folder.glob("[!_]*.py")} == set(told.values())
+    modules = {f"pounding_risk.formats.{file.stem}" for file in folder.glob("[!_]*.py")}
+    found = {name: __import__(name, fromlist=["_"]).FORMAT for name in modules}
+    assert {each.name: name for name, each in found.items() if not each.native} == told
+    assert set(pounding_risk.formats.formats()) == set(found.values())
     for name, module in told.items():
         pair = points[f"obspy.plugin.waveform.{name}"]
         assert set(pair) == {"isFormat", "readFormat"}
