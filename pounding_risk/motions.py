@@ -179,14 +179,15 @@ class _Log:
     def __init__(self, found: Source):
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
-        self.start, self.flags = 0, list(_unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.start, self.flags = 0.0, list(_unit_doubts(found.record["pga_recorded"], "as recorded"))
         self.raw = found.record["state"] == RAW
         self._source = found.trace
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
 
     def add(self, done: Done) -> None:
         """Take over what a step gave."""
-        self.samples, self.start = done.samples, self.start + done.cut
+        self.samples, self.start = done.samples, self.start + done.cut * self.dt
+        self.dt = self.dt if done.dt is None else done.dt
         self.sentences.append(done.sentence)
         self.flags += done.flags
 
@@ -194,7 +195,9 @@ class _Log:
         """The samples as an ObsPy trace; the one they came from stays as it was."""
         trace = self._source.copy()
         trace.data = self.samples
-        trace.stats.starttime += self.start * self.dt
+        if trace.stats.delta != self.dt:
+            trace.stats.delta = self.dt
+        trace.stats.starttime += self.start
         trace.stats.processing = list(self.sentences)
         return trace
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Samples = NDArray[np.floating[Any]]
+PICK_MARGIN = 0.5  # s before the picked onset: an emergent first arrival starts before it is seen
 
 
 def velocity_displacement(samples: Samples, dt: float) -> tuple[Samples, Samples]:
@@ -30,6 +31,11 @@ def onset(samples: Samples, dt: float) -> float:
     pick = _split(samples[:end])
     pick = _split(samples[: min(end, pick + max(1, round(2.0 / dt)))])
     return pick * dt
+
+
+def quiet_before(samples: Samples, dt: float) -> float:
+    """How long the record is quiet before the earthquake arrives [s], for sure; 0 where it starts in motion."""
+    return max(0.0, onset(samples, dt) - PICK_MARGIN)
 
 
 def butterworth(frequency: Samples, low: float, high: float, order: float) -> Samples:

@@ -362,17 +362,17 @@ REFUSED = [
         lambda: "RSN6-180",
         {"processing": [{"step": "bandpas"}]},
         'processing, step 1: "bandpas" is not a step (did you mean "bandpass"?); it may be '
-        "window, mean, trend, taper, bandpass, baseline",
+        "window, mean, trend, taper, bandpass, baseline, resample",
     ),
     (
         lambda: "RSN6-180",
         {"processing": [{"step": "mean"}, {"step": "bandpass", "lo": 1}]},
-        'processing, step 2: "bandpass" has no option "lo" (did you mean "low"?); it takes low, high, order',
+        'processing, step 2: "bandpass" has no option "lo" (did you mean "low"?); it takes low, high, order, pads',
     ),
     (
         lambda: "RSN6-180",
         {"processing": [{"step": "trend", "of": 1}]},
-        'processing, step 1: "trend" has no option "of"; it takes none',
+        'processing, step 1: "trend" has no option "of"; it takes order',
     ),
     (
         lambda: "RSN6-180",
