@@ -30,10 +30,13 @@ Processing = Annotated[
 ]
 Steps = Annotated[
     list[str],
-    typer.Option("--step", metavar="'NAME OPTION=VALUE'", help="A step, such as 'bandpass low=0.1Hz'; repeat, in order."),
+    typer.Option(
+        "--step", metavar="'NAME OPTION=VALUE'", help="A step, such as 'bandpass low=0.1Hz'; repeat, in order."
+    ),
 ]
 Window = Annotated[
-    tuple[str, str] | None, typer.Option(metavar="START END", help="Keep this part, after processing.", show_default=False)
+    tuple[str, str] | None,
+    typer.Option(metavar="START END", help="Keep this part, after processing.", show_default=False),
 ]
 Pga = Annotated[str | None, typer.Option(help="Scale to this peak ground acceleration.", show_default=False)]
 Scale = Annotated[str | None, typer.Option(help="Scale by this factor.", show_default=False)]

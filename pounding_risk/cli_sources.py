@@ -42,7 +42,7 @@ class Treatment(NamedTuple):
         from pounding_risk.figures import processing_figure
         from pounding_risk.motions import read_motion, read_trace
 
-        whole = {"processing": "none"}
+        whole: dict[str, Any] = {"processing": "none"}
         begun, begins = (read_trace(source, **choices).stats.starttime for choices in (whole, self.choices))
         return processing_figure(read_motion(source, **whole), self.motion(source), shift=float(begins - begun))
 
@@ -121,6 +121,9 @@ class Stated(NamedTuple):
     dt: float | None = None  # s
 
 
+UNSTATED = Stated()
+
+
 def stated(unit: str | None, dt: str | None) -> Stated:
     """The options ``--unit`` and ``--dt``; raises PoundingError that names them."""
     from pounding_risk.quantities import Quantity
@@ -137,7 +140,10 @@ class Found(NamedTuple):
 
 
 def find(
-    words: Sequence[str], set: str | None = None, say: Stated = Stated(), watch: Callable[[int, int], None] | None = None
+    words: Sequence[str],
+    set: str | None = None,
+    say: Stated = UNSTATED,
+    watch: Callable[[int, int], None] | None = None,
 ) -> Found:
     """The records of ``words`` (ids, files, file#component, patterns, folders) and of a record set.
 
@@ -147,14 +153,15 @@ def find(
     if not words and set is None:
         raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
     tasks = [*(task for word in words for task in _tasks(word)), *_members(set)]
-    sources, notes = [], []
+    sources: list[Source] = []
+    notes: list[str] = []
     for place, task in enumerate(tasks, start=1):
         try:
             sources += _opened(task.what, say)
         except PoundingError as error:
             if not task.in_folder:
                 raise
-            notes.append(f"left out: {error}")
+            notes.append(f"left out: {str(error).partition(';')[0]}")
         if watch is not None:
             watch(place, len(tasks))
     if not sources:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.figures_style import STANDARD_GRAVITY, STYLES, blank, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,7 +53,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     axes[2, 0].set_xlabel("time [s]")
     axes[2, 1].set_xlabel("time [s]")
     axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
-    axes[0, 1].set_title("after, its own scale, with its peaks", fontsize=10)
+    axes[0, 1].set_title("after, its own scale, peaks marked", fontsize=10)
     span = axes[3, 0].get_gridspec()[3, :]
     for axis in axes[3]:
         axis.remove()
@@ -158,7 +158,9 @@ def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
 
 def corners(motion: Motion) -> tuple[float, ...]:
     """The corners [Hz] of every filter that a motion went through here, and of one that its file tells of."""
-    found = [float(corner) for text in motion.processing for match in CORNERS.findall(text) for corner in match if corner]
+    found = [
+        float(corner) for text in motion.processing for match in CORNERS.findall(text) for corner in match if corner
+    ]
     told = [motion.record.get(key) for key in ("low_corner", "high_corner")]
     return tuple(sorted({*found, *(float(each) for each in told if each)}))
 
@@ -210,7 +212,7 @@ def spectra_figure(
 def _spectra(axis: Axes, ensemble: Ensemble, target: Any, percentiles: tuple[float, float]) -> None:
     periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
     many = len(values) > 1
-    look = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
+    look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
     for place, each in enumerate(values):
         words = f"{len(values)} records" if many else "the record"
         axis.plot(periods, each, label="" if place else words, **look)

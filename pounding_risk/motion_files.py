@@ -9,13 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.processing import STEPS
 from pounding_risk.quantities import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from pounding_risk.motions import Motion
 
 SUFFIXES = (".csv", ".at2")
-TOLD = ("id", "event", "date", "station", "component", "state", "file", "sha256", "origin", "terms")
+TOLD = ("id", "event", "date", "station", "component", "file", "sha256", "origin", "terms")
+HARMLESS = "window"  # a step after which a raw record is still raw
 A_LINE = 5  # samples of an AT2 file
 
 
@@ -24,7 +26,8 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
 
     ``.csv``: facts and processing steps as comments, then time [s] and acceleration [m/s²], every digit, so that the
     very samples are read again. ``.at2``: acceleration in g with eight digits, as PEER writes it; whoever reads it
-    again takes it for a processed record. Raises PoundingError for another suffix, and where the file cannot be written.
+    again takes it for a processed record. Raises PoundingError for another suffix, and for a place that cannot be
+    written.
     """
     from pounding_risk.results import check_target
 
@@ -41,7 +44,14 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
     return target
 
 
+def state(motion: Motion) -> str:
+    """What a motion is once it is a file: raw only where its record is, and no step but a cut was done to it."""
+    done = {sentence.partition(":")[0] for sentence in motion.processing}
+    return "processed" if done & (set(STEPS) - {HARMLESS}) else str(motion.record.get("state", "processed"))
+
+
 def _csv(motion: Motion) -> Iterator[str]:
+    yield f"# state: {state(motion)}"
     for key in TOLD:
         if motion.record.get(key):
             yield f"# {key}: {_line(motion.record[key])}"
