@@ -24,9 +24,10 @@ from pounding_risk.motions import Motion, read_motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
 from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
+from pounding_risk.record_request import REVERSED
 from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save, versions
-from pounding_risk.study import REVERSED, Study
+from pounding_risk.study import Study
 
 AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
 CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk import catalogue
+from pounding_risk import catalogue, record_sets
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 
@@ -32,13 +32,13 @@ class Source(NamedTuple):
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
     """The record that ``source`` stands for, its samples checked.
 
-    ``source`` is an id of the catalogue, a path, a path with one of its components after "#", an ObsPy trace, or a
+    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#", an ObsPy trace, or a
     Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
     """
     if isinstance(source, Source):
         found = source
     elif isinstance(source, str) and _is_id(source):
-        found = _of_catalogue(source)
+        found = _of_id(source)
     elif isinstance(source, str | Path):
         path, component = parted(source)
         found = _of_file(path, read_file(path, component, unit=unit, dt=dt))
@@ -72,6 +72,12 @@ def _is_id(source: str) -> bool:
     if any(found.id == source for found in catalogue.entries()):
         return True
     return not (Path(source).suffix or "/" in source or "\\" in source or Path(source).exists())
+
+
+def _of_id(id: str) -> Source:
+    """The record of the catalogue, or else the member of a published set."""
+    member = None if any(found.id == id for found in catalogue.entries()) else record_sets.find(id)
+    return record_sets.load(member) if member else _of_catalogue(id)
 
 
 def _of_catalogue(id: str) -> Source:

@@ -26,7 +26,9 @@ TREES = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in zip
 HOMES = {
     "numba": r"_jit\.py",
     "llvmlite": r"_jit\.py",
-    "obspy": r"motions\.py|processing\.py|catalogue\.py|formats/.*",
+    "obspy": r"motions\.py|processing\.py|catalogue\.py|record_sets\.py|formats/.*",
+    "h5py": r"record_sets\.py",
+    "hdf5plugin": r"record_sets\.py",
     "pint": r"quantities\.py",
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
