@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from pounding_risk.motions import Motion
     from pounding_risk.sources import Source
 
-HIDDEN = "."
-
 
 class Treatment(NamedTuple):
     """What is done to each record."""
@@ -126,10 +124,14 @@ UNSTATED = Stated()
 
 def stated(unit: str | None, dt: str | None) -> Stated:
     """The options ``--unit`` and ``--dt``; raises PoundingError that names them."""
-    from pounding_risk.quantities import Quantity
+    from pounding_risk.quantities import STEP
+    from pounding_risk.scene_keys import Unreadable
+    from pounding_risk.scene_records import unit as known
 
-    step = Quantity("s", 0.0, 1.0, "time step", open_low=True, example="0.01 s")
-    return Stated(unit, None if dt is None else read_option("--dt", dt, step))
+    try:
+        return Stated(None if unit is None else known(unit), None if dt is None else read_option("--dt", dt, STEP))
+    except Unreadable as error:
+        raise PoundingError(f"--unit: {error}") from None
 
 
 class Found(NamedTuple):
@@ -165,7 +167,7 @@ def find(
         if watch is not None:
             watch(place, len(tasks))
     if not sources:
-        raise PoundingError(f"{' '.join(words)}: holds no record; {notes[0] if notes else 'the folder is empty'}")
+        raise PoundingError(f"{' '.join(words)}: holds no record; {notes[0]}")
     return Found(tuple(sources), tuple(notes))
 
 
@@ -177,17 +179,19 @@ class _Task(NamedTuple):
 
 
 def _tasks(word: str) -> Iterator[_Task]:
+    from pounding_risk.catalogue import entries
+    from pounding_risk.record_request import matching
+
     path = Path(word)
-    if path.is_dir():
-        inside = sorted(each for each in path.iterdir() if each.is_file() and not each.name.startswith(HIDDEN))
-        yield from (_Task(each, in_folder=True) for each in inside)
-    elif glob.has_magic(word) and not path.exists():
-        matched = sorted(each for each in glob.glob(word, recursive=True) if Path(each).is_file())
-        if not matched:
-            raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
-        yield from (_Task(Path(each)) for each in matched)
-    else:
-        yield _Task(path if path.is_file() else word)
+    files = [] if any(each.id == word for each in entries()) else matching(Path(), word)
+    if not files and glob.has_magic(word):
+        raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
+    if not files and path.is_dir():
+        raise PoundingError(f"{path}: the folder is empty; name another one")
+    for file in files:
+        yield _Task(file if file.is_file() else str(file), in_folder=path.is_dir())
+    if not files:
+        yield _Task(word)
 
 
 def _members(set: str | None) -> Iterator[_Task]:

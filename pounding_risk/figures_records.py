@@ -169,7 +169,7 @@ class Ensemble(NamedTuple):
     """Response spectra of some motions."""
 
     periods: Samples  # s
-    acceleration: Samples  # Sa [m/s²], (motions, periods)
+    acceleration: Samples  # Sa = ω² max|u|, as codes have it [m/s²], (motions, periods)
     damping: float
 
     @property
@@ -187,7 +187,7 @@ def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemb
     steps = [motion.dt for motion in motions]
     periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
     found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
-    return Ensemble(periods, found.acceleration, damping)
+    return Ensemble(periods, found.pseudo_acceleration, damping)
 
 
 def spectra_figure(
