@@ -37,6 +37,8 @@ def print_plan(plan: Plan) -> None:
     for record in plan.records:
         for flag in record.flags:
             print(f"note: {record.name}: {flag}")
+    for sentence in plan.left_out:
+        print(f"note: left out: {sentence}")
 
 
 def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
@@ -143,6 +145,8 @@ def print_scan(dataset: Any, seconds: float, target: Path) -> None:
     for record, flags in json.loads(dataset.attrs.get("flags", "{}")).items():
         for flag in flags:
             print(f"note: {record}: {flag}")
+    for sentence in json.loads(dataset.attrs.get("left_out", "[]")):
+        print(f"note: left out: {sentence}")
     held = int((dataset["restitution_held"] > 0).sum())
     if held:
         print(f"note: {held} cases have contacts {FASTER}")

@@ -52,6 +52,7 @@ class Plan:
 
     study: Study
     records: tuple[PlannedRecord, ...]
+    left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
 
     @property
     def shape(self) -> dict[str, int]:
@@ -118,7 +119,7 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
     ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). Raises SceneError, which
     tells every fault of a scene file at once, and RecordError for a record that cannot be used.
     """
-    from pounding_risk.ensemble import motions_of
+    from pounding_risk.gather import gathered
     from pounding_risk.relations import check_reach
     from pounding_risk.scenario import parse_scene, read_scene
 
@@ -131,7 +132,8 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
     else:
         study = read_scene(scene, overrides)
     check_reach(study, study.grid.contact_models)
-    return Plan(study, tuple(_planned(motion) for motion in motions_of(study)))
+    found = gathered(study)
+    return Plan(study, tuple(_planned(motion) for motion in found.motions), found.left_out)
 
 
 def _planned(motion: Motion) -> PlannedRecord:
