@@ -68,13 +68,11 @@ def list_records(
 
         print_records(entries())
         return
-    from pounding_risk.cli_output import Watch
     from pounding_risk.cli_sources import find, stated
 
     if folder is not None and not folder.is_dir():
         raise PoundingError(f"--folder: {folder} is not a folder; check the name")
-    with Watch("list", "files") as watch:
-        found = find([str(folder)] if folder else [], set, stated(unit, dt), watch)
+    found = find([str(folder)] if folder else [], set, stated(unit, dt), lenient=True)
     print_sources(found.sources)
     print_notes(found.notes)
 
@@ -184,7 +182,7 @@ def plot(
 
         shape = read_target(target)
     with Watch("plot", "records") as watch:
-        found = find(source or (), set, stated(unit, dt))
+        found = find(source or (), set, stated(unit, dt), horizontal=True)
         alone = len(found.sources) == 1 and not spectra and shape is None
         motions = []
         for each in found.sources if not alone else ():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from pounding_risk.motions import Motion
     from pounding_risk.sources import Source
+
+BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 
 
 class Treatment(NamedTuple):
@@ -145,73 +147,70 @@ def find(
     words: Sequence[str],
     set: str | None = None,
     say: Stated = UNSTATED,
-    watch: Callable[[int, int], None] | None = None,
+    *,
+    lenient: bool = False,
+    horizontal: bool = False,
 ) -> Found:
     """The records of ``words`` (ids, files, file#component, patterns, folders) and of a record set.
 
-    A file stands for all of its components. In a folder, files that hold no record are left out and told; anywhere else
-    they are errors. Raises PoundingError where nothing is asked for, or found.
+    A file stands for all of its components; ``horizontal`` leaves verticals out where they are not named one by one.
+    What is no record is left out of a folder, and with ``lenient`` a damaged one too; anywhere else both are errors.
+    Raises PoundingError where nothing is asked for, or found.
     """
     if not words and set is None:
         raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
-    tasks = [*(task for word in words for task in _tasks(word)), *_members(set)]
-    sources: list[Source] = []
     notes: list[str] = []
-    for place, task in enumerate(tasks, start=1):
-        try:
-            sources += _opened(task.what, say)
-        except PoundingError as error:
-            if not task.in_folder:
-                raise
-            notes.append(f"left out: {str(error).partition(';')[0]}")
-        if watch is not None:
-            watch(place, len(tasks))
+    sources = [source for word in words for source in _named(word, say, notes, lenient)]
+    if horizontal:
+        sources = _horizontals(sources, notes)
+    sources += _members(set)
     if not sources:
-        raise PoundingError(f"{' '.join(words)}: holds no record; {notes[0]}")
+        raise PoundingError(f"{' '.join(words)}: holds no record; {notes[0] if notes else 'the folder is empty'}")
     return Found(tuple(sources), tuple(notes))
 
 
-class _Task(NamedTuple):
-    """Something to open: an id, a path, or a member of a set; in a folder, other files may lie beside the records."""
-
-    what: Any
-    in_folder: bool = False
-
-
-def _tasks(word: str) -> Iterator[_Task]:
+def _named(word: str, say: Stated, notes: list[str], lenient: bool) -> Iterator[Source]:
+    """The records of one word; a sentence in ``notes`` for each file of a folder that is left out."""
     from pounding_risk.catalogue import entries
+    from pounding_risk.formats import is_record
     from pounding_risk.record_request import matching
+    from pounding_risk.sources import components, open_source
 
-    path = Path(word)
+    in_folder = Path(word).is_dir()
     files = [] if any(each.id == word for each in entries()) else matching(Path(), word)
     if not files and glob.has_magic(word):
         raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
-    if not files and path.is_dir():
-        raise PoundingError(f"{path}: the folder is empty; name another one")
+    if not files and not in_folder:
+        yield open_source(word, **say._asdict())
     for file in files:
-        yield _Task(file if file.is_file() else str(file), in_folder=path.is_dir())
-    if not files:
-        yield _Task(word)
+        if in_folder and not is_record(file):
+            notes += [f"left out: {file} is not a record"] if file.suffix.lower() != BESIDE else []
+            continue
+        try:
+            yield from components(file, **say._asdict()) if file.is_file() else [open_source(file, **say._asdict())]
+        except PoundingError as error:
+            if not (in_folder and lenient):
+                raise
+            notes.append(f"left out: {str(error).partition(';')[0]}")
 
 
-def _members(set: str | None) -> Iterator[_Task]:
+def _horizontals(sources: Sequence[Source], notes: list[str]) -> list[Source]:
+    """The records that may drive a row, or the one record that there is."""
+    from pounding_risk.sources import is_vertical
+
+    if len(sources) == 1:
+        return list(sources)
+    notes += [f"left out: {each.name} is vertical" for each in sources if is_vertical(each.record)]
+    return [each for each in sources if not is_vertical(each.record)]
+
+
+def _members(set: str | None) -> list[Source]:
     if set is None:
-        return
-    from pounding_risk.record_sets import members
+        return []
+    from pounding_risk.record_sets import load, members
+    from pounding_risk.sources import open_source
 
-    yield from (_Task(member) for member in members(set))
-
-
-def _opened(what: Any, say: Stated) -> Sequence[Source]:
-    from pounding_risk.sources import components, open_source
-
-    if isinstance(what, Path):
-        return components(what, unit=say.unit, dt=say.dt)
-    if isinstance(what, str):
-        return [open_source(what, unit=say.unit, dt=say.dt)]
-    from pounding_risk.record_sets import load
-
-    return [load(what)]
+    return [open_source(load(member)) for member in members(set)]
 
 
 def motion_targets(out: Path | None, sources: Sequence[Source]) -> list[Path | None]:

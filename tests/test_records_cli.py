@@ -94,7 +94,7 @@ def test_a_folder_is_listed_and_what_is_no_record_is_told():
     assert row(told.stdout, "A090") == ["A090", *expected]
     assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090", "A180"]
     (left_out,) = (line for line in told.stdout.splitlines() if line.startswith("note: "))
-    assert left_out == "note: left out: quakes/notes.md: is not a known record format"
+    assert left_out == "note: left out: quakes/notes.md is not a record"
 
 
 def test_a_file_is_told_as_a_record_of_the_catalogue_is():
@@ -262,7 +262,7 @@ REFUSED = [
     ("info nothing.at2", "nothing.at2: no such record file; check the name and the folder"),
     ("info RSN6-18", '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?'),
     ("list --folder scene", "--folder: scene is not a folder; check the name"),
-    ("list --folder empty", "empty: the folder is empty; name another one"),
+    ("list --folder empty", "empty: holds no record; the folder is empty"),
     ("process", "no record is named; write ids of `pounding-risk records list`, files, a folder, or --set"),
     ("process quakes/*.SMC", 'no file answers to "quakes/*.SMC"; patterns are relative to this folder'),
     ("process quakes/notes.md -o x.csv", "quakes/notes.md: is not a known record format; "),
@@ -321,12 +321,30 @@ def test_bad_input_is_refused_and_nothing_is_written(line, sentence, folder):
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
 
 
-def test_a_damaged_file_stops_everything_but_a_folder():
-    """Asked for by name it is an error, and nothing is written; lying in a folder it is told."""
+def test_a_damaged_file_stops_everything_but_a_list():
+    """Nothing is written where one of many records cannot be read; a list tells it and goes on."""
     Path("quakes/B.AT2").write_text(at2("B")[:-200])
-    told = run("process", "quakes/A090.AT2", "quakes/B.AT2", "-o", "out")
-    assert told.exit_code == 2 and "quakes/B.AT2, line 4: the header promises 1000 samples" in told.stderr
-    assert not Path("out").exists()
-    told = run("process", "quakes", "-o", "out")
-    assert told.exit_code == 0 and len(list(Path("out").iterdir())) == 2
+    for words in (("quakes/A090.AT2", "quakes/B.AT2"), ("quakes",)):
+        told = run("process", *words, "-o", "out")
+        assert told.exit_code == 2 and "quakes/B.AT2, line 4: the header promises 1000 samples" in told.stderr
+        assert not Path("out").exists()
+    told = run("list", "--folder", "quakes")
+    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 2 + 2
     assert "note: left out: quakes/B.AT2, line 4: the header promises 1000 samples, " in told.stdout
+
+
+def test_verticals_do_not_enter_a_median():
+    """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
+    Path("quakes/AUP.AT2").write_text(at2("UP"))
+    told = run("plot", "quakes", "--figure", "f.svg")
+    assert told.exit_code == 0 and "note: left out: quakes/AUP.AT2 is vertical" in told.stdout
+    assert re.search(r"2 records: their median is", Path("f.svg").read_text(encoding="utf-8"))
+    assert len(list_of_names(run("process", "quakes").stdout)) == 3
+    assert run("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg").exit_code == 0
+
+
+def list_of_names(text: str) -> list[str]:
+    """The first cells of the table at the end."""
+    table = rows(text)
+    start = next(place for place, line in enumerate(table) if line[0] == "record")
+    return [line[0] for line in table[start + 1 :] if len(line) > 3]
