@@ -91,17 +91,17 @@ def _sources(request: RecordRequest, folder: Path, left_out: list[str]) -> list[
 
 def _of_files(request: RecordRequest, folder: Path, pattern: str, left_out: list[str]) -> Iterator[Source]:
     """The components of every file that a name, a pattern or a folder stands for."""
-    stated = {"unit": request.unit or None, "dt": request.dt}
+    unit, dt = request.unit or None, request.dt
     place = folder / pattern
     for path in matching(folder, pattern):
         file, component = parted(path)
         if component:
-            yield open_source(path, **stated)
+            yield open_source(path, unit=unit, dt=dt)
             continue
         if place.is_dir() and not is_record(path):
             left_out += [] if path.suffix.lower() == ".xml" else [f"{path.name}: not a record"]
             continue
-        found = components(file, **stated)
+        found = components(file, unit=unit, dt=dt)
         alone = len(found) == 1 and place.is_file()  # named by the user, so meant, whatever its direction
         for source in found:
             if alone or not is_vertical(source.record):
@@ -121,8 +121,8 @@ def _pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
         if len(found) != 2:
             listed = ", ".join(source.record["id"] for source in found)
             raise RecordError(
-                f"direction: {_recording(found[0])} has {len(found)} component{'s' * (len(found) > 1)} here ({listed}); "
-                "a row's direction takes two horizontal ones of each recording: name both, or leave direction out"
+                f"direction: of {_recording(found[0])} the scene names {listed}; a row's direction takes the two "
+                "horizontal components of each recording: name both, or leave direction out"
             )
     return [tuple(found) for found in recordings.values()]
 

@@ -27,6 +27,7 @@ from pounding_risk.quantities import (
     Quantity,
     say,
 )
+from pounding_risk.record_request import Spectral
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.study import Effect, Study, known_law
 
@@ -201,11 +202,22 @@ def _effect(effect: Effect) -> str:
 def _amplitude(study: Study, count: int) -> str:
     asked, pgas = study.records, study.grid.pgas
     scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
+    if asked.sa is not None and asked.sa.value is not None:
+        scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
+    if asked.to_median is not None:
+        measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each scaled to the median {measure}{common}"
     if pgas != (None,):
         scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
     part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
     tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
-    return f"{count}{part}, {scaled}{tail}"
+    turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
+    return f"{count}{turned}{part}, {scaled}{tail}"
+
+
+def _spectral(asked: Spectral) -> str:
+    return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
 
 
 def _grid(study: Study) -> list[tuple[str, str]]:
