@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures_style import STANDARD_GRAVITY, STYLES, blank, title
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
 BINS_PER_DECADE = 40
+RAW = "raw"  # the state of a record whose quiet is noise
 FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
 CORNERS = re.compile(r"(?:([\d.e+-]+) to ([\d.e+-]+)|above ([\d.e+-]+)|below ([\d.e+-]+)) Hz \(-3 dB\)")
 
@@ -125,6 +126,9 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     new = fourier_amplitude(after.acceleration, after.dt)
     axis.plot(*fourier_amplitude(centred, before.dt), color=BEFORE, linewidth=2.2, label="before, less its mean")
     axis.plot(*new, color=AFTER, linewidth=1.2, label="after")
+    noise = _noise(before)
+    if noise is not None:
+        axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
     for place, corner in enumerate(corners(after)):
         words = "" if place else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
@@ -136,9 +140,26 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     axis.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
     highest = float(new[1].max(initial=0.0))
     if highest > 0.0:
-        axis.set_ylim(FAINTEST * highest, 4.0 * highest)
+        lowest = FAINTEST * highest if noise is None else min(FAINTEST * highest, 0.5 * float(noise[1].min()))
+        axis.set_ylim(max(lowest, FAINTEST**2 * highest), 4.0 * highest)
     axis.set_xlim(max(0.01, 1.0 / after.duration), 0.5 / after.dt)
-    axis.legend(fontsize=9, loc="lower center")
+    axis.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
+
+
+def _noise(motion: Motion) -> tuple[Samples, Samples] | None:
+    """Frequency [Hz] and Fourier amplitude [m/s] of what is recorded before the earthquake, for a length as its own.
+
+    None for a processed record, whose quiet is the filter's, and where there is too little quiet to tell.
+    """
+    from pounding_risk.noise import signal_to_noise
+
+    if motion.record.get("state") != RAW:
+        return None
+    try:
+        found = signal_to_noise(motion.acceleration, motion.dt)
+    except RecordError:
+        return None
+    return found.frequency, found.noise
 
 
 def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
