@@ -153,7 +153,7 @@ def plot(
     target: Annotated[
         str | None, typer.Option(help="Target spectrum: a file, or a code shape.", show_default=False)
     ] = None,
-    damping: Annotated[str, typer.Option(help="Damping ratio of the spectra.")] = "0.05",
+    damping: Annotated[str, typer.Option(help="Damping ratio of the spectra.")] = "5 %",
     set: Set = None,
     processing: Processing = None,
     step: Steps = NONE,
@@ -170,17 +170,13 @@ def plot(
     figure_file = writable("--figure", figure, FIGURES) or figure
     from pounding_risk.cli_output import Watch
     from pounding_risk.cli_record_tables import print_notes
-    from pounding_risk.cli_sources import Options, find, stated, treatment
+    from pounding_risk.cli_sources import Options, find, stated, target_spectrum, treatment
     from pounding_risk.figures import spectra_figure
     from pounding_risk.quantities import DAMPING
 
     ratio = read_option("--damping", damping, DAMPING)
     how = treatment(Options(processing, step, window, pga, scale, sa))
-    shape = None
-    if target is not None:
-        from pounding_risk.targets import read_target
-
-        shape = read_target(target)
+    shape = None if target is None else target_spectrum(target, ratio)
     with Watch("plot", "records") as watch:
         found = find(source or (), set, stated(unit, dt), horizontal=True)
         alone = len(found.sources) == 1 and not spectra and shape is None

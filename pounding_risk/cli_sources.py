@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from pounding_risk.motions import Motion
     from pounding_risk.sources import Source
+    from pounding_risk.targets import Target
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 
@@ -134,6 +135,19 @@ def stated(unit: str | None, dt: str | None) -> Stated:
         return Stated(None if unit is None else known(unit), None if dt is None else read_option("--dt", dt, STEP))
     except Unreadable as error:
         raise PoundingError(f"--unit: {error}") from None
+
+
+def target_spectrum(text: str, damping: float) -> Target:
+    """The target of ``--target``; raises PoundingError where it is for another damping than ``--damping``."""
+    from pounding_risk.targets import read_target
+
+    target = read_target(text, damping=damping)
+    if target.damping != damping:
+        raise PoundingError(
+            f"--damping: {100.0 * damping:g} % is asked for, and {target.name} is for {100.0 * target.damping:g} %; "
+            f"write --damping {target.damping:g}, or another target"
+        )
+    return target
 
 
 class Found(NamedTuple):

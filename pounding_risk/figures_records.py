@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 
     from pounding_risk.motions import Motion
     from pounding_risk.signals import Samples
+    from pounding_risk.targets import Target
 
 BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
 TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
+NAMED = (0.2, 1.0)  # s, told in the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
 FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
@@ -200,20 +202,21 @@ class Ensemble(NamedTuple):
 
 
 def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
-    """Sa of every motion at 120 periods from 0.02 to 10 s, in one call; raises PoundingError where there is none."""
+    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call; raises PoundingError where there is none."""
     from pounding_risk.measures import LEAST_PERIOD, response_spectra
 
     if not motions:
         raise PoundingError("there is no motion to draw spectra of; give one at least")
     steps = [motion.dt for motion in motions]
     periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
+    periods = np.union1d(periods, [period for period in NAMED if period > periods[0]])
     found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
     return Ensemble(periods, found.pseudo_acceleration, damping)
 
 
 def spectra_figure(
     motions: Sequence[Motion],
-    target: Any = None,
+    target: Target | None = None,
     damping: float = 0.05,
     percentiles: tuple[float, float] = (16.0, 84.0),
     *,
@@ -230,7 +233,7 @@ def spectra_figure(
     return figure
 
 
-def _spectra(axis: Axes, ensemble: Ensemble, target: Any, percentiles: tuple[float, float]) -> None:
+def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles: tuple[float, float]) -> None:
     periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
     many = len(values) > 1
     look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
@@ -254,20 +257,20 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Any, percentiles: tuple[flo
     axis.legend(fontsize=9, loc="lower left")
 
 
-def at_periods(target: Any, periods: Samples) -> Samples:
-    """Sa [m/s²] of a target at these periods, straight between its points on logarithmic scales; NaN outside them."""
-    order = np.argsort(target.periods)
-    known, values = np.asarray(target.periods, float)[order], np.asarray(target.acceleration, float)[order]
-    with np.errstate(divide="ignore"):
-        logs = np.interp(np.log(periods), np.log(known), np.log(values))
-    return np.where((periods >= known[0]) & (periods <= known[-1]), np.exp(logs), np.nan)
+def at_periods(target: Target, periods: Samples) -> Samples:
+    """Sa [m/s²] of a target at these periods; NaN outside those it is given for."""
+    inside = (periods >= target.periods[0]) & (periods <= target.periods[-1])
+    values = np.full(len(periods), np.nan)
+    if inside.any():
+        values[inside] = target.at(periods[inside])
+    return values
 
 
-def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Any) -> str:
+def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Target | None) -> str:
     many = len(motions) > 1
     who = f"{len(motions)} records: their median is" if many else f"{motions[0].name} is"
     if target is None:
-        at = [int(np.abs(ensemble.periods - period).argmin()) for period in (0.2, 1.0)]
+        at = [int(np.abs(ensemble.periods - period).argmin()) for period in NAMED]
         parts = [f"{ensemble.median[k] / STANDARD_GRAVITY:.3g} g at {ensemble.periods[k]:.2g} s" for k in at]
         return f"{who if many else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
     ratio = ensemble.median / at_periods(target, ensemble.periods)
