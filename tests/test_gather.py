@@ -1,4 +1,4 @@
-"""What the table [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
+"""What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
 
 import shutil
 
@@ -86,7 +86,7 @@ def test_a_scene_tells_what_it_leaves_out(folder, capsys):
         gathered(parse_scene(SCENE + 'files = ["notes.md"]\n', str(folder / "scene.toml")))
     (folder / "empty").mkdir()
     (folder / "empty" / "a.md").write_text("nothing\n")
-    with pytest.raises(SceneError, match="empty matches no record; left out: a.md: not a record"):
+    with pytest.raises(SceneError, match=r"empty matches no record; left out: a\.md: not a record"):
         gathered(parse_scene(SCENE + 'files = ["empty"]\n', str(folder / "scene.toml")))
 
 
@@ -107,8 +107,8 @@ def test_a_component_without_its_partner_has_no_direction():
     with pytest.raises(RecordError) as caught:
         gather(PAIR._replace(names=("RSN6-180",), direction=0.0), None)
     assert str(caught.value) == (
-        "direction: of Imperial Valley-02, California at El Centro Array #9 the scene names RSN6-180; a row's direction "
-        "takes the two horizontal components of each recording: name both, or leave direction out"
+        "direction: of Imperial Valley-02, California at El Centro Array #9 the scene names RSN6-180; a row's "
+        "direction takes the two horizontal components of each recording: name both, or leave direction out"
     )
 
 
