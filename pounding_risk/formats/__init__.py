@@ -72,6 +72,10 @@ def formats() -> tuple[Format, ...]:
     return tuple(sorted(module.FORMAT for module in modules))
 
 
+def _columns() -> Any:
+    return import_module(f"{__name__}.columns")
+
+
 def readable() -> str:
     """The formats that are read, in words."""
     *most, last = (each.words for each in formats())
@@ -102,14 +106,15 @@ def read_file(path: Path, component: str = "", *, unit: str | None = None, dt: f
 def read_components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[FileRead, ...]:
     """Every component in a file, in m/s², by a format of the allow-list.
 
-    ``unit`` (such as "cm/s^2") and ``dt`` [s] are for files that do not say what their samples are; where a file says
-    it, the file is believed. A MiniSEED file holds counts, so it needs a StationXML file beside it that says what a
-    count is: named as the file itself with ``.xml``, or NETWORK.STATION.xml.
+    ``unit`` (such as "cm/s^2") and ``dt`` [s] are for files that do not say what their samples are. A format with a
+    unit of its own is believed; plain columns that state another one are refused. A MiniSEED or SAC file holds counts,
+    so it needs a StationXML file beside it that says what a count is, named as the file itself with ``.xml`` or
+    NETWORK.STATION.xml, or else ``unit``.
 
     Raises RecordError for a missing, empty, unknown or damaged file, gaps, and an unknown unit.
     """
     raw = _bytes(path)
-    found = _format(path, raw, unit)
+    found = _format(path, raw, unit is not None or dt is not None)
     stream = found.read(BytesIO(raw), name=str(path), folder=path.parent, unit=unit, dt=dt)
     traces = _whole(stream, str(path))
     digest = sha256(raw).hexdigest()
@@ -212,8 +217,11 @@ def _bytes(path: Path) -> bytes:
     return raw
 
 
-def _format(path: Path, raw: bytes, unit: str | None) -> Format:
-    """The format by content; by extension only where the content says nothing, for a better message."""
+def _format(path: Path, raw: bytes, stated: bool) -> Format:
+    """The format by content; by extension only where the content says nothing, for a better message.
+
+    Where the caller ``stated`` what samples are, numbers in columns are such samples, whatever the file's name.
+    """
     start = raw[:512].lstrip().lower()
     if start.startswith((b"<!doctype html", b"<html")):
         raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
@@ -223,6 +231,8 @@ def _format(path: Path, raw: bytes, unit: str | None) -> Format:
     if found is None:
         # Its reader says what is missing. Files of plain columns say little of themselves.
         found = next((each for each in formats() if path.suffix.lower() in each.suffixes), None)
+        if (found is None or stated) and _columns().fits(BytesIO(raw)):
+            found = _columns().FORMAT
     if found is None:
         raise RecordError(
             f"{path}: is not a known record format; {readable()} are read: convert the record to one of them"

@@ -16,6 +16,7 @@ from pounding_risk.errors import RecordError
 
 LARGEST = 256 * 2**20  # bytes; the longest records of the databases have some megabytes
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
+LONGEST_NUMBER = 64  # characters; no program writes more, and the search takes the square of them
 START = 8192  # bytes that tell a format
 NEWLINE = re.compile(r"\r\n|\r|\n")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
@@ -84,7 +85,7 @@ def text_of(file: Any, name: str, kind: str) -> tuple[str, str]:
 
 def number(word: str) -> float | None:
     """A plain finite number, Fortran's D exponents included; None for anything else, "nan" and "1_0" too."""
-    if not _SAMPLE.fullmatch(word):
+    if len(word) > LONGEST_NUMBER or not _SAMPLE.fullmatch(word):
         return None
     value = float(word.replace("D", "E").replace("d", "e"))
     return value if isfinite(value) else None
