@@ -13,6 +13,7 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from pounding_risk.catalogue import Entry
     from pounding_risk.motions import Motion
+    from pounding_risk.selection import Selection
     from pounding_risk.sources import Source
 
 SPECTRUM = (0.2, 0.5, 1.0, 2.0)  # s
@@ -147,6 +148,29 @@ def _processed(motion: Motion) -> tuple[str, ...]:
         engineering(displacement[-1], "m", 2),
         f"{motion.dt:.4g} s",
     )
+
+
+def print_selection(selection: Selection) -> None:
+    """What was chosen, closest first, with the factor of each, then the choice in sentences."""
+    rows = [
+        (
+            row.name,
+            f"{row.factor:.3f}{' (limit)' if row.limited else ''}",
+            f"{row.misfit:.3f}",
+            *(_known(row.known(key), unit) for key, unit in (("magnitude", ""), ("distance_km", " km"))),
+            _one_line(", ".join(str(row.known(key)) for key in ("event", "date") if row.known(key))),
+        )
+        for row in selection.rows
+    ]
+    print_table(("record", "factor", "misfit", "magnitude", "distance", "event"), rows, "lrrrrl")
+    print()
+    pairs = (sentence.partition(": ") for sentence in selection.words())
+    print_pairs((what, words) for what, _, words in pairs)
+    print_notes(f"{row.name}: {doubt}" for row in selection.rows for doubt in row.doubts)
+
+
+def _known(value: Any, unit: str) -> str:
+    return "–" if value is None else f"{float(value):.4g}{unit}"
 
 
 def print_notes(notes: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""The `records` commands: list, info, process, plot."""
+"""The `records` commands: list, info, process, plot, select."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pounding_risk.cli_input import FIGURES, Figure, read_option, writable
 from pounding_risk.cli_output import draw
 from pounding_risk.errors import PoundingError
 
-records_app = typer.Typer(help="Strong-motion records: list, look into, process and plot.")
+records_app = typer.Typer(help="Strong-motion records: list, process, plot, select.")
 
 NONE: list[str] = []
 WORDS = "ids, files, file#component, patterns or folders"
@@ -38,6 +38,9 @@ Window = Annotated[
     tuple[str, str] | None,
     typer.Option(metavar="START END", help="Keep this part, after processing.", show_default=False),
 ]
+Bounds = Annotated[
+    tuple[float, float] | None, typer.Option(metavar="LEAST MOST", help="Such as 6.5 7.5.", show_default=False)
+]
 Pga = Annotated[str | None, typer.Option(help="Scale to this peak ground acceleration.", show_default=False)]
 Scale = Annotated[str | None, typer.Option(help="Scale by this factor.", show_default=False)]
 SpectralAcceleration = Annotated[
@@ -48,7 +51,7 @@ SpectralAcceleration = Annotated[
 
 @records_app.callback(invoke_without_command=True)
 def records(ctx: typer.Context) -> None:
-    """Strong-motion records: list, look into, process and plot."""
+    """Strong-motion records: list, process, plot, select."""
     if ctx.invoked_subcommand is None:
         list_records()
 
@@ -186,3 +189,71 @@ def plot(
             watch(len(motions), len(found.sources))
     print_notes(found.notes)
     draw(how.figure(found.sources[0]) if alone else spectra_figure(motions, shape, ratio), figure_file)
+
+
+@records_app.command()
+def select(
+    target: Annotated[str, typer.Option(help="Target spectrum: a file, a code shape, or a record set.")],
+    source: Sources = None,
+    set: Set = None,
+    range: Annotated[
+        tuple[str, str], typer.Option(metavar="FROM TO", help="Periods at which spectra are compared.")
+    ] = ("0.2 s", "2 s"),
+    count: Annotated[int, typer.Option(min=1, help="Records to choose, or pairs.")] = 11,
+    spectrum: Annotated[
+        str, typer.Option(help="component; or geomean, rotd50, rotd100 of pairs with one factor.")
+    ] = "component",
+    factor: Annotated[tuple[float, float], typer.Option(metavar="LEAST MOST", help="Limits of the scale factor.")] = (
+        0.25,
+        4.0,
+    ),
+    per_event: Annotated[
+        int | None, typer.Option(min=1, help="At most so many of one earthquake.", show_default="any number")
+    ] = None,
+    magnitude: Bounds = None,
+    distance: Annotated[
+        tuple[str, str] | None, typer.Option(metavar="LEAST MOST", help='Such as "10 km" "50 km".', show_default=False)
+    ] = None,
+    vs30: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="LEAST MOST", help='Such as "180 m/s" "360 m/s".', show_default=False),
+    ] = None,
+    damping: Annotated[str, typer.Option(help="Damping ratio of the spectra.")] = "5 %",
+    processing: Processing = None,
+    unit: Unit = None,
+    dt: Step = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write a manifest (.csv).", show_default=False)
+    ] = None,
+    figure: Figure = None,
+) -> None:
+    """Choose records whose spectra come closest to a target, each with its factor."""
+    out_file, figure_file = writable("-o", out, (".csv",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli_output import Watch
+    from pounding_risk.cli_record_tables import print_notes, print_selection
+    from pounding_risk.cli_sources import Options, choices_of, find, stated, target_spectrum, treatment
+    from pounding_risk.quantities import DAMPING
+    from pounding_risk.selection import select as run
+
+    how = treatment(Options(processing, (), None, None, None, None))
+    choices = choices_of(range, distance, vs30)
+    choices |= {"count": count, "spectrum": spectrum, "limits": factor, "per_event": per_event, "magnitude": magnitude}
+    goal = target_spectrum(target, read_option("--damping", damping, DAMPING))
+    with Watch("select", "records") as watch:
+        found = find(source or (), set, stated(unit, dt), horizontal=True)
+        motions = []
+        for each in found.sources:
+            motions.append(how.motion(each))
+            watch(len(motions), len(found.sources))
+    selection = run(motions, goal, **choices)
+    print_selection(selection)
+    print_notes(found.notes)
+    if out_file is not None:
+        from pounding_risk.manifest import write_manifest
+
+        write_manifest(selection.motions(), out_file)
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import selection_figure
+
+        draw(selection_figure(selection), figure_file)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import shlex
 from collections.abc import Iterator, Sequence
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -148,6 +149,22 @@ def target_spectrum(text: str, damping: float) -> Target:
             f"write --damping {target.damping:g}, or another target"
         )
     return target
+
+
+def choices_of(
+    periods: tuple[str, str], distance: tuple[str, str] | None, vs30: tuple[str, str] | None
+) -> dict[str, Any]:
+    """What a selection takes of options with units; raises PoundingError that names the option."""
+    from pounding_risk.quantities import PERIOD, Quantity
+
+    far = Quantity("m", 0.0, inf, "distance", example="10 km")
+    soil = Quantity("m/s", 0.0, inf, "shear-wave velocity", example="360 m/s")
+    found: dict[str, Any] = {"periods": tuple(read_option("--range", text, PERIOD) for text in periods)}
+    if distance is not None:
+        found["distance_km"] = tuple(read_option("--distance", text, far) / 1e3 for text in distance)
+    if vs30 is not None:
+        found["vs30"] = tuple(read_option("--vs30", text, soil) for text in vs30)
+    return found
 
 
 class Found(NamedTuple):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pounding_risk.motions import Motion
+    from pounding_risk.selection import Selection
     from pounding_risk.signals import Samples
     from pounding_risk.targets import Target
 
@@ -243,10 +244,19 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
     if many:
         axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
     if len(values) > 2:
-        for place, level in enumerate(percentiles):
-            words = "" if place else f"{percentiles[0]:g} and {percentiles[1]:g} %"
-            share = np.percentile(values, level, axis=0)
-            axis.plot(periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
+        _percentiles(axis, ensemble, percentiles)
+    _target(axis, target, periods)
+
+
+def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float]) -> None:
+    for place, level in enumerate(levels):
+        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %"
+        share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
+        axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
+
+
+def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
+    """The target's line, and what every panel of spectra has."""
     if target is not None:
         shown = at_periods(target, periods) / STANDARD_GRAVITY
         axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
@@ -255,6 +265,60 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
     for scale in (axis.xaxis, axis.yaxis):
         scale.set_major_formatter("{x:g}")
     axis.legend(fontsize=9, loc="lower left")
+
+
+def selection_figure(
+    selection: Selection, percentiles: tuple[float, float] = (16.0, 84.0), *, note: str = ""
+) -> Figure:
+    """The chosen records, scaled, against the target, and the factor and the misfit of each.
+
+    The blue line is the geometric mean of what was compared with the target, in the range where it was.
+    """
+    rows, wanted = selection.rows, selection.wanted
+    figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
+    left, right = axes[0]
+    ensemble = ensemble_spectra(selection.motions(), selection.target.damping)
+    left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
+    for place, each in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
+        words = "" if place else f"{len(ensemble.acceleration)} components, scaled"
+        left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
+    if len(ensemble.acceleration) > 2:
+        _percentiles(left, ensemble, percentiles)
+    mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
+    what = "" if wanted.spectrum == "component" else f", {wanted.spectrum}"
+    left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)}{what}")
+    _target(left, selection.target, ensemble.periods)
+    _misfits(right, selection)
+    low, high = (float(each) for each in (selection.median_ratio.min(), selection.median_ratio.max()))
+    range_words = f"{wanted.periods[0]:g} to {wanted.periods[1]:g} s"
+    finding = f"{len(rows)} of {selection.considered} candidates: their geometric mean is {low:.2f} to {high:.2f} times"
+    factors = [row.factor for row in rows]
+    terms = f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
+    title(figure, f"{finding} {selection.target.name} from {range_words}", terms, note)
+    return figure
+
+
+def _misfits(axis: Axes, selection: Selection) -> None:
+    """A bar for each candidate, closest first, with its factor."""
+    rows = selection.rows
+    for place, row in enumerate(rows):
+        look = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
+        axis.barh(place, row.misfit, height=0.7, edgecolor=AFTER, **look)
+        axis.annotate(
+            f"× {row.factor:.2f}",
+            (row.misfit, place),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+        )
+    axis.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
+    axis.set_ylim(len(rows) - 0.4, -0.6)
+    axis.set_xlim(0.0, 1.2 * max(row.misfit for row in rows) or 1.0)
+    axis.grid(False, axis="y")
+    limited = ", hatched: at a limit" if any(row.limited for row in rows) else ""
+    axis.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
+    axis.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
 
 
 def at_periods(target: Target, periods: Samples) -> Samples:
