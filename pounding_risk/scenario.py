@@ -171,6 +171,7 @@ class RecordsTable(Section):
     names: Annotated[tuple[str, ...], Reads(scene_records.record_names, _STRINGS)] = ()
     files: Annotated[tuple[str, ...], Reads(scene_records.record_files, _STRINGS)] = ()
     set: Annotated[str, Reads(scene_records.record_set, {"type": "string"})] = ""
+    manifest: Annotated[str, Reads(scene_keys.words("selected.csv"), {"type": "string"})] = ""
     unit: Annotated[str, Reads(scene_records.unit, {"type": "string"})] = ""
     dt: Annotated[float | None, measured(STEP)] = None
     direction: Annotated[float | None, measured(DIRECTION)] = None
@@ -319,6 +320,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
             records.processing,
             records.tail,
             records.set,
+            records.manifest,
             records.unit,
             records.dt,
             records.direction,
