@@ -20,7 +20,7 @@ from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import Source, components, is_vertical, open_source, parted
+from pounding_risk.sources import Source, components, is_vertical, open_source, parted, recording
 from pounding_risk.study import Study
 
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -95,14 +95,14 @@ def _sources(request: RecordRequest, folder: Path, left_out: list[str]) -> list[
 
 
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
-    """The records of a manifest with their factors; raises RecordError where one is no longer what the manifest says."""
+    """The records of a manifest with their factors; raises RecordError where one is not what the manifest says."""
     path = folder / request.manifest
     for number, row in enumerate(read_manifest(path), start=2):
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
-                f"{path}, line {number}: {row['name']} has another checksum than the manifest says: the file was changed; "
-                "fetch it again, or choose again"
+                f"{path}, line {number}: {row['name']} has another checksum than the manifest says: the file was "
+                "changed; fetch it again, or choose again"
             )
         motion = replace(read_motion(source, processing=request.processing), name=row["name"])
         if row["factor"] != 1.0:
@@ -144,9 +144,7 @@ def _pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
     """The two horizontals of each recording; raises RecordError where there are not two."""
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
-        record = source.record
-        key = (record.get("event"), record.get("date"), record.get("station"), str(Path(record["file"]).parent))
-        recordings.setdefault(key, []).append(source)
+        recordings.setdefault(recording(source.record, source.name), []).append(source)
     for found in recordings.values():
         if len(found) != 2:
             listed = ", ".join(source.record["id"] for source in found)
@@ -195,11 +193,7 @@ def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion
     aim = request.to_median
     measure = f"sa({aim.period!r} s)" if isinstance(aim, Spectral) else str(aim)
     damping = aim.damping if isinstance(aim, Spectral) else 0.05
-    keys = ("event", "date", "station")
-    groups = [
-        tuple(motion.record.get(key) or "" for key in keys) if motion.record.get("station") else (motion.name,)
-        for motion in motions
-    ]
+    groups = [recording(motion.record, motion.name) for motion in motions]
     found = list(scaling.to_median(motions, measure, groups=groups, damping=damping))
     if request.scale is not None:
         found = [scaling.by_factor(motion, request.scale) for motion in found]

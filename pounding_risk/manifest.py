@@ -3,7 +3,6 @@
 >>> import numpy as np
 >>> from pounding_risk.manifest import manifest
 >>> from pounding_risk.motions import Motion
-from pounding_risk.sources import parted
 >>> row = manifest([Motion("r", np.array([0.0, 1.5, -2.0]), 0.01, {"event": "Somewhere", "sha256": "ab"})])[0]
 >>> row["PGA [m/s2]"], row["npts"], row["magnitude"]
 (2.0, 3, None)
@@ -64,7 +63,8 @@ def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
 
-    Sources that are files are written relative to the manifest, so that both can move together. Raises RecordError where the file cannot be written.
+    Sources that are files are written relative to the manifest, so that both can move together. Raises RecordError
+    where the file cannot be written.
     """
     target = Path(path)
     try:

@@ -7,7 +7,7 @@ is raw or processed.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -60,6 +60,14 @@ def parted(source: str | Path) -> tuple[Path, str]:
     """The file and the component that "quake.V2A#N28W" names; a file whose name has a # is itself."""
     path, _, component = str(source).rpartition(COMPONENT)
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
+
+
+def recording(record: Mapping[str, Any], name: str) -> Hashable:
+    """What the components of one recording share; the ``name`` itself where nothing is told of the station."""
+    if record.get("rsn"):
+        return record["rsn"]
+    told = tuple(record.get(key) or "" for key in ("event", "date", "station"))
+    return told if told[2] else name
 
 
 def is_vertical(record: Mapping[str, Any]) -> bool:
