@@ -2,72 +2,91 @@
 
 from __future__ import annotations
 
-from math import ceil, inf
+from math import inf
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.noise import Corners, corners_from_noise, default_corners
 from pounding_risk.quantities import TIME, Quantity, say
-from pounding_risk.signals import Samples, butterworth
+from pounding_risk.signals import Samples, filtered
 from pounding_risk.steps import ORDER, Done, step
 
 CORNER = Quantity("Hz", 0.0, inf, "corner frequency", example="0.1 Hz")
-LOW_CORNER = 0.08  # Hz, gmprocess' fallback where the noise says nothing
-HIGHEST_CORNER, NYQUIST_SHARE = 40.0, 0.75  # Hz; of the Nyquist frequency
+NOISE, DEFAULT = "noise", "default"
 STRIPPED, KEPT = "stripped", "kept"
 ENDS_OF_PEAK = 0.02  # |a| at the ends above this part of PGA is flagged
 
 
-@step("bandpass", low=CORNER, high=CORNER, order=ORDER, pads=(STRIPPED, KEPT))
+@step("bandpass", low=CORNER, high=CORNER, order=ORDER, corners=(NOISE, DEFAULT), pads=(STRIPPED, KEPT))
 def bandpass(
     samples: Samples,
     dt: float,
     *,
-    low: float = LOW_CORNER,
+    low: float | None = None,
     high: float | None = None,
     order: float = 5,
+    corners: str = NOISE,
     pads: str = STRIPPED,
 ) -> Done:
     """Acausal Butterworth filter: the amplitude response, -3 dB at each corner [Hz], and no phase.
 
     |H(f)| = 1/sqrt(1 + (low/f)^2n) · 1/sqrt(1 + (f/high)^2n), once, in the frequency domain. A causal filter
     would move the peaks (+3 to +6 % in the gap that a pair needs), and pads of zeros keep the ends from
-    wrapping round: 0.75 n/low seconds at each (Converse and Brady 1992; Boore 2005). ``low`` 0 is a low-pass;
-    ``high`` is 40 Hz unless given, and never above 3/4 of the Nyquist frequency by default.
+    wrapping round: 0.75 n/low seconds at each (Converse and Brady 1992; Boore 2005). ``low`` 0 is a low-pass.
+
+    A corner that is not given comes from the noise before the earthquake (`pounding_risk.noise`); with
+    ``corners`` "default" they are 0.08 Hz and 40 Hz or 3/4 of the Nyquist frequency, whatever the noise.
 
     ``pads`` "stripped" leaves the record's length; the filter's ringing before and after it is cut off, which a
     baseline correction makes good. "kept" leaves the ringing and the pads, so that velocity and displacement
     start and end at rest by themselves (Boore 2005): for models that take absolute ground motion. The motion
     then starts that much earlier.
     """
-    upper = _upper(low, high, dt)
-    pad = ceil(0.75 * order / (low or upper) / dt)
-    padded = np.pad(samples, pad)
-    size = 1 << (len(padded) - 1).bit_length()  # more zeros still, and a fast transform
-    gain = butterworth(np.fft.rfftfreq(size, dt), low, upper, order)
-    filtered = np.fft.irfft(np.fft.rfft(padded, size) * gain, size)[: len(padded)]
-    words, flags = _filter_words(low, upper, order, pad * dt), _filter_flags(samples, dt, low)
+    chosen = _chosen(samples, dt, (low, high), corners)
+    _check(chosen, dt)
+    passed, pad = filtered(samples, dt, (chosen.low, chosen.high), order)
+    flags = (*chosen.flags, *_filter_flags(samples, dt, chosen.low))
+    words = _filter_words(chosen, order, pad * dt)
     if pads == KEPT:
-        return Done(filtered, f"{words}, kept", flags, -pad)
-    return Done(filtered[pad : pad + len(samples)], words, flags)
+        return Done(passed, f"{words}, kept", flags, -pad)
+    return Done(passed[pad : pad + len(samples)], words, flags)
 
 
-def _upper(low: float, high: float | None, dt: float) -> float:
-    """The upper corner [Hz]; raises RecordError where the corners do not fit the time step."""
-    nyquist = 0.5 / dt
-    upper = min(HIGHEST_CORNER, NYQUIST_SHARE * nyquist) if high is None else high
-    if not (low < upper and (upper < nyquist or (upper == inf and low > 0.0))):
+def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None], corners: str) -> Corners:
+    """The corners given, and in the place of those that are not the ones found."""
+    low, high = given
+    if low is not None and high is not None:
+        return Corners(low, high, "")
+    found = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)
+    if low is not None:
+        return Corners(low, found.high, f"the upper corner: {found.words}", found.flags)
+    if high is not None:
+        return Corners(found.low, high, f"the lower corner: {found.words}", found.flags)
+    return found
+
+
+def _check(corners: Corners, dt: float) -> None:
+    """Refuse corners that do not rise or do not fit the time step."""
+    low, high, nyquist = corners.low, corners.high, 0.5 / dt
+    if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
         raise RecordError(
-            f"the corners {low:g} and {upper:g} Hz do not fit a time step of {dt:g} s; they must rise and "
+            f"the corners {low:g} and {high:g} Hz do not fit a time step of {dt:g} s; they must rise and "
             f"stay below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
         )
-    return upper
 
 
-def _filter_words(low: float, high: float, order: float, pad: float) -> str:
-    corners = f"{low:g} to {high:g} Hz" if low and high < inf else f"above {low:g} Hz" if low else f"below {high:g} Hz"
-    pads = f"{pad:.4g} s of zeros at both ends"
-    return f"bandpass: acausal Butterworth of order {order:g}, {corners} (-3 dB), {pads}"
+def _filter_words(corners: Corners, order: float, pad: float) -> str:
+    low, high = corners.low, corners.high
+    band = (
+        f"{low:.4g} to {high:.4g} Hz"
+        if low and high < inf
+        else f"above {low:.4g} Hz"
+        if low
+        else f"below {high:.4g} Hz"
+    )
+    why = f"; {corners.words}" if corners.words else ""
+    return f"bandpass: acausal Butterworth of order {order:g}, {band} (-3 dB){why}; {pad:.4g} s of zeros at both ends"
 
 
 def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import RecordError
 from pounding_risk.quantities import Quantity
-from pounding_risk.signals import Samples, butterworth
+from pounding_risk.signals import Samples, band_limited, butterworth
 from pounding_risk.steps import Done, step
 
 STEP = Quantity("s", 0.0, inf, "time step", open_low=True, open_high=True, example="0.005 s")
@@ -17,7 +17,6 @@ LINEAR, FOURIER = "linear", "fourier"
 FINE = 0.005  # s: a tenth of the period of a building of 0.05 s
 LARGEST_RATIO = 1000  # of whole numbers in dt over dt
 NYQUIST_SHARE, STEEPNESS = 0.8, 20.0  # anti-alias corner over the new Nyquist frequency, order
-ZEROS = 0.1  # of the record, after it, before it is taken for periodic
 CHANGE_OF_PEAK = 0.02
 
 
@@ -73,21 +72,11 @@ def _low_pass(samples: Samples, dt: float, corner: float) -> Samples:
 
 
 def _band_limited(samples: Samples, before: float, after: float) -> Samples:
-    """Through the samples, zeros and round again, with no frequency above either Nyquist frequency."""
+    """The motion through the samples at a step in whole ratio to the old one."""
     ratio = Fraction(before / after).limit_denominator(LARGEST_RATIO)
     if ratio == 0 or abs(float(ratio) * after / before - 1.0) > 1e-9:
         raise RecordError(
             f"the time steps {before:g} and {after:g} s are in no ratio of whole numbers up to {LARGEST_RATIO}; "
             'write one that is, or method = "linear"'
         )
-    blocks = 2 * ceil(len(samples) * (1.0 + ZEROS) / (2 * ratio.denominator))
-    size, grown = blocks * ratio.denominator, blocks * ratio.numerator
-    spectrum = np.fft.rfft(samples, size)
-    edge = min(size, grown) // 2
-    kept = np.zeros(grown // 2 + 1, dtype=complex)
-    kept[: edge + 1] = spectrum[: edge + 1]
-    # At the lower Nyquist frequency half of the amplitude belongs to the negative frequency; of a coarser one nothing
-    # is left behind the filter.
-    kept[edge] *= 0.5 if grown > size else float(grown == size)
-    found: Samples = np.fft.irfft(kept, grown) * float(ratio)
-    return found
+    return band_limited(samples, ratio.numerator, ratio.denominator)

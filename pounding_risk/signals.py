@@ -5,6 +5,7 @@ Arrays in, arrays out; the steps of `pounding_risk.processing` put them to use.
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,45 @@ def butterworth(frequency: Samples, low: float, high: float, order: float) -> Sa
         gain[0] = 0.0
         gain[1:] /= np.sqrt(1.0 + (low / frequency[1:]) ** (2.0 * order))
     return gain
+
+
+def filtered(samples: Samples, dt: float, corners: tuple[float, float], order: float) -> tuple[Samples, int]:
+    """Through an acausal Butterworth filter between ``corners`` [Hz], with its pads, and how many samples each has.
+
+    The pads keep the ends from wrapping round: 0.75 n/low seconds (Converse and Brady 1992), of the upper corner where
+    there is no lower one.
+    """
+    low, high = corners
+    pad = ceil(0.75 * order / (low or high) / dt)
+    size = 1 << (len(samples) + 2 * pad - 1).bit_length()  # more zeros still, and a fast transform
+    gain = butterworth(np.fft.rfftfreq(size, dt), low, high, order)
+    found: Samples = np.fft.irfft(np.fft.rfft(np.pad(samples, pad), size) * gain, size)[: len(samples) + 2 * pad]
+    return found, pad
+
+
+def band_limited(samples: Samples, numerator: int, denominator: int) -> Samples:
+    """Sampled numerator/denominator times as densely: the same motion, without what the coarser cannot carry.
+
+    The spectrum is cut off or goes on with zeros. The motion is taken for periodic after a tenth of its length of
+    zeros, which come with it.
+    """
+    blocks = 2 * ceil(1.1 * len(samples) / (2 * denominator))
+    size, grown = blocks * denominator, blocks * numerator
+    spectrum = np.fft.rfft(samples, size)
+    edge = min(size, grown) // 2
+    kept = np.zeros(grown // 2 + 1, dtype=complex)
+    kept[: edge + 1] = spectrum[: edge + 1]
+    # At the lower Nyquist frequency half of the amplitude belongs to the negative frequency; a coarser sampling
+    # has none.
+    kept[edge] *= 0.5 if grown > size else float(grown == size)
+    found: Samples = np.fft.irfft(kept, grown) * (numerator / denominator)
+    return found
+
+
+def energy_time(samples: Samples, dt: float, share: float) -> float:
+    """When ``share`` of the integral of a² has come [s after the first sample]; 0 where there is none."""
+    energy = np.cumsum(samples**2)
+    return float(np.searchsorted(energy, share * energy[-1])) * dt
 
 
 def cosine_rise(place: Samples) -> Samples:

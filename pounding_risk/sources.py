@@ -6,6 +6,8 @@ is raw or processed.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -18,6 +20,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 
 RAW, PROCESSED = "raw", "processed"
+VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
 
 class Source(NamedTuple):
@@ -32,8 +35,8 @@ class Source(NamedTuple):
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
     """The record that ``source`` stands for, its samples checked.
 
-    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#", an ObsPy trace, or a
-    Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
+    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#",
+    an ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
     """
     if isinstance(source, Source):
         found = source
@@ -56,6 +59,13 @@ def parted(source: str | Path) -> tuple[Path, str]:
     """The file and the component that "quake.V2A#N28W" names; a file whose name has a # is itself."""
     path, _, component = str(source).rpartition(COMPONENT)
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
+
+
+def is_vertical(record: Mapping[str, Any]) -> bool:
+    """True for the facts of a component that is vertical, by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ and the like."""
+    name = str(record.get("component") or "").upper()
+    ends = {name, re.split(r"[-_ .]", name)[-1]}
+    return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z", name))
 
 
 def _checked(found: Source) -> Source:
@@ -89,6 +99,8 @@ def _of_catalogue(id: str) -> Source:
     units = f"counts, divided by {found.sensitivity:.10g} counts per m/s²"
     if found.format == "PEER_AT2":
         units = "g, times 9.80665 m/s²"
+    else:
+        record["start"] = trace.stats.starttime.isoformat()
     return Source(id, trace, record, f"units: {units}")
 
 
@@ -120,9 +132,11 @@ def _told(trace: Any) -> dict[str, Any]:
     plain = {"event": "", "date": str(trace.stats.starttime.date)}
     plain |= {"station": trace.stats.station, "component": trace.stats.channel}
     record = dict(trace.stats.get("record", {}))
+    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0
+    start = {"start": trace.stats.starttime.isoformat()} if timed else {}
     for key in ("state", "units"):
         record.pop(key, None)
-    return {**plain, **record}
+    return {**plain, **record, **start}
 
 
 def check_samples(samples: Any, dt: float, name: str) -> None:

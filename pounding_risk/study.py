@@ -25,7 +25,7 @@ from pounding_risk.quantities import (
     exact,
     shown,
 )
-from pounding_risk.record_request import RecordRequest, matching
+from pounding_risk.record_request import RecordRequest
 from pounding_risk.relations import AS_PUBLISHED, related
 from pounding_risk.scene_text import nearest, write_toml
 
@@ -168,11 +168,6 @@ class Study:
     def folder(self) -> Path:
         """The folder that record files are relative to: the scene file's."""
         return Path(self.source).parent
-
-    def record_paths(self) -> tuple[Path, ...]:
-        """The files that ``records.files`` stands for now, in the order written, patterns sorted by name."""
-        found = [path for pattern in self.records.files for path in matching(self.folder, pattern)]
-        return tuple(dict.fromkeys(found))
 
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""

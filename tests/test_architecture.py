@@ -56,7 +56,7 @@ KERNELS = {
 LARGEST_FILE = 400  # lines
 LARGER = {
     "models/contact.py": 540,  # one short class a law, and the laws belong side by side
-    "ladder.py": 410,  # one function a kind of method, and what they share
+    "ladder.py": 411,  # one function a kind of method, and what they share
 }
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
 ALSO = {

@@ -17,7 +17,7 @@ from pounding_risk.models.contact import LAWS, Hertz, Linear, VanMier
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.processing import read_steps
-from pounding_risk.record_request import Spectral
+from pounding_risk.record_request import Spectral, matching
 from pounding_risk.scenario import parse_scene, read_scene, study_from
 from pounding_risk.scene_text import key_lines
 from pounding_risk.study import EqualTerms
@@ -505,7 +505,10 @@ def test_record_files_are_found_beside_the_scene(tmp_path):
     scene.write_text(SHORT.replace('names = ["RSN6-180"]', 'files = ["my/odd[1].AT2", "my/*.AT2"]'))
     found = read_scene(scene)
     assert found.records.files == ("my/odd[1].AT2", "my/*.AT2")
-    assert [path.name for path in found.record_paths()] == ["odd[1].AT2", "a.AT2", "b.AT2"]
+    assert [[path.name for path in matching(found.folder, pattern)] for pattern in found.records.files] == [
+        ["odd[1].AT2"],
+        ["a.AT2", "b.AT2", "odd[1].AT2"],
+    ]
     scene.write_text(SHORT.replace('names = ["RSN6-180"]', 'files = ["my/A.AT3", "my/*.mseed"]'))
     with pytest.raises(SceneError) as error:
         read_scene(scene)

@@ -15,6 +15,7 @@ from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions import read_motion
 from pounding_risk.pair import solve
 from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.record_request import matching
 from pounding_risk.scenario import read_scene
 
 
@@ -247,7 +248,7 @@ def test_the_scene_reads_the_files_beside_it(benchmarks, tmp_path):
         (tmp_path / name).touch()
     target = tmp_path / "far_field.toml"
     target.write_bytes((benchmarks / "far_field.toml").read_bytes())
-    assert [path.name for path in read_scene(target).record_paths()] == ["a.AT2", "b.AT2"]
+    assert [path.name for path in matching(target.parent, read_scene(target).records.files[0])] == ["a.AT2", "b.AT2"]
 
 
 def test_without_the_package_a_sentence_and_no_folder(monkeypatch, capsys, tmp_path):

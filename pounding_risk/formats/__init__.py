@@ -125,6 +125,15 @@ def read_components(path: Path, *, unit: str | None = None, dt: float | None = N
     )
 
 
+def is_record(path: Path) -> bool:
+    """True for a file that one of the formats recognises, by its content or by its name."""
+    known = formats()
+    if any(path.suffix.lower() in each.suffixes for each in known):
+        return True
+    with path.open("rb") as opened:
+        return any(each.recognises(opened) for each in known)
+
+
 def _component_names(traces: list[Trace]) -> list[str]:
     """What to call each trace of a file: nothing where it is alone, otherwise its component or whole id."""
     if len(traces) == 1:

@@ -38,6 +38,7 @@ STATES = ("raw", "processed")
 SECONDS = ("s", "sec", "secs", "second", "seconds")
 WORDS, NUMBERS = ("event", "date", "station", "component"), ("magnitude", "distance_km", "azimuth")
 CORNERS = ("low_corner", "high_corner")
+HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")  # sentences of what leaves a raw record raw
 TO_STATE = {
     "unit": (
         "the unit of its acceleration",
@@ -316,11 +317,15 @@ def _plain(value: Any) -> str:
 
 
 def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
-    """Samples, time step, facts and history of a motion; what was raw is processed once a step was taken."""
+    """Samples, time step, facts and history of a motion; what was raw is processed once a step was taken.
+
+    A raw record that is cut, turned or scaled still has its offset and drift, and is still raw.
+    """
     keys = (*WORDS, *NUMBERS, *CORNERS)
-    taken = [line for line in motion.processing if not line.startswith("units: ")]
+    taken = [line for line in motion.processing if not line.startswith(HARMLESS)]
     state = "processed" if taken else motion.record.get("state", "processed")
-    facts = {"state": state, **{key: motion.record.get(key) for key in keys}}
+    source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
+    facts = {"state": state, **{key: motion.record.get(key) for key in keys}, "source": ", ".join(source)}
     return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing
 
 

@@ -160,6 +160,7 @@ def _stats(header: Header) -> dict[str, Any]:
     day = _day(facts["date"])
     record = told(
         state="processed",
+        timed=False,  # the day is all that a header tells
         units="units: g, times 9.80665 m/s²",
         event=facts["event"],
         date=facts["date"] if day is None else str(day.date),
