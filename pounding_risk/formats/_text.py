@@ -99,30 +99,55 @@ def free_numbers(name: str, lines: Sequence[str], first: int, example: str) -> N
     return _numbers(name, ((at, word) for at, line in enumerate(lines) for word in line.split()), first, example)
 
 
-def fixed_numbers(name: str, lines: Sequence[str], first: int, width: int, example: str) -> NDArray[np.float64]:
+def fixed_numbers(
+    name: str, lines: Sequence[str], first: int, width: int, example: str, what: str = "samples after the header"
+) -> NDArray[np.float64]:
     """The numbers of lines in columns of ``width`` characters, as Fortran writes them, which may touch.
 
-    Raises RecordError, naming the line, for a column that is no finite number.
+    ``what`` says what they are. Raises RecordError, naming the line, for a column that is no finite number.
     """
-    words = (
-        (at, line[place : place + width].strip())
-        for at, line in enumerate(each.rstrip() for each in lines)
-        for place in range(0, len(line), width)
-    )
-    return _numbers(name, words, first, example)
+    lines = [line.rstrip() for line in lines]
+    values = _plain_columns(lines, width)
+    if values is None:
+        words = (
+            (at, line[place : place + width].strip())
+            for at, line in enumerate(lines)
+            for place in range(0, len(line), width)
+        )
+        values = _numbers(name, words, first, example, what)
+    return values
 
 
-def _numbers(name: str, words: Iterator[tuple[int, str]], first: int, example: str) -> NDArray[np.float64]:
+def _plain_columns(lines: Sequence[str], width: int) -> NDArray[np.float64] | None:
+    """The numbers of lines whose columns are all full, in one go; None where a closer look is needed.
+
+    NumPy reads a word as Python's float() does; what that takes beside plain numbers needs other characters.
+    """
+    if any(len(line) % width for line in lines):
+        return None
+    raw = "".join(lines).encode("latin-1", "replace")
+    if not raw or raw.translate(None, b"0123456789+-.eE "):
+        return None
+    try:
+        values = np.frombuffer(raw, dtype=f"S{width}").astype(np.float64)
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
+
+
+def _numbers(
+    name: str, words: Iterator[tuple[int, str]], first: int, example: str, what: str = "samples after the header"
+) -> NDArray[np.float64]:
     values: list[float] = []
     for at, word in words:
         value = number(word)
         if value is None:
             raise RecordError(
-                f"{name}, line {first + at + 1}: {quoted(word)} is not a finite number; the samples after the header "
+                f"{name}, line {first + at + 1}: {quoted(word)} is not a finite number; the {what} "
                 f"must be plain numbers such as {example}: repair that line, or fetch the file again"
             )
         values.append(value)
-    return np.array(values)
+    return np.array(values, dtype=np.float64)
 
 
 def check_count(place: str, promised: int, found: int, count_name: str) -> None:
