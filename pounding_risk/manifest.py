@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from math import isclose
@@ -59,16 +60,20 @@ def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
 
-    Raises RecordError where the file cannot be written.
+    The file appears under its name when it is whole. Raises RecordError where it cannot be written.
     """
     target = Path(path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
-        with target.open("w", encoding="utf-8", newline="") as file:
+        with partial.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, COLUMNS)
             writer.writeheader()
             writer.writerows(manifest(motions))
+        os.replace(partial, target)
     except OSError as error:
         raise RecordError(f"{target}: cannot be written ({error.strerror}); check the folder") from None
+    finally:
+        partial.unlink(missing_ok=True)
     return target
 
 

