@@ -20,7 +20,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 
 RAW, PROCESSED = "raw", "processed"
-VERTICALS = {"UP", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
+VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
 
 class Source(NamedTuple):
@@ -62,9 +62,10 @@ def parted(source: str | Path) -> tuple[Path, str]:
 
 
 def is_vertical(record: Mapping[str, Any]) -> bool:
-    """True for the facts of a component that is vertical, by its name: UP, DWN, UD, V, Z, HNZ and the like."""
+    """True for the facts of a component that is vertical, by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ and the like."""
     name = str(record.get("component") or "").upper()
-    return record.get("azimuth") is None and (name in VERTICALS or bool(re.fullmatch(r"[A-Z]{2}Z", name)))
+    ends = {name, re.split(r"[-_ .]", name)[-1]}
+    return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z", name))
 
 
 def _checked(found: Source) -> Source:
