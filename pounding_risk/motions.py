@@ -21,6 +21,7 @@ from pounding_risk.processing import (
     read_steps,
     window,
 )
+from pounding_risk.quality import AT_REST, FIRST_OF_PEAK, LASTING, LONGEST_STEP, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.quantities import PGA, SCALE, TAIL, TIME, shown
 from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
@@ -30,8 +31,7 @@ if TYPE_CHECKING:
     from obspy import Trace
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
-LONGEST_STEP = 0.02  # s; longer steps miss peaks
-FIRST_OF_PEAK, OFFSET_OF_PEAK, CHANGE_OF_PEAK = 0.02, 0.05, 0.02
+CHANGE_OF_PEAK = 0.02
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
@@ -235,8 +235,12 @@ def _process(log: _Log, chain: Sequence[Step]) -> None:
     """Every step of the chain; flagged where they change PGA by more than 2 %, or leave an offset."""
     centred = log.samples - log.samples.mean() if log.raw else log.samples
     before = float(np.abs(centred).max())
+    log.flags += failed(quality(log.samples, log.dt, checks=LASTING))
     for step in chain:
         log.add(step.apply(log.samples, log.dt))
+    # A baseline correction tells itself how the motion ends, and may leave a permanent displacement in.
+    if not any(step.name == "baseline" for step in chain):
+        log.flags += failed(quality(log.samples, log.dt, checks=AT_REST))
     after = float(np.abs(log.samples).max())
     if chain and before > 0.0 and abs(after / before - 1.0) > CHANGE_OF_PEAK:
         log.flags.append(f"processing changed PGA by {100.0 * (after / before - 1.0):+.1f} %")
