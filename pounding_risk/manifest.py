@@ -63,17 +63,21 @@ def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
 
-    Sources that are files are written relative to the manifest, so that both can move together. Raises RecordError
-    where the file cannot be written.
+    Sources that are files are written relative to the manifest, so that both can move together. The file appears under
+    its name when it is whole. Raises RecordError where it cannot be written.
     """
     target = Path(path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
-        with target.open("w", encoding="utf-8", newline="") as file:
+        with partial.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, COLUMNS)
             writer.writeheader()
             writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+        os.replace(partial, target)
     except OSError as error:
         raise RecordError(f"{target}: cannot be written ({error.strerror}); check the folder") from None
+    finally:
+        partial.unlink(missing_ok=True)
     return target
 
 
