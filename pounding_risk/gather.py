@@ -18,9 +18,11 @@ from pounding_risk.formats import is_record
 from pounding_risk.manifest import read_manifest, source_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import Motion, read_motion
+from pounding_risk.noise import shared_corners
+from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import Source, components, is_vertical, open_source, parted, recording
+from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted, recording
 from pounding_risk.study import Study
 
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -184,8 +186,22 @@ def _motion(request: RecordRequest, group: tuple[Source, ...], scaled: bool) -> 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     """Both horizontals, processed alike, in the direction of the row."""
     assert request.direction is not None
-    first, second = (read_motion(source, processing=request.processing) for source in pair)
+    processing: Any = request.processing
+    if processing == "auto" and all(source.record["state"] == RAW for source in pair):
+        processing = _one_band(pair)
+    first, second = (read_motion(source, processing=processing) for source in pair)
     return rotated(first, second, request.direction)
+
+
+def _one_band(pair: tuple[Source, ...]) -> list[dict[str, Any]]:
+    """The default chain with the stricter corners of both components, so that both keep the same frequencies."""
+    steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
+    at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
+    before = [read_motion(source, processing=steps[:at]) for source in pair]
+    if before[0].dt == before[1].dt:  # `rotated` refuses others
+        found = shared_corners([motion.acceleration for motion in before], before[0].dt)
+        steps[at] |= {"low": found.low, "high": found.high}
+    return steps
 
 
 def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion]:

@@ -1,5 +1,6 @@
 """What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
 
+import re
 import shutil
 
 import numpy as np
@@ -199,3 +200,14 @@ def test_what_a_manifest_excludes(tmp_path, lines, sentence):
     (tmp_path / "a.csv").touch()
     with pytest.raises(SceneError, match=sentence):
         parse_scene(SCENE + lines, str(tmp_path / "scene.toml"))
+
+
+def test_raw_components_of_a_row_pass_one_filter():
+    """The stricter corners of both: a rotated motion would otherwise hold a band of which it has only one half."""
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    filters = [sentence.partition("bandpass: ")[2] for sentence in turned.processing if "bandpass" in sentence]
+    bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
+    assert len(bands) == 2 and bands[0] == bands[1]
+    alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
+    own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
+    assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))
