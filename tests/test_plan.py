@@ -68,8 +68,8 @@ def test_samples_too_far_apart_for_the_stiffest_building_are_told(plan):
     assert plan.notes == ()
     stiff = validate(parse_scene(SCENE.replace("0.208 s", "0.0999 s"), "pair.toml"))
     assert stiff.notes == (
-        "2 of 2 records have a time step above a tenth of frame's period (0.01 s, period 0.0999 s): what the ground does "
-        "between samples is not known, and taken as linear",
+        "2 of 2 records have a time step above a tenth of frame's period (0.01 s, period 0.0999 s): what the ground "
+        "does between samples is not known, and taken as linear",
     )
     assert validate(parse_scene(SCENE.replace("0.208 s", "0.1 s"), "pair.toml")).notes == ()
 
