@@ -102,7 +102,7 @@ def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, Hi
     alone.plot(times[place], values[place], "o", color="black", markerfacecolor="none", markersize=6)
     alone.margins(y=0.18)
     words = f"{abs(values[place]):.3g} {new.unit} at {times[place]:.4g} s"
-    late = place > len(values) // 2
+    late = times[place] > 0.5 * max(old_times[-1], times[-1])
     alone.annotate(
         words, (times[place], values[place]), xytext=(-9 if late else 9, 0), textcoords="offset points",
         ha="right" if late else "left", va="center", fontsize=9,
@@ -132,7 +132,9 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     noise = _noise(before)
     if noise is not None:
         axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
-    for place, corner in enumerate(corners(after)):
+    shown = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
+    inside = [corner for corner in corners(after) if shown[0] <= corner <= shown[1]]
+    for place, corner in enumerate(inside):
         words = "" if place else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
         inwards = 4 if corner < 1.0 else -4
@@ -140,12 +142,14 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
             f"{corner:.3g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), xytext=(inwards, 0),
             textcoords="offset points", fontsize=9, ha="left" if corner < 1.0 else "right",
         )  # fmt: skip
-    axis.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
+    axis.set(xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
+    axis.set_xscale("log")
     highest = float(new[1].max(initial=0.0))
     if highest > 0.0:
+        axis.set_yscale("log")
         lowest = FAINTEST * highest if noise is None else min(FAINTEST * highest, 0.5 * float(noise[1].min()))
         axis.set_ylim(max(lowest, FAINTEST**2 * highest), 4.0 * highest)
-    axis.set_xlim(max(0.01, 1.0 / after.duration), 0.5 / after.dt)
+    axis.set_xlim(shown)
     axis.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
 
 
@@ -203,11 +207,17 @@ class Ensemble(NamedTuple):
 
 
 def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
-    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call; raises PoundingError without a motion."""
+    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call.
+
+    Raises PoundingError for no motion, and for one of zeros, which a logarithmic scale cannot show.
+    """
     from pounding_risk.measures import LEAST_PERIOD, response_spectra
 
     if not motions:
         raise PoundingError("there is no motion to draw spectra of; give one at least")
+    still = [motion.name for motion in motions if not motion.acceleration.any()]
+    if still:
+        raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
     steps = [motion.dt for motion in motions]
     periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
     periods = np.union1d(periods, [period for period in NAMED if period > periods[0]])

@@ -207,6 +207,17 @@ def test_one_record_has_no_median():
     assert float(found[1]) == pytest.approx(sa, rel=0.03)  # the period drawn nearest to 1 s is 1.5 % off
 
 
+@pytest.mark.filterwarnings("error")
+def test_motions_at_the_edge():
+    """Two samples, and zeros throughout: drawn without a warning, but for a spectrum that no scale can show."""
+    two, still = (Motion("R", np.array(each), DT, {"state": "raw"}) for each in ([0.1, -0.1], [0.0] * 50))
+    for motion in (two, still):
+        figures.processing_figure(motion, motion).draw_without_rendering()
+    assert two.name in figures.spectra_figure([two]).get_suptitle()
+    with pytest.raises(PoundingError, match="R: every sample is zero, which has no spectrum; leave it out"):
+        figures.spectra_figure([two, still])
+
+
 def test_nothing_to_draw():
     with pytest.raises(PoundingError, match="there is no motion to draw spectra of; give one at least"):
         figures.spectra_figure([])
