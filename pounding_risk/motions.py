@@ -23,6 +23,7 @@ from pounding_risk.processing import (
 )
 from pounding_risk.quality import AT_REST, FIRST_OF_PEAK, LASTING, LONGEST_STEP, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.quantities import PGA, SCALE, TAIL, TIME, shown
+from pounding_risk.record_request import AS_RECORDED, REVERSED
 from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
 from pounding_risk.sources import RAW, Source, check_samples, open_source
@@ -30,7 +31,6 @@ from pounding_risk.sources import RAW, Source, check_samples, open_source
 if TYPE_CHECKING:
     from obspy import Trace
 
-AS_RECORDED, REVERSED = "as recorded", "reversed"
 CHANGE_OF_PEAK = 0.02
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
@@ -41,7 +41,8 @@ class Motion:
 
     ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
     ``record`` says where it is from: id, event, date, station, component, file, sha256 of the file, origin,
-    terms, state, pga_recorded [m/s²], and start, the time of the first sample (UTC) where it is known.
+    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), and start, the
+    time of the first sample (UTC) where it is known.
     ``processing`` has one sentence a step, ``flags`` one a doubt.
 
     Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
@@ -101,9 +102,11 @@ class Motion:
 
     def after(self, done: Done) -> Motion:
         """The motion with the samples of a step, its sentence and its doubts."""
+        factor = self.record.get("factor", 1.0) * done.factor
         return replace(
             self,
             acceleration=done.samples,
+            record={**self.record, "factor": factor} if done.factor != 1.0 else self.record,
             processing=(*self.processing, *([done.sentence] if done.sentence else [])),
             flags=tuple(dict.fromkeys((*self.flags, *done.flags))),
         )
@@ -191,7 +194,7 @@ def _prepared(
     log.flags += _doubts(log.samples, log.dt)
     if quiet > 0.0:
         log.add(_extend(log.samples, log.dt, quiet))
-    record = _later({**found.record, "polarity": polarity}, log.start)
+    record = _later({**found.record, "polarity": polarity, "factor": log.factor}, log.start)
     return log.trace(), record, tuple(dict.fromkeys(log.flags))
 
 
@@ -209,6 +212,7 @@ class _Log:
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
         self.start, self.flags = 0.0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.factor = 1.0
         self.raw = found.record["state"] == RAW
         self._source = found.trace
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
@@ -217,6 +221,7 @@ class _Log:
         """Take over what a step gave."""
         self.samples, self.start = done.samples, self.start + done.cut * self.dt
         self.dt = self.dt if done.dt is None else done.dt
+        self.factor *= done.factor
         self.sentences.append(done.sentence)
         self.flags += done.flags
 
