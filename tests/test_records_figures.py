@@ -9,7 +9,7 @@ import pytest
 
 from pounding_risk import figures, measures
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_records import at_periods, corners, ensemble_spectra, fourier_amplitude
+from pounding_risk.figures_records import at_periods, corners, ensemble_spectra, fourier_amplitude, longest_usable
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.noise import signal_to_noise
 from pounding_risk.quantities import STANDARD_GRAVITY
@@ -193,6 +193,21 @@ def test_a_target_is_straight_on_logarithmic_scales():
     expected = STANDARD_GRAVITY * np.array([np.nan, 1.0, 1.0, 0.5, 0.1, np.nan])
     np.testing.assert_allclose(at_periods(TARGET, periods), expected, rtol=1e-12)  # rounding
     assert np.isnan(at_periods(TARGET, np.array([7.0, 9.0]))).all()
+
+
+def test_the_longest_usable_period_is_that_of_the_strictest_filter():
+    """From the file, or 1.25 times the lower corner of the file's or our own filter; the least of all is drawn."""
+    told, filtered, silent = made("T", 1.0), made("F", 1.0), made("S", 1.0)
+    told.record["lowest_usable_frequency"] = 0.25
+    filtered.record["low_corner"] = 0.1
+    own = read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.16, "high": 20.0}])
+    assert [longest_usable(each) for each in (told, filtered, silent)] == [4.0, 8.0, None]
+    assert longest_usable(own) == pytest.approx(5.0)
+    (axes,) = figures.spectra_figure([told, filtered, own]).axes
+    assert lines(axes, "usable up to 4 s: every record")[0].get_xdata()[0] == 4.0
+    (axes,) = figures.spectra_figure([filtered, silent]).axes
+    assert lines(axes, "usable up to 8 s: the 1 that tell")
+    assert not [each for each in figures.spectra_figure([silent]).axes[0].get_lines() if "usable" in each.get_label()]
 
 
 def test_one_record_has_no_median():
