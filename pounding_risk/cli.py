@@ -13,12 +13,22 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pounding_risk.cli_input import Blow, check_folder, contact_laws, floors, read_option, results_file, writable
+from pounding_risk.cli_input import (
+    FIGURES,
+    Blow,
+    Figure,
+    check_folder,
+    contact_laws,
+    floors,
+    read_option,
+    results_file,
+    writable,
+)
 from pounding_risk.cli_models import models
 from pounding_risk.cli_output import draw
+from pounding_risk.cli_records import records_app
 from pounding_risk.errors import PoundingError
 
-FIGURES = (".png", ".svg", ".pdf")
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
 NONE: list[str] = []
 
@@ -39,7 +49,6 @@ class Commands(TyperGroup):
 
 
 app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
-records_app = typer.Typer(help="List the strong-motion records that come with the project.")
 app.add_typer(records_app, name="records")
 
 Scene = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
@@ -48,7 +57,6 @@ Overrides = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
 ]
 Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
-Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
 
 
 def main() -> None:
@@ -358,29 +366,4 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-@records_app.callback(invoke_without_command=True)
-def records(ctx: typer.Context) -> None:
-    """List the strong-motion records that come with the project."""
-    if ctx.invoked_subcommand is None:
-        list_records()
-
-
 app.command()(models)
-
-
-@records_app.command("list")
-def list_records() -> None:
-    """Every record of the catalogue."""
-    from pounding_risk.catalogue import entries
-    from pounding_risk.cli_tables import print_records
-
-    print_records(entries())
-
-
-@records_app.command("info")
-def record_info(id: Annotated[str, typer.Argument(metavar="ID", help="A record's id.", show_default=False)]) -> None:
-    """One record: origin, terms, checksum, where its file is, PGA to Sa."""
-    from pounding_risk.catalogue import entry
-    from pounding_risk.cli_tables import print_record
-
-    print_record(entry(id))

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
 
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.quantities import Quantity
 
+FIGURES = (".png", ".svg", ".pdf")
+Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
 USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}  # the stiffness's letter, and a law that has it
 
 

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.cli_output import engineering, print_pairs, print_table
-from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
-    from pounding_risk.catalogue import Entry
     from pounding_risk.collision import Impact
     from pounding_risk.plan import Plan
 
 MOST_CONTACTS = 60  # rows of the table of contacts
 COUNTS = ("cases", "simulated", "known without a run of their own")
-SPECTRUM = (0.2, 0.5, 1.0, 2.0)  # s
 FASTER = "faster than the range of the restitution relation, which is held at its end there"
 
 
@@ -41,6 +37,8 @@ def print_plan(plan: Plan) -> None:
     for record in plan.records:
         for flag in record.flags:
             print(f"note: {record.name}: {flag}")
+    for sentence in plan.left_out:
+        print(f"note: left out: {sentence}")
 
 
 def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
@@ -147,71 +145,8 @@ def print_scan(dataset: Any, seconds: float, target: Path) -> None:
     for record, flags in json.loads(dataset.attrs.get("flags", "{}")).items():
         for flag in flags:
             print(f"note: {record}: {flag}")
+    for sentence in json.loads(dataset.attrs.get("left_out", "[]")):
+        print(f"note: left out: {sentence}")
     held = int((dataset["restitution_held"] > 0).sum())
     if held:
         print(f"note: {held} cases have contacts {FASTER}")
-
-
-def print_records(entries: Sequence[Entry]) -> None:
-    """The catalogue, one line a record."""
-    rows = [
-        (
-            entry.id,
-            entry.event,
-            entry.date,
-            entry.station,
-            entry.component,
-            entry.state,
-            engineering(entry.pga, "m/s2", 3),
-            f"{entry.duration:.4g} s",
-            f"{entry.dt:.4g} s",
-        )
-        for entry in entries
-    ]
-    heads = ("record", "event", "date", "station", "component", "state", "PGA", "duration", "dt")
-    print_table(heads, rows, "llllllrrr")
-
-
-def print_record(entry: Entry) -> None:
-    """All that the catalogue says about one record, where its file is, and how strong its motion is."""
-    from pounding_risk.catalogue import path
-
-    values = {key: value for key, value in asdict(entry).items() if value not in ("", None)}
-    values |= {"dt": f"{entry.dt:g} s", "duration": f"{entry.duration:g} s", "PGA": engineering(entry.pga, "m/s2")}
-    del values["pga_g"]
-    if entry.sensitivity == 1.0:
-        del values["sensitivity"]
-    else:
-        values["sensitivity"] = f"{entry.sensitivity:.8g} counts per m/s²"
-    if entry.azimuth is not None:
-        values["azimuth"] = f"{entry.azimuth:g}° from north"
-    found = True
-    try:
-        values["file"] = str(path(entry.id))
-    except PoundingError as error:
-        found, values["file"] = False, str(error)
-    print_pairs((key, " ".join(str(value).split())) for key, value in values.items())
-    if found:
-        print()
-        print_table(("measure", "value", "meaning"), _measures(entry.id), "lrl")
-
-
-def _measures(id: str) -> Iterator[tuple[str, str, str]]:
-    """The intensity of a record as a run takes it: name, value, meaning."""
-    from pounding_risk.measures import measure, response_spectra
-    from pounding_risk.motions import read_motion
-    from pounding_risk.sources import RAW
-
-    motion = read_motion(id)
-    found = measure(motion.acceleration, motion.dt)
-    state = ", processed as for a run" if motion.record["state"] == RAW else ""
-    yield "PGA", engineering(found.pga, "m/s2"), f"peak ground acceleration{state}"
-    yield "PGV", engineering(found.pgv, "m/s"), "peak ground velocity"
-    yield "PGD", engineering(found.pgd, "m"), "peak ground displacement"
-    yield "Arias", engineering(found.arias, "m/s"), "Arias intensity"
-    yield "CAV", engineering(found.cav, "m/s"), "cumulative absolute velocity"
-    yield "D5-75", engineering(found.d5_75, "s"), "from 5 to 75 % of the Arias intensity"
-    yield "D5-95", engineering(found.d5_95, "s"), "from 5 to 95 % of the Arias intensity"
-    spectra = response_spectra(motion.acceleration, motion.dt, SPECTRUM)
-    for period, value in zip(SPECTRUM, spectra.acceleration, strict=True):
-        yield f"Sa({period:g} s)", engineering(value, "m/s2"), "spectral acceleration, absolute, damping 5 %"

@@ -19,8 +19,9 @@ import xarray as xr
 
 from pounding_risk.agreement import finding, tables, typical_case
 from pounding_risk.collision import Impact, impact
-from pounding_risk.ensemble import as_study, driven, law_of, motions_of, scan
+from pounding_risk.ensemble import as_study, driven, law_of, scan
 from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.gather import motions_of
 from pounding_risk.history import histories, logged, relative_displacement
 from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.effects import refusal, wave_of

@@ -17,16 +17,17 @@ from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS, STATUS_SENTENCES
-from pounding_risk.errors import SceneError
+from pounding_risk.gather import gathered
 from pounding_risk.models.effects import EFFECTS, acts_on_ground, bare, references, wave_of, with_effects
 from pounding_risk.models.instant import is_instant
-from pounding_risk.motions import Motion, read_motion
+from pounding_risk.motions import Motion
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
 from pounding_risk.pair import free_response, oscillators
 from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
+from pounding_risk.record_request import REVERSED
 from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save, versions
-from pounding_risk.study import REVERSED, Study
+from pounding_risk.study import Study
 
 AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
 CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
@@ -64,7 +65,7 @@ def scan(
     target = None if out is None else check_target(out)
     check_share(check_fraction)
     study = as_study(study)
-    motions = motions_of(study)
+    motions, left_out = gathered(study)
     laws = laws_of(study)
     frees = free_responses(study, motions)
     shape = (*frees.shape, len(laws), len(study.grid.gaps), len(study.grid.yield_forces))
@@ -75,6 +76,8 @@ def scan(
         list(_chunks(shape)), _worker(study, frees, laws, (raw, how), screening), workers, _counter(how.size, progress)
     )
     dataset = _dataset(study, motions, frees, (raw, how))
+    if left_out:
+        dataset.attrs["left_out"] = as_text(list(left_out))
     if check_fraction > 0.0:
         _add_checks(dataset, study, (frees, laws), (raw, how), (check_fraction, workers))
     if target is not None:
@@ -109,36 +112,6 @@ def as_study(scene: Study | str | Path) -> Study:
     from pounding_risk.scenario import read_scene
 
     return read_scene(scene)
-
-
-def motions_of(study: Study) -> tuple[Motion, ...]:
-    """The scene's ground motions, one per record, before polarity and the grid's amplitudes.
-
-    Raises RecordError for a record that cannot be used, SceneError where a pattern matches no file, and where a record
-    ends before a passing wave has reached both buildings.
-    """
-    asked = study.records
-    sources: list[Any] = [*asked.names, *study.record_paths()]
-    if not sources:
-        raise SceneError(study.source, [f"records.files: {', '.join(asked.files)} matches no file; check the folder"])
-    scaled = study.grid.pgas == (None,)
-    motions = tuple(
-        read_motion(
-            source,
-            window=asked.window,
-            pga=asked.pga if scaled else None,
-            scale=asked.scale if scaled else None,
-            processing=asked.processing,
-            tail=asked.tail,
-        )
-        for source in sources
-    )
-    lag = abs(getattr(wave_of(study.effects), "lag", 0.0))
-    for motion in motions:
-        if lag >= motion.duration:
-            told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
-            raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
-    return motions
 
 
 def laws_of(study: Study) -> tuple[Any, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pounding_risk.figures_accuracy import accuracy_figure
 from pounding_risk.figures_compare import agreement_figure, reference_figure
 from pounding_risk.figures_effects import effects_figure
+from pounding_risk.figures_records import processing_figure, selection_figure, spectra_figure
 from pounding_risk.figures_runs import comparison_figure, impact_figure, parting, plateau, simulation_figure
 from pounding_risk.figures_scans import ratio_figure, scan_figure, window_figure
 from pounding_risk.figures_style import write
@@ -17,10 +18,13 @@ __all__ = [
     "impact_figure",
     "parting",
     "plateau",
+    "processing_figure",
     "ratio_figure",
     "reference_figure",
     "scan_figure",
+    "selection_figure",
     "simulation_figure",
+    "spectra_figure",
     "window_figure",
     "write",
 ]

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import CONTACT_COLUMNS, FIRST_YIELD, STATUS, STATUS_SENTENCES, YIELDS, Log, make_log
-from pounding_risk.ensemble import as_study, driven, law_of, motions_of, sources_of
+from pounding_risk.ensemble import as_study, driven, law_of, sources_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import Passing
 from pounding_risk.models.structures import Oscillator

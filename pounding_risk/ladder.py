@@ -25,7 +25,8 @@ from pounding_risk._jit import lowered
 from pounding_risk.core import tally
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.sweep import sweep
-from pounding_risk.ensemble import as_study, driven, law_of, motions_of
+from pounding_risk.ensemble import as_study, driven, law_of
+from pounding_risk.gather import motions_of
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import GaveUp, solve_general
 from pounding_risk.models.effects import WavePassage, wave_of

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,22 +19,20 @@ from pounding_risk.processing import (
     Done,
     Step,
     read_steps,
-    si,
     window,
 )
 from pounding_risk.quality import AT_REST, FIRST_OF_PEAK, LASTING, LONGEST_STEP, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.quantities import PGA, SCALE, STANDARD_GRAVITY, TAIL, TIME, QuantityError, shown
+from pounding_risk.quantities import PGA, SCALE, TAIL, TIME, shown
+from pounding_risk.record_request import AS_RECORDED, REVERSED
+from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
 from pounding_risk.sources import RAW, Source, check_samples, open_source
 
 if TYPE_CHECKING:
     from obspy import Trace
 
-AS_RECORDED, REVERSED = "as recorded", "reversed"
-LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
 CHANGE_OF_PEAK = 0.02
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
-USUAL_FACTORS = (0.25, 4.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +41,9 @@ class Motion:
 
     ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
     ``record`` says where it is from: id, event, date, station, component, file, sha256 of the file, origin,
-    terms, state, pga_recorded [m/s²]. ``processing`` has one sentence a step, ``flags`` one a doubt.
+    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), and start, the
+    time of the first sample (UTC) where it is known.
+    ``processing`` has one sentence a step, ``flags`` one a doubt.
 
     Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
     """
@@ -79,31 +80,40 @@ class Motion:
         """The motion with the other sign: a pair is not symmetric, so both directions are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
         turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
-        return turned._after(_reverse(self.acceleration))
+        return turned.after(_reverse(self.acceleration))
 
     def scaled_to(self, pga: float | str) -> Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
-        return self._after(_scale(self.acceleration, _asked("pga", pga, PGA), None, self.name))
+        return self.after(scale_samples_to(self.acceleration, asked("pga", pga, PGA), self.name))
+
+    def cut(self, start: float | str, end: float | str) -> Motion:
+        """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is not in it."""
+        done = _cut(self.acceleration, self.dt, _span((start, end)))
+        part = replace(self, record=_later(self.record, done.cut * self.dt))
+        return part.after(done._replace(flags=(*done.flags, *_doubts(done.samples, self.dt))))
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion with zeros of that duration [s] after it: the buildings swing freely."""
-        return self._after(_extend(self.acceleration, self.dt, _asked("tail", seconds, TAIL)))
+        return self.after(_extend(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
         """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, shape (n,)."""
         return velocity_displacement(self.acceleration, self.dt)
 
-    def _after(self, done: Done) -> Motion:
+    def after(self, done: Done) -> Motion:
+        """The motion with the samples of a step, its sentence and its doubts."""
+        factor = self.record.get("factor", 1.0) * done.factor
         return replace(
             self,
             acceleration=done.samples,
+            record={**self.record, "factor": factor} if done.factor != 1.0 else self.record,
             processing=(*self.processing, *([done.sentence] if done.sentence else [])),
             flags=tuple(dict.fromkeys((*self.flags, *done.flags))),
         )
 
 
 def read_motion(
-    source: str | Path | Trace,
+    source: str | Path | Trace | Source,
     *,
     window: tuple[float | str, float | str] | None = None,
     pga: float | str | None = None,
@@ -111,19 +121,30 @@ def read_motion(
     processing: str | Sequence[Mapping[str, Any]] = "auto",
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
+    unit: str | None = None,
+    dt: float | None = None,
 ) -> Motion:
     """The ground motion of a record: read, processed, cut, scaled.
 
-    ``source`` is an id of the catalogue ("RSN6-180"), a path to a file (PEER AT2; MiniSEED with StationXML),
-    or an ObsPy trace in m/s². ``processing`` "auto" filters and corrects a raw record and leaves a processed
-    one as it is; "none" leaves both; a list of tables names the steps (`pounding_risk.processing`). After
-    that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
+    ``source`` is an id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of
+    several components one is named after "#": "quake.V2A#N28W"), or an ObsPy trace in m/s². ``unit`` ("cm/s^2") and
+    ``dt`` [s] are for files that do not state theirs. ``processing`` "auto" filters and corrects a raw record and
+    leaves a processed one as it is; "none" leaves both; a list of tables names the steps (`pounding_risk.processing`).
+    After that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
     and ``scale`` (factor), and ``tail`` [s] of zeros. Numbers are SI; text has its unit ("6 s", "0.5 g").
 
     Raises RecordError for what cannot be read or trusted, with the repair.
     """
     trace, record, flags = _prepared(
-        source, window=window, pga=pga, scale=scale, processing=processing, polarity=polarity, tail=tail
+        source,
+        window=window,
+        pga=pga,
+        scale=scale,
+        processing=processing,
+        polarity=polarity,
+        tail=tail,
+        unit=unit,
+        dt=dt,
     )
     name = str(record["id"])
     return Motion(name, trace.data, trace.stats.delta, record, tuple(trace.stats.processing), flags)
@@ -135,7 +156,7 @@ def read_trace(source: str | Path | Trace, **choices: Any) -> Trace:
 
 
 def _prepared(
-    source: str | Path | Trace,
+    source: str | Path | Trace | Source,
     *,
     window: tuple[float | str, float | str] | None = None,
     pga: float | str | None = None,
@@ -143,17 +164,19 @@ def _prepared(
     processing: str | Sequence[Mapping[str, Any]] = "auto",
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
+    unit: str | None = None,
+    dt: float | None = None,
 ) -> tuple[Trace, dict[str, Any], tuple[str, ...]]:
     """The processed trace, the record it is of, and the doubts about it."""
-    target = None if pga is None else _asked("pga", pga, PGA)
-    factor = None if scale is None else _asked("scale", scale, SCALE)
-    quiet = _asked("tail", tail, TAIL)
+    target = None if pga is None else asked("pga", pga, PGA)
+    factor = None if scale is None else asked("scale", scale, SCALE)
+    quiet = asked("tail", tail, TAIL)
     span = None if window is None else _span(window)
     if target is not None and factor is not None:
         raise RecordError("pga and scale are both given; a record is scaled by one of them: leave one out")
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    found = open_source(source)
+    found = open_source(source, unit=unit, dt=dt)
     chain = _chain(processing, found.record["state"])
     log = _Log(found)
     _process(log, chain)
@@ -164,13 +187,22 @@ def _prepared(
         log.add(_cut(log.samples, log.dt, span))
     if polarity == REVERSED:
         log.add(_reverse(log.samples))
-    if target is not None or factor is not None:
-        log.add(_scale(log.samples, target, factor, found.name))
+    if target is not None:
+        log.add(scale_samples_to(log.samples, target, found.name))
+    if factor is not None:
+        log.add(scale_samples(log.samples, factor))
     log.flags += _doubts(log.samples, log.dt)
     if quiet > 0.0:
         log.add(_extend(log.samples, log.dt, quiet))
-    record = {**found.record, "polarity": polarity}
+    record = _later({**found.record, "polarity": polarity, "factor": log.factor}, log.start)
     return log.trace(), record, tuple(dict.fromkeys(log.flags))
+
+
+def _later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """The facts of a record that starts later, where its start is known."""
+    if not seconds or not record.get("start"):
+        return record
+    return {**record, "start": (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()}
 
 
 class _Log:
@@ -179,7 +211,8 @@ class _Log:
     def __init__(self, found: Source):
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
-        self.start, self.flags = 0.0, list(_unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.start, self.flags = 0.0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.factor = 1.0
         self.raw = found.record["state"] == RAW
         self._source = found.trace
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
@@ -188,6 +221,7 @@ class _Log:
         """Take over what a step gave."""
         self.samples, self.start = done.samples, self.start + done.cut * self.dt
         self.dt = self.dt if done.dt is None else done.dt
+        self.factor *= done.factor
         self.sentences.append(done.sentence)
         self.flags += done.flags
 
@@ -235,17 +269,10 @@ def _chain(processing: Any, state: str) -> Sequence[Step]:
     return ()
 
 
-def _asked(key: str, value: Any, quantity: Any) -> float:
-    try:
-        return si(value, quantity)
-    except QuantityError as error:
-        raise RecordError(f"{key}: {error}") from None
-
-
-def _span(asked: Any) -> tuple[float, float]:
-    if isinstance(asked, str) or not isinstance(asked, Sequence) or len(asked) != 2:
-        raise RecordError(f"window: {shown(asked)} is not a start and an end; give two times such as (0.0, 6.0)")
-    return _asked("window", asked[0], TIME), _asked("window", asked[1], TIME)
+def _span(given: Any) -> tuple[float, float]:
+    if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
+        raise RecordError(f"window: {shown(given)} is not a start and an end; give two times such as (0.0, 6.0)")
+    return asked("window", given[0], TIME), asked("window", given[1], TIME)
 
 
 def _cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
@@ -262,38 +289,9 @@ def _reverse(samples: Samples) -> Done:
     return Done(-samples, "polarity: reversed")
 
 
-def _scale(samples: Samples, target: float | None, factor: float | None, name: str) -> Done:
-    """Scale by one factor, to max|a| = ``target`` [m/s²] or by ``factor``."""
-    peak = float(np.abs(samples).max())
-    if factor is None:
-        assert target is not None
-        if peak == 0.0:
-            raise RecordError(f"{name}: every sample is zero, which no factor scales; check record and window")
-        factor = target / peak
-    scaled = samples * factor
-    pga = float(np.abs(scaled).max())
-    if target is not None and not abs(pga - target) <= 1e-12 * target:
-        raise RecordError(f"{name}: a PGA of {target:g} m/s² is out of reach for samples of {peak:g} m/s²")
-    flags = list(_unit_doubts(pga, "after scaling"))
-    if not USUAL_FACTORS[0] <= factor <= USUAL_FACTORS[1]:
-        flags.append(f"the scale factor {factor:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
-    before, after = peak / STANDARD_GRAVITY, pga / STANDARD_GRAVITY
-    sentence = f"scale: times {factor:.10g}, from PGA {before:.5g} g to {after:.5g} g"
-    return Done(scaled, sentence, tuple(flags))
-
-
 def _extend(samples: Samples, dt: float, seconds: float) -> Done:
     count = round(seconds / dt)
     return Done(np.pad(samples, (0, count)), f"tail: {count * dt:g} s of zeros added")
-
-
-def _unit_doubts(pga: float, when: str) -> tuple[str, ...]:
-    """A peak that no earthquake, or no earthquake of interest, has."""
-    in_g = pga / STANDARD_GRAVITY
-    if SMALLEST_PGA <= in_g <= LARGEST_PGA:
-        return ()
-    side = f"above {LARGEST_PGA:g} g" if in_g > LARGEST_PGA else f"below {SMALLEST_PGA:g} g"
-    return (f"PGA {when} is {in_g:.3g} g, {side}: check the unit",)
 
 
 def _doubts(samples: Samples, dt: float) -> tuple[str, ...]:

@@ -20,9 +20,10 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.history import simulate
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.restitution import CONCRETE
+from pounding_risk.record_request import AS_RECORDED
 from pounding_risk.results import save
 from pounding_risk.scenario import parse_scene
-from pounding_risk.study import AS_RECORDED, Study
+from pounding_risk.study import Study
 
 STATED_TIME = (2.3, 2.5)  # s; "identical until 2.4 seconds" (Khatiwada et al. 2011, section 3)
 SEARCHED = np.linspace(100e3, 1.5e6, 281)  # N; yield forces tried, 5 kN apart

@@ -27,6 +27,7 @@ from pounding_risk.quantities import (
     Quantity,
     say,
 )
+from pounding_risk.record_request import Spectral
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.study import Effect, Study, known_law
 
@@ -52,6 +53,7 @@ class Plan:
 
     study: Study
     records: tuple[PlannedRecord, ...]
+    left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
 
     @property
     def shape(self) -> dict[str, int]:
@@ -118,7 +120,7 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
     ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). Raises SceneError, which
     tells every fault of a scene file at once, and RecordError for a record that cannot be used.
     """
-    from pounding_risk.ensemble import motions_of
+    from pounding_risk.gather import gathered
     from pounding_risk.relations import check_reach
     from pounding_risk.scenario import parse_scene, read_scene
 
@@ -131,7 +133,8 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
     else:
         study = read_scene(scene, overrides)
     check_reach(study, study.grid.contact_models)
-    return Plan(study, tuple(_planned(motion) for motion in motions_of(study)))
+    found = gathered(study)
+    return Plan(study, tuple(_planned(motion) for motion in found.motions), found.left_out)
 
 
 def _planned(motion: Motion) -> PlannedRecord:
@@ -199,11 +202,22 @@ def _effect(effect: Effect) -> str:
 def _amplitude(study: Study, count: int) -> str:
     asked, pgas = study.records, study.grid.pgas
     scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
+    if asked.sa is not None and asked.sa.value is not None:
+        scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
+    if asked.to_median is not None:
+        measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each scaled to the median {measure}{common}"
     if pgas != (None,):
         scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
     part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
     tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
-    return f"{count}{part}, {scaled}{tail}"
+    turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
+    return f"{count}{turned}{part}, {scaled}{tail}"
+
+
+def _spectral(asked: Spectral) -> str:
+    return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
 
 
 def _grid(study: Study) -> list[tuple[str, str]]:

@@ -57,7 +57,9 @@ FLOOR_LENGTH = Quantity("m", 0.0, inf, "length of a floor", open_low=True, open_
 WAVE_SPEED = Quantity("m/s", 0.0, inf, "wave speed", open_low=True, open_high=True, example="3500 m/s")
 PGA = Quantity("m/s^2", 0.0, inf, "peak ground acceleration", open_low=True, open_high=True)
 SCALE = Quantity("1", 0.0, inf, "scale factor", open_low=True, open_high=True, example="1.5")
+STEP = Quantity("s", 0.0, 1.0, "time step of the samples", open_low=True, example="0.01 s")
 TIME = Quantity("s", 0.0, inf, "time from the record's start", open_high=True, example="6 s")
+DIRECTION = Quantity("deg", 0.0, 360.0, "direction clockwise from north", example="30 deg")
 TAIL = Quantity("s", 0.0, inf, "duration of free vibration", open_high=True, example="5 s")
 RTOL = Quantity("1", 1e-12, 1e-2, "relative tolerance", example="1e-6")
 
@@ -85,6 +87,7 @@ EXAMPLES = {
     "N/m^1.5": "4.2e7 kN/m^1.5",
     "m/s": "0.5 m/s",
     "m/s^2": "0.5 g",
+    "deg": "30 deg",
     "1": "0.5",
 }
 # What a unit measures, so that a wrong dimension can be named; the first match wins.
@@ -343,4 +346,5 @@ def _meant(unit: str, known: Iterable[str]) -> str:
 
 
 def _kind(unit: str) -> str:
-    return DIMENSIONS.get(unit, f"a quantity in {unit}")
+    # An angle is a plain number to the registry, so that it cannot stand among the dimensions.
+    return "an angle" if unit == "deg" else DIMENSIONS.get(unit, f"a quantity in {unit}")

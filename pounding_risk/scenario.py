@@ -25,7 +25,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from pounding_risk import scene_keys
+from pounding_risk import scene_keys, scene_records
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, SHIPPED, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
@@ -34,6 +34,7 @@ from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.quantities import (
     DAMPING,
+    DIRECTION,
     FLOOR_LENGTH,
     GAP,
     MASS,
@@ -42,6 +43,7 @@ from pounding_risk.quantities import (
     RTOL,
     SCALE,
     SPEED,
+    STEP,
     STIFFNESS,
     TAIL,
     WAVE_SPEED,
@@ -50,8 +52,9 @@ from pounding_risk.quantities import (
     parse,
     shown,
 )
+from pounding_risk.record_request import AS_RECORDED, MEDIANS, POLARITIES, RecordRequest, Spectral, StepTable
 from pounding_risk.relations import AS_PUBLISHED
-from pounding_risk.scene_checks import LATER, across_keys, later_words, missing_files
+from pounding_risk.scene_checks import LATER, across_keys, later_words
 from pounding_risk.scene_overrides import ARRAYS, override
 from pounding_risk.scene_text import (
     Fault,
@@ -63,15 +66,11 @@ from pounding_risk.scene_text import (
     sentences,
 )
 from pounding_risk.study import (
-    AS_RECORDED,
     EQUAL_TERMS,
     NO_RESTITUTION,
-    POLARITIES,
     Effect,
     EqualTerms,
     Grid,
-    RecordRequest,
-    StepTable,
     Study,
     stiff_model,
 )
@@ -169,17 +168,30 @@ EffectsTable = create_model("EffectsTable", __base__=Section, **_EFFECT_KEYS)
 
 
 class RecordsTable(Section):
-    names: Annotated[tuple[str, ...], Reads(scene_keys.record_names, _STRINGS)] = ()
-    files: Annotated[tuple[str, ...], Reads(scene_keys.record_files, _STRINGS)] = ()
-    window: Annotated[tuple[float, float] | None, Reads(scene_keys.window, _STRINGS)] = None
+    names: Annotated[tuple[str, ...], Reads(scene_records.record_names, _STRINGS)] = ()
+    files: Annotated[tuple[str, ...], Reads(scene_records.record_files, _STRINGS)] = ()
+    set: Annotated[str, Reads(scene_records.record_set, {"type": "string"})] = ""
+    manifest: Annotated[str, Reads(scene_keys.words("selected.csv"), {"type": "string"})] = ""
+    unit: Annotated[str, Reads(scene_records.unit, {"type": "string"})] = ""
+    dt: Annotated[float | None, measured(STEP)] = None
+    direction: Annotated[float | None, measured(DIRECTION)] = None
+    window: Annotated[tuple[float, float] | None, Reads(scene_records.window, _STRINGS)] = None
     pga: Annotated[float | None, measured(PGA)] = None
+    sa: Annotated[
+        Spectral | None,
+        Reads(scene_records.spectral('sa = {value = "0.4 g", period = "1 s"}', with_value=True), {"type": "object"}),
+    ] = None
+    to_median: Annotated[
+        str | Spectral | None,
+        Reads(scene_records.to_median, {"anyOf": [{"enum": list(MEDIANS)}, {"type": "object"}]}),
+    ] = None
     scale: Annotated[float | None, measured(SCALE)] = None
     polarity: Annotated[
-        tuple[str, ...], Reads(scene_keys.polarity, {"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]})
+        tuple[str, ...], Reads(scene_records.polarity, {"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]})
     ] = (AS_RECORDED,)
     processing: Annotated[
         str | tuple[StepTable, ...],
-        Reads(scene_keys.processing, {"anyOf": [{"enum": ["auto", "none"]}, _STEPS]}),
+        Reads(scene_records.processing, {"anyOf": [{"enum": ["auto", "none"]}, _STEPS]}),
     ] = "auto"
     tail: Annotated[float, measured(TAIL)] = 0.0
 
@@ -215,10 +227,11 @@ TABLES: Mapping[str, type[Section]] = {
     "solver": SolverTable,
 }
 KNOWN = {section: [*table.model_fields, *LATER.get(section, {})] for section, table in TABLES.items()}
+RENAMED = {"polarity": "polarities"}  # keys of [records] that are called otherwise in a study
 ABSENT = {
     "building": "missing; write two [[building]] tables, left and right, each with name, mass and period",
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
-    "records": 'missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
+    "records": 'missing; write [records] with names = ["RSN6-180"], files = ["my/*.AT2"], or set = "..."',
     "name": 'missing; write name = "frame"',
     "same": f'missing; write same = "{EQUAL_TERMS[0]}"',
     "speed": 'missing; write speed = "0.5 m/s"',
@@ -272,7 +285,8 @@ def _study(raw: dict[str, Any], origin: _Origin) -> Study:
     except ValidationError as error:
         faults += _faults(error)
     faults += across_keys(raw)
-    faults += missing_files(raw, Path(origin.source).parent)
+    faults += scene_records.across_keys(raw)
+    faults += scene_records.missing_files(raw, Path(origin.source).parent)
     faults = [fault for fault in faults if not (fault.absent and fault.path[:-1] in incomplete)]
     if faults or tables is None:
         raise SceneError(origin.source, sentences(faults, written, origin.lines, outside))
@@ -297,16 +311,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         restitution_words=interface.restitution[1],
         yield_force=interface.yield_force,
         equal_terms=EqualTerms(**dict(interface.equal_terms)) if interface.equal_terms else None,
-        records=RecordRequest(
-            records.names,
-            records.files,
-            records.window,
-            records.pga,
-            records.scale,
-            records.polarity,
-            records.processing,
-            records.tail,
-        ),
+        records=RecordRequest(**{RENAMED.get(key, key): value for key, value in records}),
         grid=Grid(
             grid.gap or (gap,),
             grid.yield_force or (interface.yield_force,),

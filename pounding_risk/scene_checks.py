@@ -6,7 +6,6 @@ Every check reads the tables as written and yields its faults, whatever else is 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
@@ -15,8 +14,8 @@ from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floor
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.quantities import QuantityError, parse, shown
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, RELATIONS, least_of, misfit, out_of_reach, related
-from pounding_risk.scene_text import Fault, nearest
-from pounding_risk.study import EQUAL_TERMS, matching
+from pounding_risk.scene_text import Fault, as_list, table, tables
+from pounding_risk.study import EQUAL_TERMS
 
 _STOREYS = "buildings of several storeys are not in this version; write mass and period (or stiffness) instead"
 _CODE_PERIOD = 'code periods are not in this version; write the period itself, such as period = "0.208 s"'
@@ -43,8 +42,7 @@ LATER: Mapping[str, Mapping[str, str]] = {
     },
     "effects": dict.fromkeys(LATER_EFFECTS, _EFFECT),
     "records": {
-        "set": "record sets by name are not in this version; list the records in names or files instead",
-        "components": 'rotated components are not in this version; name one, such as names = ["RSN6-180"]',
+        "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files',
     },
     "grid": {
         "scale": "a grid of scale factors is not in this version; write a grid of pga instead",
@@ -53,20 +51,6 @@ LATER: Mapping[str, Mapping[str, str]] = {
     },
 }
 LATER_RESTITUTION = ("steel",)
-
-
-def tables(raw: Mapping[str, Any], section: str) -> list[tuple[int, dict[str, Any]]]:
-    """The tables of an array of tables with their indices; nothing where it is not one."""
-    elements = raw.get(section)
-    if not isinstance(elements, list):
-        return []
-    return [(index, element) for index, element in enumerate(elements) if isinstance(element, dict)]
-
-
-def table(raw: Mapping[str, Any], section: str) -> dict[str, Any]:
-    """A section's table; empty where it is absent or not a table."""
-    found = raw.get(section)
-    return found if isinstance(found, dict) else {}
 
 
 def later_words(raw: dict[str, Any]) -> list[Fault]:
@@ -88,7 +72,6 @@ def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _interfaces(raw)
     yield from _floors(raw)
     yield from _effects(raw)
-    yield from _records(raw)
 
 
 def _buildings(raw: Mapping[str, Any]) -> Iterator[Fault]:
@@ -177,7 +160,7 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
 def _named(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """The first interface, and the contact models that it and the grid name."""
     keys = next((keys for _, keys in tables(raw, "interface")), {})
-    names = [keys.get("contact_model"), *_as_list(table(raw, "grid").get("contact_model"))]
+    names = [keys.get("contact_model"), *as_list(table(raw, "grid").get("contact_model"))]
     return keys, list(dict.fromkeys(name for name in names if isinstance(name, str) and name in CONTACT_MODELS))
 
 
@@ -226,7 +209,7 @@ def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
 def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fault]:
     """What the contact models of a scene ask of the interface's other keys."""
     base = ("interface", index)
-    gridded = [name for name in _as_list(grid.get("contact_model")) if isinstance(name, str) and name in CONTACT_MODELS]
+    gridded = [name for name in as_list(grid.get("contact_model")) if isinstance(name, str) and name in CONTACT_MODELS]
     named = keys.get("contact_model", gridded[0] if gridded else None)
     first = named if isinstance(named, str) and named in CONTACT_MODELS else None
     used = dict.fromkeys([*([first] if first else []), *gridded])
@@ -261,7 +244,7 @@ def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fa
         yield from _stiffness(index, keys["stiffness"], own)
     if not own:
         return
-    for position, name in enumerate(_as_list(grid.get("contact_model"))):
+    for position, name in enumerate(as_list(grid.get("contact_model"))):
         if name in stiff and _unit(name) != _unit(own) and "equal_terms" not in keys:
             yield Fault(
                 ("grid", "contact_model", position),
@@ -310,43 +293,3 @@ def _fits(stiffness: object, law: str) -> bool:
 
 def _unit(law: str) -> str:
     return stiffness_quantity(LAWS[law]).unit
-
-
-def _as_list(value: object) -> list[Any]:
-    return value if isinstance(value, list) else []
-
-
-def _records(raw: Mapping[str, Any]) -> Iterator[Fault]:
-    if not isinstance(raw.get("records"), dict):
-        return
-    keys, grid = raw["records"], table(raw, "grid")
-    given = [key for key in ("names", "files") if key in keys]
-    if not given:
-        yield Fault(("records", "names"), 'missing; write names = ["RSN6-180"], or files = ["my/*.AT2"]', absent=True)
-    if len(given) == 2:
-        yield Fault(
-            ("records", "files"),
-            "names and files are both given; keep one (the file of a record in the catalogue can stand in files)",
-        )
-    if "pga" in keys and "scale" in keys:
-        yield Fault(("records", "scale"), "pga and scale are both given, and each sets the amplitude; remove one")
-    elif "pga" in grid and "scale" in keys:
-        yield Fault(
-            ("records", "scale"),
-            "the grid has a pga, which sets the amplitude; remove scale, or pga from [grid]",
-        )
-
-
-def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
-    """Names and patterns of ``records.files`` that no file answers to."""
-    for index, pattern in enumerate(_as_list(table(raw, "records").get("files"))):
-        if not isinstance(pattern, str) or not pattern.strip() or matching(folder, pattern):
-            continue
-        beside = (folder / pattern).parent
-        others = [entry.name for entry in beside.iterdir()] if beside.is_dir() else []
-        hint = nearest(Path(pattern).name, others)
-        yield Fault(
-            ("records", "files", index),
-            f"no file answers to {shown(pattern)} in {folder.resolve()}{hint}; "
-            "files are relative to the scene file's folder",
-        )

@@ -13,18 +13,15 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
-from pounding_risk.errors import RecordError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
-from pounding_risk.processing import STEPS, read_steps
-from pounding_risk.quantities import EXAMPLES, RESTITUTION, TIME, Quantity, parse, shown
+from pounding_risk.quantities import EXAMPLES, RESTITUTION, Quantity, parse, shown
 from pounding_risk.relations import AS_PUBLISHED, faults
 from pounding_risk.scene_checks import LATER_RESTITUTION
 from pounding_risk.scene_text import nearest
-from pounding_risk.study import AS_RECORDED, EQUAL_TERMS, POLARITIES, Effect, StepTable, unknown_law
+from pounding_risk.study import EQUAL_TERMS, Effect, unknown_law
 
-STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
 LONGEST_AXIS = 10_000  # values of one grid key
 
 
@@ -38,13 +35,6 @@ class Several(Unreadable):
     def __init__(self, faults: list[tuple[tuple[str | int, ...], str]]):
         self.faults = faults
         super().__init__("; ".join(sentence for _, sentence in faults))
-
-
-def catalogue_ids() -> list[str]:
-    """The ids of the records that come with the project."""
-    from pounding_risk.catalogue import entries
-
-    return [entry.id for entry in entries()]
 
 
 def words(example: str) -> Callable[[Any], str]:
@@ -108,84 +98,6 @@ def _restitution(value: Any) -> tuple[Restitution, str]:
     return constant(e), f"{e!r}"
 
 
-def window(value: Any) -> tuple[float, float]:
-    """Start and end of the part of a record that is kept [s]."""
-    if not isinstance(value, list) or len(value) != 2:
-        raise Unreadable(f'{shown(value)} is not a start and an end; write window = ["0 s", "6 s"]')
-    start, end = _each(value, lambda item: parse(item, TIME))
-    if end <= start:
-        what = "is empty" if end == start else "ends before it starts"
-        raise Unreadable(f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]')
-    return start, end
-
-
-def polarity(value: Any) -> tuple[str, ...]:
-    """ "as recorded", "reversed", or both as a list."""
-    asked = value if isinstance(value, list) else [value]
-    if not asked:
-        raise Unreadable(f'the list is empty; write polarity = ["{AS_RECORDED}"]')
-
-    def read(item: Any) -> str:
-        if not isinstance(item, str) or item not in POLARITIES:
-            hint = nearest(item, POLARITIES) if isinstance(item, str) else ""
-            raise Unreadable(
-                f'{shown(item)} is not a polarity{hint}; it may be "as recorded", "reversed", '
-                'or ["as recorded", "reversed"]'
-            )
-        return item
-
-    return tuple(_each(asked, read, distinct=True))
-
-
-def processing(value: Any) -> str | tuple[StepTable, ...]:
-    """ "auto", "none", or a list of step tables, whose options are text with a unit."""
-    if isinstance(value, list) and value:
-        return _steps(value)
-    if isinstance(value, dict):
-        raise Unreadable(f"{shown(value)} is one table; write the steps as a list, such as {STEPS_EXAMPLE}")
-    if value not in ("auto", "none"):
-        raise Unreadable(
-            f'{shown(value)} is not a processing; it may be "auto" (raw records get the default chain, '
-            f'processed ones are left alone), "none", or a list of steps such as {STEPS_EXAMPLE}'
-        )
-    return str(value)
-
-
-def _steps(tables: list[Any]) -> tuple[StepTable, ...]:
-    """Every step of a list; all its faults are told at once, each with its place."""
-    found: list[StepTable] = []
-    faults: list[tuple[tuple[str | int, ...], str]] = []
-    for index, table in enumerate(tables):
-        wrong = _fault(table if not isinstance(table, dict) or "step" not in table else {"step": table["step"]})
-        if wrong:
-            faults.append(((index,), wrong))
-            continue
-        name = table["step"]
-        options = {key: value for key, value in table.items() if key != "step"}
-        wrongs = {key: _fault({"step": name, key: value}, key) for key, value in options.items()}
-        faults += [((index, key), wrong) for key, wrong in wrongs.items() if wrong]
-        if not any(wrongs.values()):
-            (step,) = read_steps([table])
-            found.append(StepTable({"step": step.name, **step.options}))
-    if faults:
-        raise Several(faults)
-    return tuple(found)
-
-
-def _fault(table: Any, key: str = "") -> str:
-    """What is wrong with a step's table, or with its option ``key``; "" where nothing is."""
-    try:
-        kind = STEPS[table["step"]].options.get(key) if key else None
-        if isinstance(kind, Quantity):
-            parse(table[key], kind)  # a bare number is SI to a script, but has no unit in a scene
-        read_steps([table])
-    except RecordError as error:
-        return str(error).partition(": ")[2]  # without the number of the step: the key tells it
-    except ValueError as error:
-        return str(error)
-    return ""
-
-
 def same(value: Any) -> str:
     """What the laws of both families have in common."""
     if value not in EQUAL_TERMS:
@@ -242,33 +154,10 @@ def _options(kind: Any, every: bool = False) -> str:
     return ", ".join(f"{key} = {example}" for key, example in examples.items() if every or key not in kind.optional)
 
 
-def record_names(value: Any) -> tuple[str, ...]:
-    """Ids of the catalogue."""
-    asked = _list(value, 'names = ["RSN6-180"]')
-    known = catalogue_ids()
-
-    def read(item: Any) -> str:
-        if not isinstance(item, str) or item not in known:
-            hint = nearest(item, known, 0.4) if isinstance(item, str) else ""
-            raise Unreadable(
-                f"{shown(item)} is not a record of the catalogue{hint}; "
-                "`pounding-risk records` lists them, and a file of your own goes into files"
-            )
-        return item
-
-    return tuple(_each(asked, read, distinct=True))
-
-
-def record_files(value: Any) -> tuple[str, ...]:
-    """Names or patterns of files."""
-    asked = _list(value, 'files = ["my/*.AT2"]')
-    return tuple(_each(asked, words("my/*.AT2"), distinct=True))
-
-
 def law_names(value: Any) -> tuple[str, ...]:
     """The contact models of a grid, in the order written."""
-    asked = _list(value, 'contact_model = ["jankowski", "hertz"]')
-    return tuple(_each(asked, law_name, distinct=True))
+    asked = list_of(value, 'contact_model = ["jankowski", "hertz"]')
+    return tuple(each(asked, law_name, distinct=True))
 
 
 def axis(quantity: Quantity) -> Callable[[Any], tuple[float, ...]]:
@@ -283,8 +172,8 @@ def axis(quantity: Quantity) -> Callable[[Any], tuple[float, ...]]:
                 f"{shown(value)} is not a list; write a list such as [{shown(example)}], "
                 f"or {{start = ..., stop = {shown(example)}, num = 11}}"
             )
-        asked = _list(value, f"a list such as [{shown(example)}]")
-        values = _each(asked, lambda item: parse(item, quantity), distinct=True)
+        asked = list_of(value, f"a list such as [{shown(example)}]")
+        values = each(asked, lambda item: parse(item, quantity), distinct=True)
         if any(after < before for before, after in pairwise(values)):
             order = [text for _, text in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
             raise Unreadable(f"the values are not in ascending order; write {shown(order)}")
@@ -335,7 +224,7 @@ def _spaced(value: dict[str, Any], quantity: Quantity) -> tuple[float, ...]:
     return tuple(float(start + (stop - start) * step / steps) for step in range(steps + 1))
 
 
-def _list(value: Any, example: str) -> list[Any]:
+def list_of(value: Any, example: str) -> list[Any]:
     """A list that is neither empty nor absurdly long."""
     if not isinstance(value, list):
         raise Unreadable(f"{shown(value)} is not a list; write {example}")
@@ -346,7 +235,7 @@ def _list(value: Any, example: str) -> list[Any]:
     return value
 
 
-def _each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
+def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
     """Every element read; all that fail, and where asked all that repeat another, are told at once."""
     found: list[Any] = []
     faults: list[tuple[tuple[str | int, ...], str]] = []

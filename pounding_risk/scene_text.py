@@ -244,3 +244,22 @@ def _value(value: Any) -> str:
     if isinstance(value, bool | int | float):
         return str(value).lower()
     raise TypeError(f"{shown(value)} cannot stand in a scene file")
+
+
+def tables(raw: Mapping[str, Any], section: str) -> list[tuple[int, dict[str, Any]]]:
+    """The tables of an array of tables with their indices; nothing where it is not one."""
+    elements = raw.get(section)
+    if not isinstance(elements, list):
+        return []
+    return [(index, element) for index, element in enumerate(elements) if isinstance(element, dict)]
+
+
+def table(raw: Mapping[str, Any], section: str) -> dict[str, Any]:
+    """A section's table; empty where it is absent or not a table."""
+    found = raw.get(section)
+    return found if isinstance(found, dict) else {}
+
+
+def as_list(value: object) -> list[Any]:
+    """A list as it is; empty for anything else."""
+    return value if isinstance(value, list) else []

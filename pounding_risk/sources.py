@@ -6,6 +6,8 @@ is raw or processed.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Hashable, Mapping
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -13,11 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk import catalogue
+from pounding_risk import catalogue, record_sets
 from pounding_risk.errors import RecordError
-from pounding_risk.formats import one_trace, read_file
+from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 
 RAW, PROCESSED = "raw", "processed"
+IN_MEMORY = "ObsPy trace"
+VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
 
 class Source(NamedTuple):
@@ -29,16 +33,56 @@ class Source(NamedTuple):
     units: str
 
 
-def open_source(source: Any) -> Source:
-    """The record that ``source`` stands for, its samples checked."""
-    if isinstance(source, str) and _is_id(source):
-        found = _of_catalogue(source)
+def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
+    """The record that ``source`` stands for, its samples checked.
+
+    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#",
+    an ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
+    """
+    if isinstance(source, Source):
+        found = source
+    elif isinstance(source, str) and _is_id(source):
+        found = _of_id(source)
     elif isinstance(source, str | Path):
-        found = _of_file(Path(source))
+        path, component = parted(source)
+        found = _of_file(path, read_file(path, component, unit=unit, dt=dt))
     else:
         found = _of_trace(source)
+    return _checked(found)
+
+
+def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
+    """Every component of a file, as `open_source` gives one."""
+    return tuple(_checked(_of_file(path, read)) for read in read_components(path, unit=unit, dt=dt))
+
+
+def parted(source: str | Path) -> tuple[Path, str]:
+    """The file and the component that "quake.V2A#N28W" names; a file whose name has a # is itself."""
+    path, _, component = str(source).rpartition(COMPONENT)
+    return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
+
+
+def recording(record: Mapping[str, Any], name: str) -> Hashable:
+    """What the components of one recording share; the ``name`` itself where nothing is told of the station."""
+    if record.get("rsn"):
+        return record["rsn"]
+    told = tuple(record.get(key) or "" for key in ("event", "date", "station"))
+    return told if told[2] else name
+
+
+def is_vertical(record: Mapping[str, Any]) -> bool:
+    """True for the facts of a component that is vertical, by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ and the like."""
+    name = str(record.get("component") or "").upper()
+    ends = {name, re.split(r"[-_ .]", name)[-1]}
+    return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z", name))
+
+
+def _checked(found: Source) -> Source:
+    """A source with samples that a run can use, and their peak among its facts."""
     check_samples(found.trace.data, found.trace.stats.delta, found.name)
     samples = np.asarray(found.trace.data, dtype=np.float64)
+    if found.record["format"] != IN_MEMORY:
+        found.record["source"] = found.name
     offset = samples.mean() if found.record["state"] == RAW else 0.0
     found.record["pga_recorded"] = float(np.abs(samples - offset).max())
     return found
@@ -51,6 +95,12 @@ def _is_id(source: str) -> bool:
     return not (Path(source).suffix or "/" in source or "\\" in source or Path(source).exists())
 
 
+def _of_id(id: str) -> Source:
+    """The record of the catalogue, or else the member of a published set."""
+    member = None if any(found.id == id for found in catalogue.entries()) else record_sets.find(id)
+    return record_sets.load(member) if member else _of_catalogue(id)
+
+
 def _of_catalogue(id: str) -> Source:
     found = catalogue.entry(id)
     trace = catalogue.load(id)[0]
@@ -60,14 +110,17 @@ def _of_catalogue(id: str) -> Source:
     units = f"counts, divided by {found.sensitivity:.10g} counts per m/s²"
     if found.format == "PEER_AT2":
         units = "g, times 9.80665 m/s²"
+    else:
+        record["start"] = trace.stats.starttime.isoformat()
     return Source(id, trace, record, f"units: {units}")
 
 
-def _of_file(path: Path) -> Source:
-    read = read_file(path)
-    record = {**_told(read.trace), "id": path.stem, "state": read.state, "format": read.format}
+def _of_file(path: Path, read: FileRead) -> Source:
+    name = f"{path}{COMPONENT}{read.component}" if read.component else str(path)
+    id = f"{path.stem}{COMPONENT}{read.component}" if read.component else path.stem
+    record = {**_told(read.trace), "id": id, "state": read.state, "format": read.format}
     record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
-    return Source(str(path), read.trace, record, read.units)
+    return Source(name, read.trace, record, read.units)
 
 
 def _of_trace(source: Any) -> Source:
@@ -79,7 +132,7 @@ def _of_trace(source: Any) -> Source:
             f"{name}: the trace has calib {source.stats.calib:g}, so its samples are no m/s² yet; multiply "
             "them by it and set stats.calib = 1"
         )
-    record = {**_told(source), "id": name, "state": PROCESSED, "format": "ObsPy trace", "file": ""}
+    record = {**_told(source), "id": name, "state": PROCESSED, "format": IN_MEMORY, "file": ""}
     digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
     record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
     return Source(name, source, record, "units: m/s², as given")
@@ -87,10 +140,14 @@ def _of_trace(source: Any) -> Source:
 
 def _told(trace: Any) -> dict[str, Any]:
     """What a trace's header says about the recording."""
-    at2 = trace.stats.get("peer_at2", {})
-    told = {key: at2.get(key, "") for key in ("event", "date")}
-    date = str(trace.stats.starttime.date) if told["date"] or not at2 else ""
-    return {**told, "date": date, "station": trace.stats.station, "component": trace.stats.channel}
+    plain = {"event": "", "date": str(trace.stats.starttime.date)}
+    plain |= {"station": trace.stats.station, "component": trace.stats.channel}
+    record = dict(trace.stats.get("record", {}))
+    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0
+    start = {"start": trace.stats.starttime.isoformat()} if timed else {}
+    for key in ("state", "units"):
+        record.pop(key, None)
+    return {**plain, **record, **start}
 
 
 def check_samples(samples: Any, dt: float, name: str) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import glob
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +12,6 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
-from pounding_risk.processing import STEPS
 from pounding_risk.quantities import (
     FLOOR_LENGTH,
     GAP,
@@ -22,19 +19,16 @@ from pounding_risk.quantities import (
     PERIOD,
     PGA,
     SPEED,
-    TAIL,
-    TIME,
     WAVE_SPEED,
     YIELD_FORCE,
     Quantity,
     exact,
     shown,
 )
+from pounding_risk.record_request import RecordRequest
 from pounding_risk.relations import AS_PUBLISHED, related
 from pounding_risk.scene_text import nearest, write_toml
 
-AS_RECORDED, REVERSED = "as recorded", "reversed"
-POLARITIES = (AS_RECORDED, REVERSED)
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
 PARAMETERS = ("plastic_exponent", "design_penetration")  # of single laws, beside their stiffness
@@ -64,50 +58,6 @@ class Effect(NamedTuple):
         return {
             key: exact(value, kinds[key]) if isinstance(kinds[key], Quantity) else value for key, value in self.options
         }
-
-
-class StepTable(Mapping[str, Any]):
-    """A processing step as `processing.read_steps` takes it: ``step`` and its options in SI; never changes."""
-
-    def __init__(self, values: Mapping[str, Any]):
-        self._values = dict(values)
-
-    def __getitem__(self, key: str) -> Any:
-        return self._values[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._values.items()))
-
-    def __repr__(self) -> str:
-        return f"StepTable({self._values!r})"
-
-    def written(self) -> dict[str, Any]:
-        """The table as a scene file has it: quantities as text, exact."""
-        options = STEPS[self["step"]].options
-        kinds = {key: options.get(key) for key in self}
-        return {
-            key: exact(value, kind) if isinstance(kind := kinds[key], Quantity) else value
-            for key, value in self.items()
-        }
-
-
-class RecordRequest(NamedTuple):
-    """Which ground motions, and what is done to them before a run."""
-
-    names: tuple[str, ...]  # ids of the catalogue
-    files: tuple[str, ...]  # names or patterns, relative to the scene file's folder
-    window: tuple[float, float] | None  # s; None keeps the whole record
-    pga: float | None  # m/s²; None leaves the amplitude to ``scale``
-    scale: float | None  # factor; None where neither is given: as recorded
-    polarities: tuple[str, ...]  # of POLARITIES
-    processing: str | tuple[StepTable, ...]  # "auto", "none", or the steps in their order
-    tail: float  # s of free vibration after the record
 
 
 class Grid(NamedTuple):
@@ -219,11 +169,6 @@ class Study:
         """The folder that record files are relative to: the scene file's."""
         return Path(self.source).parent
 
-    def record_paths(self) -> tuple[Path, ...]:
-        """The files that ``records.files`` stands for now, in the order written, patterns sorted by name."""
-        found = [path for pattern in self.records.files for path in matching(self.folder, pattern)]
-        return tuple(dict.fromkeys(found))
-
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
         grid = {
@@ -238,7 +183,7 @@ class Study:
             "building": [_building(building) for building in self.buildings],
             "interface": [self._interface()],
             **({"effects": effects} if effects else {}),
-            "records": _records(self.records),
+            "records": self.records.written(),
             "grid": {**grid, "pga": pgas} if pgas else grid,
             "solver": {"rtol": self.rtol},
         }
@@ -296,15 +241,6 @@ def unknown_law(name: str) -> str:
     return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
 
 
-def matching(folder: Path, pattern: str) -> list[Path]:
-    """The files that a name or pattern stands for, sorted; a file of that very name wins over a pattern."""
-    literal = folder / pattern
-    if literal.is_file():
-        return [literal]
-    found = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
-    return sorted(path for path in found if path.is_file())
-
-
 def _building(building: Building) -> dict[str, Any]:
     if building.is_rigid:
         mass = {"mass": exact(building.mass, MASS)} if MASS.allows(building.mass) else {}
@@ -324,21 +260,3 @@ def _floor(building: Building) -> dict[str, Any]:
         return {}
     lengths = exact(building.floor_length, FLOOR_LENGTH), exact(building.wave_speed, WAVE_SPEED)
     return dict(zip(("floor_length", "wave_speed"), lengths, strict=True))
-
-
-def _processing(asked: str | tuple[StepTable, ...]) -> str | list[dict[str, Any]]:
-    return asked if isinstance(asked, str) else [step.written() for step in asked]
-
-
-def _records(request: RecordRequest) -> dict[str, Any]:
-    chosen = {
-        "names": list(request.names) or None,
-        "files": list(request.files) or None,
-        "window": [exact(time, TIME) for time in request.window] if request.window else None,
-        "pga": None if request.pga is None else exact(request.pga, PGA),
-        "scale": request.scale,
-        "polarity": list(request.polarities),
-        "processing": _processing(request.processing),
-        "tail": exact(request.tail, TAIL),
-    }
-    return {key: value for key, value in chosen.items() if value is not None}

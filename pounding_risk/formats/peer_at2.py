@@ -15,30 +15,35 @@ the one promised, and every one finite, because a cut file or a stray character 
 from __future__ import annotations
 
 import re
-from math import isfinite
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
 from obspy import Stream, Trace, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
+from pounding_risk.formats import Format
+from pounding_risk.formats._text import (
+    NEWLINE,
+    NUMBER,
+    check_count,
+    check_step,
+    free_numbers,
+    number,
+    quoted,
+    start_of,
+    text_of,
+    told,
+)
 from pounding_risk.quantities import STANDARD_GRAVITY
 
+KIND = "PEER AT2"
 HEADER_LINES = 10  # the header ends within these
-SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
-LARGEST = 256 * 2**20  # bytes; the longest record of the databases has under 2 MB
 
-_NEWLINE = re.compile(r"\r\n|\r|\n")
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
-_SAMPLE = re.compile(_NUMBER, re.ASCII)
 _UNIT = re.compile(r"\bIN\s+UNITS?\s+OF\s+([^\s,;]+)", re.IGNORECASE)
 _COUNT = re.compile(r"\bNPTS\s*=\s*([^\s,]+)", re.IGNORECASE)
 _STEP = re.compile(r"\bDT\s*=\s*([^\s,]+)", re.IGNORECASE)
 _BARE = re.compile(r"\s*(\S+)\s+(\S+)\s+NPTS\s*,\s*DT\b", re.IGNORECASE)
-_CORNER = re.compile(rf"\b([HL]P)\s*=\s*({_NUMBER})", re.IGNORECASE)
+_CORNER = re.compile(rf"\b([HL]P)\s*=\s*({NUMBER})", re.IGNORECASE)
 _TITLE = re.compile(
     r"(?P<event>.*?)[,\s]\s*(?P<date>\d{1,2}/\d{1,2}/(?:\d{4}|\d{2}))(?:\s+(?P<time>\d{3,4}))?\s*,"
     r"\s*(?P<station>.*),\s*(?P<component>[^,]*)"
@@ -61,15 +66,7 @@ def _is_at2(file: Any) -> bool:
     ``file`` is a path or a binary file, whose position is left where it was.
     """
     try:
-        if hasattr(file, "read"):
-            place = file.tell()
-            start = file.read(4096)
-            file.seek(place)
-        else:
-            with Path(file).open("rb") as opened:
-                start = opened.read(4096)
-        text = start.decode("latin-1") if isinstance(start, bytes) else start
-        head = [line.upper() for line in _NEWLINE.split(text)[:HEADER_LINES]]
+        head = [line.upper() for line in NEWLINE.split(start_of(file))[:HEADER_LINES]]
         of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
         return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
     except Exception:
@@ -88,38 +85,15 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     time step that is not positive, fewer than two samples, a number of samples other than NPTS, and for any
     sample that is no finite number.
     """
-    name, text = _text(file, name)
-    lines = _NEWLINE.split(text)
+    name, text = text_of(file, name, KIND)
+    lines = NEWLINE.split(text)
     header = _header(name, lines)
     stats = _stats(header)
     if headonly:
         return Stream([Trace(header={**stats, "npts": header.npts})])
-    values = _samples(name, lines, header)
+    values = free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
+    check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
     return Stream([Trace(values * STANDARD_GRAVITY, header=stats)])
-
-
-def _text(file: Any, name: str) -> tuple[str, str]:
-    """Name and text of a file; every byte has a meaning in latin-1, so none stops the reading here."""
-    if hasattr(file, "read"):
-        given = getattr(file, "name", None)
-        name = name or (str(given) if isinstance(given, str | Path) else "PEER AT2 record")
-        raw = file.read(LARGEST + 1)
-    else:
-        name = name or str(file)
-        try:
-            with Path(file).open("rb") as opened:
-                raw = opened.read(LARGEST + 1)
-        except OSError as error:
-            raise RecordError(f"{name}: cannot be read ({error.strerror}); check name and folder") from None
-    if len(raw) > LARGEST:
-        raise RecordError(
-            f"{name}: is larger than {LARGEST >> 20} MiB, far more than any PEER AT2 record; check the file"
-        )
-    text = raw.decode("latin-1") if isinstance(raw, bytes) else str(raw)
-    if not text.strip():
-        what = "is blank" if text else "is empty (0 bytes)"
-        raise RecordError(f"{name}: {what}; a PEER AT2 file has a header and samples: fetch it again")
-    return name, text
 
 
 def _header(name: str, lines: list[str]) -> Header:
@@ -129,13 +103,13 @@ def _header(name: str, lines: list[str]) -> Header:
     if at_unit is None:
         raise RecordError(
             f'{name}: no line with "IN UNITS OF" among the first {HEADER_LINES}, found '
-            f"{_quoted(lines[0])} first; a PEER AT2 file says ACCELERATION TIME SERIES IN UNITS OF G there: "
+            f"{quoted(lines[0])} first; a PEER AT2 file says ACCELERATION TIME SERIES IN UNITS OF G there: "
             "check that this is one"
         )
     _check_unit(name, at_unit + 1, head[at_unit])
     at_count = next((at for at, line in enumerate(head) if at > at_unit and "NPTS" in line.upper()), None)
     if at_count is None:
-        found = _quoted(lines[at_unit + 1]) if at_unit + 1 < len(lines) else "the end of the file"
+        found = quoted(lines[at_unit + 1]) if at_unit + 1 < len(lines) else "the end of the file"
         raise RecordError(
             f"{name}: no line with NPTS and DT after line {at_unit + 1}, found {found}; a PEER AT2 file has "
             '"NPTS= 4000, DT= .0100 SEC" there: restore that line, or fetch the file again'
@@ -166,63 +140,46 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
         if not count_found or not step_found:
             missing = "NPTS" if not count_found else "DT"
             repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
-            raise RecordError(f"{place}: no {missing} in {_quoted(line)}; {repair}")
+            raise RecordError(f"{place}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
         raise RecordError(f'{place}: NPTS is "{count_text}"; it must be a whole number of samples')
     count = int(count_text)
     if count < 2:
         raise RecordError(f"{place}: NPTS is {count}; a record needs at least 2 samples")
-    dt = _float(step_text)
-    if dt is None or not SHORTEST_STEP <= dt <= LONGEST_STEP:
-        raise RecordError(
-            f'{place}: DT is "{step_text}"; the time step must be a number of seconds greater than 0, '
-            f"from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s: restore that line, or fetch the file again"
-        )
-    return count, dt
-
-
-def _samples(name: str, lines: list[str], header: Header) -> NDArray[np.float64]:
-    """The samples in g, as many as promised."""
-    values: list[float] = []
-    for number, line in enumerate(lines[header.lines :], start=header.lines + 1):
-        for word in line.split():
-            value = _float(word)
-            if value is None or not isfinite(value):
-                raise RecordError(
-                    f"{name}, line {number}: {_quoted(word)} is not a finite number; the samples after the "
-                    "header must be plain numbers such as -.1234567E-02: repair that line, or fetch the "
-                    "file again"
-                )
-            values.append(value)
-    if len(values) != header.npts:
-        fewer = len(values) < header.npts
-        repair = "the file is cut short: fetch it again" if fewer else "correct NPTS, or fetch the file again"
-        counts = f"the header promises {header.npts} samples, {len(values)} found"
-        raise RecordError(f"{name}, line {header.lines}: {counts}; {repair}")
-    return np.array(values)
-
-
-def _float(word: str) -> float | None:
-    """A plain number, Fortran's D exponents included; None for anything else, "nan" and "1_0" too."""
-    if not _SAMPLE.fullmatch(word):
-        return None
-    return float(word.replace("D", "E").replace("d", "e"))
+    return count, check_step(place, number(step_text), step_text)
 
 
 def _stats(header: Header) -> dict[str, Any]:
     """The header as ObsPy statistics."""
-    told = _TITLE.fullmatch(header.title)
-    facts = {key: (told[key] or "").strip(" ,") if told else "" for key in _TITLE.groupindex}
+    title = _TITLE.fullmatch(header.title)
+    facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
+    corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
-    for name, corner in _CORNER.findall(header.unit_line):
-        at2["high_pass" if name.upper() == "HP" else "low_pass"] = _float(corner)
-    stats: dict[str, Any] = {"delta": header.dt, "calib": 1.0, "peer_at2": AttribDict(at2)}
-    stats.update(station=facts["station"], channel=facts["component"])
+    at2 |= {name: corners[kind] for name, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
     day = _day(facts["date"])
+    record = told(
+        state="processed",
+        timed=False,  # the day is all that a header tells
+        units="units: g, times 9.80665 m/s²",
+        event=facts["event"],
+        date=facts["date"] if day is None else str(day.date),
+        station=facts["station"],
+        component=facts["component"],
+        azimuth=_azimuth(facts["component"]),
+        low_corner=corners.get("HP"),
+        high_corner=corners.get("LP"),
+    )
+    stats: dict[str, Any] = {"delta": header.dt, "calib": 1.0, "peer_at2": AttribDict(at2), "record": record}
+    stats.update(station=facts["station"], channel=facts["component"])
     if day is not None:
         stats["starttime"] = day
     return stats
+
+
+def _azimuth(component: str) -> float | None:
+    """Degrees clockwise from north, where the component's name is a whole number of them."""
+    return float(component) if re.fullmatch(r"\d{1,3}", component, re.ASCII) and int(component) <= 360 else None
 
 
 def _day(date: str) -> UTCDateTime | None:
@@ -234,7 +191,4 @@ def _day(date: str) -> UTCDateTime | None:
         return None
 
 
-def _quoted(text: str) -> str:
-    """Text of a file for a message, shortened and printable."""
-    shown = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
-    return f'"{shown}"' if len(shown) <= 40 else f'"{shown[:37]}..."'
+FORMAT = Format("PEER_AT2", "PEER AT2 (.at2)", (".at2",), _is_at2, _read_at2)
