@@ -194,5 +194,10 @@ def print_notes(notes: Iterable[str]) -> None:
         print(f"note: {note}")
 
 
+def print_left_out(left_out: Iterable[str]) -> None:
+    """A line for each file or component that is not taken."""
+    print_notes(f"left out: {sentence}" for sentence in left_out)
+
+
 def _one_line(words: Any) -> str:
     return " ".join(str(words).split())
