@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk.ensemble import motions_of
+from pounding_risk.gather import motions_of
 from pounding_risk.models.contact import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building

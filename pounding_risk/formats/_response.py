@@ -1,39 +1,48 @@
-"""From counts to m/s² by the StationXML file that stands beside a record."""
+"""From counts to m/s² by the StationXML file that stands beside a record, or by what the user says a sample is."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import obspy
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats._text import told
-from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.formats._unit import TO_GIVE, known, sentence, size_of
 
 if TYPE_CHECKING:
     from obspy import Trace
 
-# What one unit of a StationXML's input is in m/s².
-ACCELERATIONS = {
-    **dict.fromkeys(("M/S**2", "M/S^2", "M/S/S", "M/S2", "M/(S**2)"), 1.0),
-    **dict.fromkeys(("CM/S**2", "CM/S^2", "CM/S/S", "GAL"), 0.01),
-    "G": STANDARD_GRAVITY,
-}
 
-
-def apply_sensitivity(trace: Trace, name: str, folder: Path | None) -> None:
-    """Turn a trace of counts into m/s², with ``stats.record``.
+def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | None, kind: str) -> None:
+    """Turn a trace whose file has no unit into m/s², with ``stats.record``; ``kind`` is the format in words.
 
     The StationXML is named as the file ``name`` with ``.xml``, or NETWORK.STATION.xml, in ``folder``. Of an
-    accelerometer the sensitivity is the whole response up to tens of Hz. Raises RecordError where it is not there, does
-    not know the channel, or measures no acceleration.
+    accelerometer the sensitivity is the whole response up to tens of Hz. Without that file, ``unit`` says what a sample
+    is. Counts of a digitiser are raw; so are whole numbers with a unit, but fractions are what a program made of them.
+
+    Raises RecordError where neither is there, the file does not know the channel, or no acceleration is measured.
     """
-    counts, units = _sensitivity(trace, name, folder)
-    trace.data = trace.data.astype(float) / counts
+    beside = _beside(trace, name, folder)
+    whole = trace.data.dtype.kind == "i"
+    samples = trace.data.astype(np.float64)
+    if beside is not None:
+        counts, units = _sensitivity(trace, beside)
+        trace.data, state = samples / counts, "raw"
+    elif unit is not None:
+        size = size_of(unit, f"{name}: unit as given")
+        trace.data, units, state = samples * size, sentence(unit, size), "raw" if whole else "processed"
+    else:
+        raise RecordError(
+            f"{name}: the unit is unknown, a {kind} file holds counts; put the StationXML of "
+            f"{trace.id} beside it as {_names(trace, name)[1]}, or, where its samples are no counts, give their unit: "
+            f"{TO_GIVE}"
+        )
     trace.stats.calib = 1.0
     trace.stats.record = told(
-        state="raw",
+        state=state,
         units=units,
         date=str(trace.stats.starttime.date),
         station=trace.stats.station,
@@ -41,17 +50,19 @@ def apply_sensitivity(trace: Trace, name: str, folder: Path | None) -> None:
     )
 
 
-def _sensitivity(trace: Trace, name: str, folder: Path | None) -> tuple[float, str]:
+def _names(trace: Trace, name: str) -> tuple[str, str]:
+    return f"{Path(name).stem}.xml", f"{trace.stats.network}.{trace.stats.station}.xml"
+
+
+def _beside(trace: Trace, name: str, folder: Path | None) -> Path | None:
+    """The StationXML of a trace, where there is one."""
+    place = Path(name).parent if folder is None else folder
+    return next((place / each for each in _names(trace, name) if (place / each).is_file()), None)
+
+
+def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str]:
     """How many counts are one m/s², and the sentence that says so."""
-    stats, path = trace.stats, Path(name)
-    place = path.parent if folder is None else folder
-    names = (f"{path.stem}.xml", f"{stats.network}.{stats.station}.xml")
-    beside = next((place / each for each in names if (place / each).is_file()), None)
-    if beside is None:
-        raise RecordError(
-            f"{name}: the unit is unknown, a MiniSEED file holds counts; put the StationXML of {trace.id} "
-            f"beside it as {names[1]}, or hand over an ObsPy trace in m/s²"
-        )
+    stats = trace.stats
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")
         sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
@@ -62,10 +73,11 @@ def _sensitivity(trace: Trace, name: str, folder: Path | None) -> tuple[float, s
             f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({reason}); fetch "
             "the StationXML of this channel with its response"
         ) from None
-    if unit not in ACCELERATIONS or not counts:
+    size = known(unit)
+    if size is None or not counts:
         raise RecordError(
             f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take '
             "an accelerometer's channel (such as HN or BN)"
         )
-    per_si = counts / ACCELERATIONS[unit]
+    per_si = counts / size
     return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})"

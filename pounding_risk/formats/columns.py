@@ -30,7 +30,7 @@ from pounding_risk.formats import Format, one_trace
 from pounding_risk.formats._columns_head import Head, Statement, head_of, parts
 from pounding_risk.formats._columns_times import TIGHTEST, column, step_of_times
 from pounding_risk.formats._text import NEWLINE, check_count, check_step, number, quoted, start_of, text_of, told
-from pounding_risk.formats._unit import sentence, size_of
+from pounding_risk.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.quantities import STEP, QuantityError, parse
 
 KIND = "plain columns"
@@ -42,8 +42,7 @@ HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")  # sentenc
 TO_STATE = {
     "unit": (
         "the unit of its acceleration",
-        'write "# unit = cm/s^2" above the samples, or give it: records.unit = "cm/s^2" in a scene, unit="cm/s^2" in '
-        'Python, --unit "cm/s^2" on the command line',
+        f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}',
     ),
     "dt": (
         "its time step",

@@ -3,54 +3,48 @@
 from __future__ import annotations
 
 import re
-import warnings
 from pathlib import Path
 from typing import Any
 
-import obspy
 from obspy import Stream
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._response import apply_sensitivity
+from pounding_risk.formats._mseed_blocks import KIND, check_blocks
+from pounding_risk.formats._native import bytes_of, read_by_obspy, start_bytes
+from pounding_risk.formats._response import to_acceleration
 
-_RECORD = re.compile(rb"\d{6}[DRQM][ \x00]")  # version 2 starts with a sequence number, version 3 with its name
+_RECORD = re.compile(rb"\d{6}[DRQM][ \x00]")  # a block starts with its number
+_THIRD = b"MS\x03"  # how one of version 3 starts
 
 
 def _is_mseed(file: Any) -> bool:
-    """True for MiniSEED of version 2 or 3. Never raises; the position of ``file`` is left where it was."""
+    """True for MiniSEED. Never raises; the position of ``file``, a path or a binary file, is left where it was."""
     try:
-        place = file.tell()
-        start = file.read(8)
-        file.seek(place)
-        return bool(_RECORD.match(start)) or start.startswith(b"MS\x03")
+        start = start_bytes(file, 8)
+        return _RECORD.match(start) is not None or start.startswith(_THIRD)
     except Exception:
         return False
 
 
-def _read_mseed(file: Any, *, name: str = "", folder: Path | None = None, **_kwargs: Any) -> Stream:
-    """Traces in m/s².
+def _read_mseed(
+    file: Any, *, name: str = "", folder: Path | None = None, unit: str | None = None, **_kwargs: Any
+) -> Stream:
+    """Traces in m/s²; ``unit`` is for a file of no counts that has no StationXML beside it.
 
     Raises RecordError for a damaged file, a missing StationXML, and a channel that measures no acceleration.
     """
     from obspy.io.mseed import InternalMSEEDWarning
 
-    if not _is_mseed(file):
+    name, raw = bytes_of(file, name, KIND)
+    if raw.startswith(_THIRD):
+        raise RecordError(f"{name}: is MiniSEED of version 3, which ObsPy does not read; convert it to version 2")
+    if not _RECORD.match(raw):
         raise RecordError(f"{name}: does not hold MiniSEED, whatever its name says; fetch the record again")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", InternalMSEEDWarning)  # or damaged files are read in part
-        try:
-            stream = obspy.read(file, format="MSEED")
-        except Exception as error:
-            reason = (" ".join(str(error).split()) or type(error).__name__)[:200]
-            raise RecordError(f"{name}: cannot be read as MiniSEED ({reason}); fetch the record again") from None
-    size = file.seek(0, 2)
-    block = min((trace.stats.mseed.record_length for trace in stream), default=1)
-    if size % block:
-        told = f"{size} bytes are no whole number of blocks of {block}"
-        raise RecordError(f"{name}: is cut short, {told}; fetch the record again")
+    check_blocks(raw, name)
+    stream = read_by_obspy(raw, name, "MSEED", KIND, refused=InternalMSEEDWarning)
     for trace in stream:
-        apply_sensitivity(trace, name, folder)
+        to_acceleration(trace, name, folder, unit, KIND)
     return stream
 
 
