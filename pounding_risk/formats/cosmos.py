@@ -271,6 +271,7 @@ def _trace(channel: Channel) -> Trace:
         state=STATES[stage],
         units=f"units: {words}",
         date="" if start is None else str(start.date),
+        timed=start is not None and channel.real(30) is not None,  # otherwise to the minute
         low_corner=channel.real(54) if stage == CORRECTED else None,
         high_corner=channel.real(57) if stage == CORRECTED else None,
         header_pga=None if peak is None else abs(peak) * factor,

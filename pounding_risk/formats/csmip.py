@@ -223,6 +223,7 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         state=STATES[channel.volume],
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
         date="" if start is None else str(start.date),
+        timed=start is not None,
         event=re.split(r"\s{2,}", channel.text[1].strip())[0],
         magnitude=_magnitude(channel.text[8]),
         station=re.split(r"\s{2,}", channel.text[5].strip())[0],

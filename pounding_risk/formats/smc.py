@@ -177,6 +177,7 @@ def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
         low_corner=header.real(33) if state == "processed" else None,
         high_corner=header.real(35) if state == "processed" else None,
         header_pga=_peak(header),
+        timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
         **facts,
     )
     smc = {"title": header.text[0].strip(), "latitude": header.real(11), "longitude": header.real(12)}

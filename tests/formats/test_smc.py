@@ -70,6 +70,7 @@ def test_the_header_goes_to_the_statistics():
     stats = read(SHAFTER).stats
     assert stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4)
     record = stats.record
+    assert not record.timed  # it is that of the earthquake, to the minute
     assert (record.event, record.date, record.magnitude) == ("Loma Prieta, CA", "1989-10-18", 7.1)
     assert (record.station, record.distance_km) == ("San Francisco, 1295 Shafter, F", 89.0)
     assert (record.low_corner, record.high_corner) == (0.1, None)
@@ -199,7 +200,9 @@ def test_a_file_marked_as_having_a_problem_says_so():
 
 def test_time_in_seconds_and_none():
     known = changed(("         0         4         0    -32768", "         0         4        15       250"))
-    assert read(known.encode()).stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4, 15, 250000)
+    stats = read(known.encode()).stats
+    assert stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4, 15, 250000)
+    assert stats.record.timed
     unknown = changed(("    -32768      1989", "    -32768    -32768"))
     stats = read(unknown.encode()).stats
     assert (stats.starttime, stats.record.date) == (obspy.UTCDateTime(0), "1989-10-18")
