@@ -143,7 +143,7 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
             raise RecordError(f"{place}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
-        raise RecordError(f'{place}: NPTS is "{count_text}"; it must be a whole number of samples')
+        raise RecordError(f"{place}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
     count = int(count_text)
     if count < 2:
         raise RecordError(f"{place}: NPTS is {count}; a record needs at least 2 samples")
