@@ -103,7 +103,8 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
         even = evened(place, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
     else:
         step = check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
-        even = Even(np.empty(count) if headonly else _samples(lines, count), step, "")
+        # A header's count may be damaged, so that nothing is allocated for it.
+        even = Even(np.broadcast_to(0.0, count) if headonly else _samples(lines, count), step, "")
     stats = _stats(header, state, even)
     if headonly:
         return Stream([Trace(header={**stats, "npts": len(even.samples)})])

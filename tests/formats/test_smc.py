@@ -94,6 +94,8 @@ def test_path_text_open_file_and_bytes_agree(tmp_path):
 def test_head_only_has_the_numbers_and_no_samples():
     trace = read(SHAFTER, headonly=True)
     assert (trace.stats.npts, trace.stats.delta, len(trace.data)) == (6001, 0.005, 0)
+    damaged = read(changed((COUNT, "9999999999    -32768    -32768")).encode(), headonly=True)
+    assert damaged.stats.npts == 9999999999
 
 
 def test_nothing_else_is_taken_for_smc(tmp_path):
