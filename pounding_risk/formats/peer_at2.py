@@ -125,7 +125,7 @@ def _check_unit(name: str, number: int, line: str) -> None:
     if "ACCELERATION" not in line.upper() or unit.upper() != "G":
         quantity = "acceleration" if "ACCELERATION" in line.upper() else "something other than acceleration"
         raise RecordError(
-            f'{name}, line {number}: the header says {quantity} in units of "{unit}"; a PEER AT2 file holds '
+            f"{name}, line {number}: the header says {quantity} in units of {quoted(unit)}; a PEER AT2 file holds "
             "acceleration in units of G: convert the samples to g, or take the AT2 file of this record"
         )
 

@@ -42,6 +42,8 @@ def short_files() -> dict[str, list[bytes]]:
     """Short files of each format that are read without complaint, by its name."""
     from test_columns import ONE, TWO
     from test_cosmos import GOOD as COSMOS
+    from test_csmip import ONE as UNCORRECTED
+    from test_csmip import TWO as CORRECTED
     from test_esm import SMALL as ESM
     from test_geonet import SMALL_CORRECTED, SMALL_RAW
     from test_smc import GOOD as SMC
@@ -50,6 +52,7 @@ def short_files() -> dict[str, list[bytes]]:
     return {
         "COLUMNS": [f"# samples = 3\n# starttime = 2019-07-06\n{text}".encode() for text in (ONE, TWO)],
         "COSMOS": [COSMOS.encode()],
+        "CSMIP": [UNCORRECTED.encode(), CORRECTED.encode()],
         "ESM": [ESM],
         "GEONET": [SMALL_CORRECTED, SMALL_RAW],
         "KINEMETRICS_EVT": [short_evt(EVTS[0])],
