@@ -21,6 +21,7 @@ HEADS = ("record", "event", "date", "station", "component", "state", "PGA", "dur
 # Facts of a record that have a unit: the unit, and what to call them where the key is no word.
 UNITS = {"distance_km": "km", "azimuth": "° from north", "vs30": "m/s"}
 FREQUENCIES = ("low_corner", "high_corner", "lowest_usable_frequency")  # Hz
+SIZES = {"header_pga": "m/s2", "header_pgv": "m/s", "header_pgd": "m", "pgv_peer": "m/s"}
 
 
 def print_records(entries: Sequence[Entry]) -> None:
@@ -72,6 +73,8 @@ def print_source(source: Source) -> None:
     stats = source.trace.stats
     values = {key: _told(key, value) for key, value in source.record.items() if value not in ("", None)}
     del values["pga_recorded"]
+    if values.get("source") == values.get("file"):
+        values.pop("source", None)
     values |= {"units": source.units.removeprefix("units: "), "npts": str(stats.npts), "dt": f"{stats.delta:g} s"}
     values |= {"duration": f"{(stats.npts - 1) * stats.delta:g} s"}
     values |= {"PGA": engineering(source.record["pga_recorded"], "m/s2")}
@@ -82,6 +85,8 @@ def print_source(source: Source) -> None:
 def _told(key: str, value: Any) -> str:
     if key in FREQUENCIES:
         return f"{value:.4g} Hz"
+    if key in SIZES:
+        return engineering(float(value), SIZES[key])
     if isinstance(value, float):
         unit = UNITS.get(key, "")
         return f"{value:g}{unit if unit.startswith('°') else f' {unit}'}".rstrip()
@@ -95,8 +100,18 @@ def print_strength(source: Source) -> None:
     motion = read_motion(source)
     print()
     print_table(("measure", "value", "meaning"), _measures(motion), "lrl")
-    for flag in motion.flags:
-        print(f"note: {flag}")
+    print()
+    print_table(("check, as recorded", "met", "found", "allowed"), _findings(source), "llll")
+    print_notes(motion.flags)
+
+
+def _findings(source: Source) -> Iterator[tuple[str, str, str, str]]:
+    """What the checks find in a record before anything is done to it."""
+    from pounding_risk.quality import quality
+
+    trace = source.trace
+    for each in quality(trace.data, trace.stats.delta, state=source.record["state"]):
+        yield each.check, "yes" if each.passed else "no", each.found, each.allowed
 
 
 def _measures(motion: Motion) -> Iterator[tuple[str, str, str]]:

@@ -15,9 +15,7 @@ records_app = typer.Typer(help="Strong-motion records: list, process, plot, sele
 
 NONE: list[str] = []
 WORDS = "ids, files, file#component, patterns or folders"
-Sources = Annotated[
-    list[str] | None, typer.Argument(metavar="SOURCE...", help=f"Records: {WORDS}.", show_default=False)
-]
+Sources = Annotated[list[str] | None, typer.Argument(metavar="SOURCE", help=f"Records: {WORDS}.", show_default=False)]
 Set = Annotated[str | None, typer.Option("--set", help="A record set, such as fema-p695-farfield.", show_default=False)]
 Unit = Annotated[
     str | None, typer.Option(help="Unit of files that do not state theirs, such as cm/s^2.", show_default=False)

@@ -258,7 +258,7 @@ def motion_targets(out: Path | None, sources: Sequence[Source]) -> list[Path | N
             raise PoundingError(f"-o: {out} is one file for {len(sources)} records; name a folder")
         targets = [writable("-o", out, SUFFIXES) or out]
     elif out.suffix and not out.is_dir():
-        raise PoundingError(f"-o: {out}: the name must end in {' or '.join(SUFFIXES)}, or be that of a folder")
+        raise PoundingError(f"-o: {out}: the name must end in {' or '.join(SUFFIXES)}; a folder has no suffix")
     else:
         check_folder(out)
         targets = [out / f"{plain_name(source)}.csv" for source in sources]

@@ -37,6 +37,8 @@ def print_plan(plan: Plan) -> None:
     for record in plan.records:
         for flag in record.flags:
             print(f"note: {record.name}: {flag}")
+    for sentence in plan.notes:
+        print(f"note: {sentence}")
     for sentence in plan.left_out:
         print(f"note: left out: {sentence}")
 

@@ -8,19 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from math import isclose
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk import record_sets, scaling
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.formats import is_record
+from pounding_risk.manifest import read_manifest, source_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import Motion, read_motion
+from pounding_risk.noise import shared_corners
+from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import Source, components, is_vertical, open_source, parted
+from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted, recording
 from pounding_risk.study import Study
 
+SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
 Progress = Callable[[int, int], None]
 
 
@@ -64,6 +69,8 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
     Raises RecordError for a record that cannot be used, two records of one name, and a component without its
     partner where the row has a direction.
     """
+    if request.manifest:
+        return Gathered(tuple(_of_manifest(request, folder)), ())
     left_out: list[str] = []
     sources = _sources(request, folder, left_out)
     groups: list[tuple[Source, ...]] = [(source,) for source in sources]
@@ -87,6 +94,31 @@ def _sources(request: RecordRequest, folder: Path, left_out: list[str]) -> list[
     for pattern in request.files:
         found += _of_files(request, folder, pattern, left_out)
     return list({(source.record["file"], source.name): source for source in found}.values())
+
+
+def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
+    """The records of a manifest with their factors; raises RecordError where one is not what the manifest says."""
+    path = folder / request.manifest
+    for number, row in enumerate(read_manifest(path), start=2):
+        source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
+        if source.record["sha256"] != row["sha256"]:
+            raise RecordError(
+                f"{path}, line {number}: {row['name']} has another checksum than the manifest says: the file was "
+                "changed; fetch it again, or choose again"
+            )
+        motion = replace(read_motion(source, processing=request.processing), name=row["name"])
+        if row["factor"] != 1.0:
+            motion = scaling.by_factor(motion, row["factor"], f"the factor of {path.name}")
+        if not isclose(motion.pga, row["PGA [m/s2]"], rel_tol=SAME_PEAK):
+            raise RecordError(
+                f"{path}, line {number}: {row['name']} has a PGA of {motion.pga:g} m/s² after its factor, the manifest "
+                f"says {row['PGA [m/s2]']:g}: it was processed, cut or turned otherwise; choose again"
+            )
+        if request.window is not None:
+            motion = motion.cut(*request.window)
+        if request.scale is not None:
+            motion = scaling.by_factor(motion, request.scale)
+        yield motion.with_tail(request.tail) if request.tail else motion
 
 
 def _of_files(request: RecordRequest, folder: Path, pattern: str, left_out: list[str]) -> Iterator[Source]:
@@ -114,9 +146,7 @@ def _pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
     """The two horizontals of each recording; raises RecordError where there are not two."""
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
-        record = source.record
-        key = (record.get("event"), record.get("date"), record.get("station"), str(Path(record["file"]).parent))
-        recordings.setdefault(key, []).append(source)
+        recordings.setdefault(recording(source.record, source.name), []).append(source)
     for found in recordings.values():
         if len(found) != 2:
             listed = ", ".join(source.record["id"] for source in found)
@@ -156,8 +186,22 @@ def _motion(request: RecordRequest, group: tuple[Source, ...], scaled: bool) -> 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     """Both horizontals, processed alike, in the direction of the row."""
     assert request.direction is not None
-    first, second = (read_motion(source, processing=request.processing) for source in pair)
+    processing: Any = request.processing
+    if processing == "auto" and all(source.record["state"] == RAW for source in pair):
+        processing = _one_band(pair)
+    first, second = (read_motion(source, processing=processing) for source in pair)
     return rotated(first, second, request.direction)
+
+
+def _one_band(pair: tuple[Source, ...]) -> list[dict[str, Any]]:
+    """The default chain with the stricter corners of both components, so that both keep the same frequencies."""
+    steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
+    at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
+    before = [read_motion(source, processing=steps[:at]) for source in pair]
+    if before[0].dt == before[1].dt:  # `rotated` refuses others
+        found = shared_corners([motion.acceleration for motion in before], before[0].dt)
+        steps[at] |= {"low": found.low, "high": found.high}
+    return steps
 
 
 def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion]:
@@ -165,11 +209,7 @@ def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion
     aim = request.to_median
     measure = f"sa({aim.period!r} s)" if isinstance(aim, Spectral) else str(aim)
     damping = aim.damping if isinstance(aim, Spectral) else 0.05
-    keys = ("event", "date", "station")
-    groups = [
-        tuple(motion.record.get(key) or "" for key in keys) if motion.record.get("station") else (motion.name,)
-        for motion in motions
-    ]
+    groups = [recording(motion.record, motion.name) for motion in motions]
     found = list(scaling.to_median(motions, measure, groups=groups, damping=damping))
     if request.scale is not None:
         found = [scaling.by_factor(motion, request.scale) for motion in found]

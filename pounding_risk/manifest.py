@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from math import isclose
@@ -19,6 +20,7 @@ from typing import Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
+from pounding_risk.sources import parted
 
 SEPARATOR = " | "  # between the steps of the processing
 SAME = 1e-12  # numbers are written with every digit
@@ -31,6 +33,7 @@ def _of_record(key: str) -> Callable[[Motion], Any]:
 # What a row holds, and how it is read back.
 COLUMNS: dict[str, tuple[Callable[[Motion], Any], type]] = {
     "name": (lambda motion: motion.name, str),
+    "source": (_of_record("source"), str),
     "file": (_of_record("file"), str),
     "sha256": (_of_record("sha256"), str),
     "event": (_of_record("event"), str),
@@ -44,6 +47,7 @@ COLUMNS: dict[str, tuple[Callable[[Motion], Any], type]] = {
     "npts": (lambda motion: len(motion.acceleration), int),
     "duration [s]": (lambda motion: motion.duration, float),
     "PGA [m/s2]": (lambda motion: motion.pga, float),
+    "factor": (lambda motion: motion.record.get("factor", 1.0), float),
     "state": (_of_record("state"), str),
     "origin": (_of_record("origin"), str),
     "processing": (lambda motion: SEPARATOR.join(motion.processing), str),
@@ -59,17 +63,43 @@ def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
 
-    Raises RecordError where the file cannot be written.
+    Sources that are files are written relative to the manifest, so that both can move together. The file appears under
+    its name when it is whole. Raises RecordError where it cannot be written.
     """
     target = Path(path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
-        with target.open("w", encoding="utf-8", newline="") as file:
+        with partial.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, COLUMNS)
             writer.writeheader()
-            writer.writerows(manifest(motions))
+            writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+        os.replace(partial, target)
     except OSError as error:
         raise RecordError(f"{target}: cannot be written ({error.strerror}); check the folder") from None
+    finally:
+        partial.unlink(missing_ok=True)
     return target
+
+
+def _beside(source: str | None, folder: Path) -> str | None:
+    """A source relative to a folder, where it is a file; an id as it is."""
+    if source is None or not parted(source)[0].is_file():
+        return source
+    return Path(os.path.relpath(source, folder)).as_posix()
+
+
+def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
+    """What to read for a row of a manifest in ``folder``: an id, or a file with its component.
+
+    Raises RecordError for a motion that was in memory only, or made of two.
+    """
+    if row["source"] is None:
+        raise RecordError(
+            f"{row['name']}: no source is named, as the motion was in memory or made of two; write it to a file and "
+            "choose from the files"
+        )
+    place = folder / row["source"]
+    return place if parted(place)[0].is_file() else str(row["source"])
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:

@@ -21,7 +21,9 @@ from pounding_risk.processing import (
     read_steps,
     window,
 )
+from pounding_risk.quality import AT_REST, FIRST_OF_PEAK, LASTING, LONGEST_STEP, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.quantities import PGA, SCALE, TAIL, TIME, shown
+from pounding_risk.record_request import AS_RECORDED, REVERSED
 from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
 from pounding_risk.sources import RAW, Source, check_samples, open_source
@@ -29,9 +31,7 @@ from pounding_risk.sources import RAW, Source, check_samples, open_source
 if TYPE_CHECKING:
     from obspy import Trace
 
-AS_RECORDED, REVERSED = "as recorded", "reversed"
-LONGEST_STEP = 0.02  # s; longer steps miss peaks
-FIRST_OF_PEAK, OFFSET_OF_PEAK, CHANGE_OF_PEAK = 0.02, 0.05, 0.02
+CHANGE_OF_PEAK = 0.02
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
@@ -41,7 +41,8 @@ class Motion:
 
     ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
     ``record`` says where it is from: id, event, date, station, component, file, sha256 of the file, origin,
-    terms, state, pga_recorded [m/s²], and start, the time of the first sample (UTC) where it is known.
+    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), and start, the
+    time of the first sample (UTC) where it is known.
     ``processing`` has one sentence a step, ``flags`` one a doubt.
 
     Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
@@ -101,9 +102,11 @@ class Motion:
 
     def after(self, done: Done) -> Motion:
         """The motion with the samples of a step, its sentence and its doubts."""
+        factor = self.record.get("factor", 1.0) * done.factor
         return replace(
             self,
             acceleration=done.samples,
+            record={**self.record, "factor": factor} if done.factor != 1.0 else self.record,
             processing=(*self.processing, *([done.sentence] if done.sentence else [])),
             flags=tuple(dict.fromkeys((*self.flags, *done.flags))),
         )
@@ -191,7 +194,7 @@ def _prepared(
     log.flags += _doubts(log.samples, log.dt)
     if quiet > 0.0:
         log.add(_extend(log.samples, log.dt, quiet))
-    record = _later({**found.record, "polarity": polarity}, log.start)
+    record = _later({**found.record, "polarity": polarity, "factor": log.factor}, log.start)
     return log.trace(), record, tuple(dict.fromkeys(log.flags))
 
 
@@ -209,6 +212,7 @@ class _Log:
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
         self.start, self.flags = 0.0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.factor = 1.0
         self.raw = found.record["state"] == RAW
         self._source = found.trace
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
@@ -217,6 +221,7 @@ class _Log:
         """Take over what a step gave."""
         self.samples, self.start = done.samples, self.start + done.cut * self.dt
         self.dt = self.dt if done.dt is None else done.dt
+        self.factor *= done.factor
         self.sentences.append(done.sentence)
         self.flags += done.flags
 
@@ -235,8 +240,12 @@ def _process(log: _Log, chain: Sequence[Step]) -> None:
     """Every step of the chain; flagged where they change PGA by more than 2 %, or leave an offset."""
     centred = log.samples - log.samples.mean() if log.raw else log.samples
     before = float(np.abs(centred).max())
+    log.flags += failed(quality(log.samples, log.dt, checks=LASTING))
     for step in chain:
         log.add(step.apply(log.samples, log.dt))
+    # A baseline correction tells itself how the motion ends, and may leave a permanent displacement in.
+    if not any(step.name == "baseline" for step in chain):
+        log.flags += failed(quality(log.samples, log.dt, checks=AT_REST))
     after = float(np.abs(log.samples).max())
     if chain and before > 0.0 and abs(after / before - 1.0) > CHANGE_OF_PEAK:
         log.flags.append(f"processing changed PGA by {100.0 * (after / before - 1.0):+.1f} %")

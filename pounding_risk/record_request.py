@@ -71,6 +71,7 @@ class RecordRequest(NamedTuple):
     processing: str | tuple[StepTable, ...]  # "auto", "none", or the steps in their order
     tail: float  # s of free vibration after the record
     set: str = ""  # name of a record set
+    manifest: str = ""  # a list of records with their factors, relative to the scene file's folder
     unit: str = ""  # of files that do not state theirs, such as "cm/s^2"
     dt: float | None = None  # s, likewise
     direction: float | None = None  # of the row, degrees clockwise from north; None takes components as they are
@@ -84,6 +85,7 @@ class RecordRequest(NamedTuple):
             "names": list(self.names) or None,
             "files": list(self.files) or None,
             "set": self.set or None,
+            "manifest": self.manifest or None,
             "unit": self.unit or None,
             "dt": None if self.dt is None else exact(self.dt, STEP),
             "direction": None if self.direction is None else exact(self.direction, DIRECTION),

@@ -55,7 +55,7 @@ def scale_samples(samples: Samples, factor: float, aim: str = "") -> Done:
         flags.append(f"the scale factor {factor:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
     peaks = f"from PGA {before / STANDARD_GRAVITY:.5g} g to {pga / STANDARD_GRAVITY:.5g} g"
     words = f"scale: times {factor:.10g}{f' to {aim}' if aim else ''}, {peaks}"
-    return Done(scaled, words, tuple(flags))
+    return Done(scaled, words, tuple(flags), factor=factor)
 
 
 def scale_samples_to(samples: Samples, pga: float, name: str) -> Done:

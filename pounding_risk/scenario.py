@@ -171,6 +171,7 @@ class RecordsTable(Section):
     names: Annotated[tuple[str, ...], Reads(scene_records.record_names, _STRINGS)] = ()
     files: Annotated[tuple[str, ...], Reads(scene_records.record_files, _STRINGS)] = ()
     set: Annotated[str, Reads(scene_records.record_set, {"type": "string"})] = ""
+    manifest: Annotated[str, Reads(scene_keys.words("selected.csv"), {"type": "string"})] = ""
     unit: Annotated[str, Reads(scene_records.unit, {"type": "string"})] = ""
     dt: Annotated[float | None, measured(STEP)] = None
     direction: Annotated[float | None, measured(DIRECTION)] = None
@@ -226,6 +227,7 @@ TABLES: Mapping[str, type[Section]] = {
     "solver": SolverTable,
 }
 KNOWN = {section: [*table.model_fields, *LATER.get(section, {})] for section, table in TABLES.items()}
+RENAMED = {"polarity": "polarities"}  # keys of [records] that are called otherwise in a study
 ABSENT = {
     "building": "missing; write two [[building]] tables, left and right, each with name, mass and period",
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
@@ -309,22 +311,7 @@ def _assembled(tables: SceneTables, origin: _Origin) -> Study:
         restitution_words=interface.restitution[1],
         yield_force=interface.yield_force,
         equal_terms=EqualTerms(**dict(interface.equal_terms)) if interface.equal_terms else None,
-        records=RecordRequest(
-            records.names,
-            records.files,
-            records.window,
-            records.pga,
-            records.scale,
-            records.polarity,
-            records.processing,
-            records.tail,
-            records.set,
-            records.unit,
-            records.dt,
-            records.direction,
-            records.sa,
-            records.to_median,
-        ),
+        records=RecordRequest(**{RENAMED.get(key, key): value for key, value in records}),
         grid=Grid(
             grid.gap or (gap,),
             grid.yield_force or (interface.yield_force,),

@@ -31,7 +31,7 @@ from pounding_risk.quantities import PGA, shown
 from pounding_risk.rotation import rotated
 from pounding_risk.scaling import USUAL_FACTORS, asked, by_factor, period_range, spectral_accelerations
 from pounding_risk.signals import Samples
-from pounding_risk.sources import is_vertical
+from pounding_risk.sources import is_vertical, recording
 from pounding_risk.targets import Target
 
 NODES = 30  # periods in the range, evenly in the logarithm, ends included
@@ -242,19 +242,11 @@ def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> li
         return [(motion,) for motion in level]
     groups: dict[Any, list[Motion]] = {}
     for motion in level:
-        groups.setdefault(_recording(motion), []).append(motion)
+        groups.setdefault(recording(motion.record, motion.name), []).append(motion)
     for group in groups.values():
         if len(group) != 2:
             left[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
     return [(group[0], group[1]) for group in groups.values() if len(group) == 2]
-
-
-def _recording(motion: Motion) -> Any:
-    """What the components of one recording share."""
-    if motion.record.get("rsn"):
-        return motion.record["rsn"]
-    told = tuple(motion.record.get(key) or "" for key in ("event", "date", "station"))
-    return told if told[2] else motion.name
 
 
 def _known(parts: tuple[Motion, ...], key: str) -> Any:

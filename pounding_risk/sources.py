@@ -7,7 +7,7 @@ is raw or processed.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -20,6 +20,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 
 RAW, PROCESSED = "raw", "processed"
+IN_MEMORY = "ObsPy trace"
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
 
@@ -61,6 +62,14 @@ def parted(source: str | Path) -> tuple[Path, str]:
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
 
 
+def recording(record: Mapping[str, Any], name: str) -> Hashable:
+    """What the components of one recording share; the ``name`` itself where nothing is told of the station."""
+    if record.get("rsn"):
+        return record["rsn"]
+    told = tuple(record.get(key) or "" for key in ("event", "date", "station"))
+    return told if told[2] else name
+
+
 def is_vertical(record: Mapping[str, Any]) -> bool:
     """True for the facts of a component that is vertical, by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ and the like."""
     name = str(record.get("component") or "").upper()
@@ -72,6 +81,8 @@ def _checked(found: Source) -> Source:
     """A source with samples that a run can use, and their peak among its facts."""
     check_samples(found.trace.data, found.trace.stats.delta, found.name)
     samples = np.asarray(found.trace.data, dtype=np.float64)
+    if found.record["format"] != IN_MEMORY:
+        found.record["source"] = found.name
     offset = samples.mean() if found.record["state"] == RAW else 0.0
     found.record["pga_recorded"] = float(np.abs(samples - offset).max())
     return found
@@ -121,7 +132,7 @@ def _of_trace(source: Any) -> Source:
             f"{name}: the trace has calib {source.stats.calib:g}, so its samples are no m/s² yet; multiply "
             "them by it and set stats.calib = 1"
         )
-    record = {**_told(source), "id": name, "state": PROCESSED, "format": "ObsPy trace", "file": ""}
+    record = {**_told(source), "id": name, "state": PROCESSED, "format": IN_MEMORY, "file": ""}
     digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
     record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
     return Source(name, source, record, "units: m/s², as given")

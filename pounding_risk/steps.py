@@ -20,7 +20,8 @@ DRIFT_OF_PEAK = 0.05  # |d_end|/PGD and |v_end|/PGV above this are flagged
 class Done(NamedTuple):
     """What a step gives: samples, its sentence, doubts, how many samples it cut from the start, and its time step.
 
-    ``cut`` is below zero where samples were added before the start; ``dt`` [s] is None where it stays as it was.
+    ``cut`` is below zero where samples were added before the start; ``dt`` [s] is None where it stays as it was;
+    ``factor`` is what a scaling multiplied them by.
     """
 
     samples: Samples
@@ -28,6 +29,7 @@ class Done(NamedTuple):
     flags: tuple[str, ...] = ()
     cut: int = 0
     dt: float | None = None
+    factor: float = 1.0
 
 
 class Step(NamedTuple):

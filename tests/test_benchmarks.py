@@ -73,3 +73,22 @@ def test_the_script_runs(capsys):
     assert "| sweep, 2 threads, every case run | 9 | 9 |" in told
     assert told.count("RK4, fixed steps") == 2
     assert "0 impact counts differ" in told
+
+
+def test_baseline_treatments_change_displacement_and_little_else(tmp_path):
+    """PGA within 0.3 and PGV within 2.5 % of each other wherever the drift is gone; the chain ends at zero."""
+    from baseline import AS_IT_IS, CHAIN, LEVELLED, SHIFTED, draw, peaks, treated
+
+    motions = treated()
+    table = {name: peaks(motion) for name, motion in motions.items()}
+    assert table[AS_IT_IS][3] == pytest.approx(1221.65, abs=0.1)
+    assert table[LEVELLED][3] == pytest.approx(-1892.0, abs=1.0)
+    settled = [row for row in table.values() if row[2] < 50.0]
+    assert len(settled) == 5
+    for column, spread in ((0, 0.003), (1, 0.025)):
+        values = [row[column] for row in settled]
+        assert max(values) < (1.0 + spread) * min(values)
+    assert abs(table[CHAIN][3]) < 0.02 * table[CHAIN][2]
+    assert table[SHIFTED][2] == pytest.approx(45.9, abs=0.1)
+    draw(motions, str(tmp_path / "ridgecrest.png"))
+    assert (tmp_path / "ridgecrest.png").stat().st_size > 50_000

@@ -1,5 +1,6 @@
 """What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
 
+import re
 import shutil
 
 import numpy as np
@@ -9,12 +10,15 @@ from pounding_risk import catalogue
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.gather import gather, gathered
+from pounding_risk.manifest import write_manifest
 from pounding_risk.measures import measure, response_spectra
 from pounding_risk.motions import read_motion
 from pounding_risk.plan import validate
 from pounding_risk.record_request import RecordRequest, Spectral
 from pounding_risk.rotation import rotated
 from pounding_risk.scenario import parse_scene
+from pounding_risk.selection import select
+from pounding_risk.targets import read_target
 
 G = 9.80665
 PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
@@ -145,3 +149,65 @@ def test_a_set_drives_a_scan():
     dataset = scan(scene)
     assert dataset.sizes["record"] == 28
     assert (dataset["simulated"] == 0).all()  # a gap of 2 m is never closed
+
+
+def test_a_choice_of_records_drives_a_scene_with_its_factors(folder, tmp_path):
+    candidates = [read_motion(path) for path in sorted(folder.glob("RSN6-[12]*.AT2"))]
+    candidates += [read_motion("RSN753-000"), read_motion("CCC-HN1")]
+    chosen = select(candidates, read_target("asce7:sds=1.0,sd1=0.6,tl=8"), count=3)
+    write_manifest(chosen.motions(), tmp_path / "selected.csv")
+    study = parse_scene(SCENE + 'manifest = "selected.csv"\ntail = "1 s"\n', str(tmp_path / "scene.toml"))
+    assert parse_scene(study.to_toml(), study.source) == study
+    found = gathered(study).motions
+    assert [motion.name for motion in found] == [motion.name for motion in chosen.motions()]
+    for motion, asked in zip(found, chosen.motions(), strict=True):
+        count = len(asked.acceleration)
+        assert np.array_equal(motion.acceleration[:count], asked.acceleration)
+        assert motion.duration == pytest.approx(asked.duration + 1.0)
+
+
+def test_a_manifest_whose_files_have_changed_is_refused(folder):
+    motion = read_motion(folder / "RSN6-180.AT2", pga="0.4 g")
+    path = write_manifest([motion], folder / "selected.csv")
+    scene = str(folder / "scene.toml")
+    study = parse_scene(SCENE + 'manifest = "selected.csv"\n', scene)
+    assert gathered(study).motions[0].pga == pytest.approx(0.4 * G, rel=1e-12)
+    assert "RSN6-180.AT2," in path.read_text()
+    with pytest.raises(RecordError, match=r"selected\.csv, line 2: RSN6-180 has a PGA of .* processed, cut or turned"):
+        gathered(parse_scene(SCENE + 'manifest = "selected.csv"\nprocessing = [{step = "trend", order = 3}]\n', scene))
+    shutil.copy(folder / "RSN6-270.AT2", folder / "RSN6-180.AT2")
+    with pytest.raises(RecordError, match=r"line 2: RSN6-180 has another checksum than the manifest says"):
+        gathered(study)
+    write_manifest([motion.reversed()], path)
+    with pytest.raises(RecordError, match="another checksum"):
+        gathered(study)
+    turned = rotated(read_motion("RSN6-180"), read_motion("RSN6-270"), 20.0)
+    write_manifest([turned], path)
+    with pytest.raises(RecordError, match="no source is named, as the motion was in memory or made of two"):
+        gathered(study)
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ('manifest = "no.csv"\n', "line 15, records.manifest: no such file in .*; files are relative to the scene"),
+        ('manifest = "a.csv"\npga = "0.5 g"\n', "records.pga: manifest and pga are both given, and each sets the"),
+        ('manifest = "a.csv"\ndirection = "20 deg"\n', "records.direction: a manifest names single components; remove"),
+        ('manifest = "a.csv"\n[grid]\npga = ["0.5 g"]\n', "records.manifest: the grid has a pga, which sets the amp"),
+    ],
+)
+def test_what_a_manifest_excludes(tmp_path, lines, sentence):
+    (tmp_path / "a.csv").touch()
+    with pytest.raises(SceneError, match=sentence):
+        parse_scene(SCENE + lines, str(tmp_path / "scene.toml"))
+
+
+def test_raw_components_of_a_row_pass_one_filter():
+    """The stricter corners of both: a rotated motion would otherwise hold a band of which it has only one half."""
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    filters = [sentence.partition("bandpass: ")[2] for sentence in turned.processing if "bandpass" in sentence]
+    bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
+    assert len(bands) == 2 and bands[0] == bands[1]
+    alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
+    own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
+    assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))

