@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,7 +28,6 @@ NAMED = (0.2, 1.0)  # s, told in the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
 FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
-CORNERS = re.compile(r"(?:([\d.e+-]+) to ([\d.e+-]+)|above ([\d.e+-]+)|below ([\d.e+-]+)) Hz \(-3 dB\)")
 
 
 class History(NamedTuple):
@@ -187,12 +185,9 @@ def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
 
 
 def corners(motion: Motion) -> tuple[float, ...]:
-    """The corners [Hz] of every filter that a motion went through here, and of one that its file tells of."""
-    found = [
-        float(corner) for text in motion.processing for match in CORNERS.findall(text) for corner in match if corner
-    ]
+    """The corners [Hz] of the filter that a motion went through, here or before it was distributed."""
     told = [motion.record.get(key) for key in ("low_corner", "high_corner")]
-    return tuple(sorted({*found, *(float(each) for each in told if each)}))
+    return tuple(float(each) for each in told if each)
 
 
 def longest_usable(motion: Motion) -> float | None:

@@ -48,9 +48,10 @@ def bandpass(
     passed, pad = filtered(samples, dt, (chosen.low, chosen.high), order)
     flags = (*chosen.flags, *_filter_flags(samples, dt, chosen.low))
     words = _filter_words(chosen, order, pad * dt)
+    band = (chosen.low, chosen.high)
     if pads == KEPT:
-        return Done(passed, f"{words}, kept", flags, -pad)
-    return Done(passed[pad : pad + len(samples)], words, flags)
+        return Done(passed, f"{words}, kept", flags, -pad, band=band)
+    return Done(passed[pad : pad + len(samples)], words, flags, band=band)
 
 
 def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None], corners: str) -> Corners:

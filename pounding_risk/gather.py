@@ -20,6 +20,7 @@ from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.noise import shared_corners
 from pounding_risk.processing import DEFAULT_CHAIN
+from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
 from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted, recording
@@ -49,6 +50,7 @@ def gathered(study: Study) -> Gathered:
     reached both buildings.
     """
     found = gather(study.records, study.folder, scaled=study.grid.pgas == (None,))
+    found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
     if not found.motions:
         asked = ", ".join(study.records.files)
         left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
@@ -59,6 +61,22 @@ def gathered(study: Study) -> Gathered:
             told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
             raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
     return found
+
+
+def _for_buildings(motion: Motion, study: Study) -> Motion:
+    """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
+    periods = [building.period for building in study.buildings if not building.is_rigid]
+    if not periods:
+        return motion
+    findings = quality(
+        motion.acceleration,
+        motion.dt,
+        shortest_period=min(periods),
+        longest_period=max(periods),
+        usable=motion.record.get("lowest_usable_frequency"),
+        checks=OF_BUILDINGS,
+    )
+    return replace(motion, flags=(*motion.flags, *failed(findings)))
 
 
 def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None) -> Gathered:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from obspy import Trace
 
 CHANGE_OF_PEAK = 0.02
+USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
@@ -194,7 +196,7 @@ def _prepared(
     log.flags += _doubts(log.samples, log.dt)
     if quiet > 0.0:
         log.add(_extend(log.samples, log.dt, quiet))
-    record = _later({**found.record, "polarity": polarity, "factor": log.factor}, log.start)
+    record = _later({**found.record, "polarity": polarity, "factor": log.factor}, log.start) | log.corners()
     return log.trace(), record, tuple(dict.fromkeys(log.flags))
 
 
@@ -212,9 +214,9 @@ class _Log:
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
         self.start, self.flags = 0.0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
-        self.factor = 1.0
+        self.factor, self.band = 1.0, (0.0, inf)
         self.raw = found.record["state"] == RAW
-        self._source = found.trace
+        self._source, self._record = found.trace, found.record
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
 
     def add(self, done: Done) -> None:
@@ -222,8 +224,20 @@ class _Log:
         self.samples, self.start = done.samples, self.start + done.cut * self.dt
         self.dt = self.dt if done.dt is None else done.dt
         self.factor *= done.factor
+        self.band = max(self.band[0], done.band[0]), min(self.band[1], done.band[1])
         self.sentences.append(done.sentence)
         self.flags += done.flags
+
+    def corners(self) -> dict[str, float]:
+        """Facts of a record that a filter here has changed: its own corners, and those it came with, the narrower."""
+        (low, high), facts = self.band, {}
+        if low > 0.0:
+            low = max(low, self._record.get("low_corner") or 0.0)
+            usable = max(USABLE * low, self._record.get("lowest_usable_frequency") or 0.0)
+            facts = {"low_corner": low, "lowest_usable_frequency": usable}
+        if high < inf:
+            facts["high_corner"] = min(high, self._record.get("high_corner") or inf)
+        return facts
 
     def trace(self) -> Trace:
         """The samples as an ObsPy trace; the one they came from stays as it was."""

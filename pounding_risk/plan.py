@@ -12,7 +12,6 @@ from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import Motion
-from pounding_risk.quality import STEPS_A_PERIOD
 from pounding_risk.quantities import (
     DAMPING,
     FLOOR_LENGTH,
@@ -73,21 +72,6 @@ class Plan:
     def cases(self) -> int:
         """The cases of the grid; some of them will be known without a run of their own."""
         return prod(self.shape.values())
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Doubts about records and buildings together: samples too far apart for the stiffest building."""
-        stiffest = min((each for each in self.study.buildings if not each.is_rigid), key=lambda each: each.period)
-        longest = stiffest.period / STEPS_A_PERIOD
-        coarse = [record.dt for record in self.records if record.dt > longest * (1.0 + 1e-9)]
-        if not coarse:
-            return ()
-        many = len(self.records) > 1
-        who = f"{len(coarse)} of {len(self.records)} records have" if many else f"{self.records[0].name} has"
-        return (
-            f"{who} a time step above a tenth of {stiffest.name}'s period ({say(max(coarse), TIME)}, period "
-            f"{say(stiffest.period, PERIOD)}): what the ground does between samples is not known, and taken as linear",
-        )
 
     @property
     def seconds(self) -> float:

@@ -21,7 +21,7 @@ from pounding_risk.steps import DRIFT_OF_PEAK
 from pounding_risk.steps_basic import SHORTEST_PRE_EVENT
 
 LONGEST_STEP = 0.02  # s; longer steps miss peaks
-STEPS_A_PERIOD = 10.0  # gmprocess' oscillators too; at dt = T/5 the sampled peak is 5 to 7 % low
+STEPS_A_PERIOD = 10.0  # as for gmprocess' oscillators
 SHORTEST_SHAKING = 5.0  # s from the arrival to the end, as in gmprocess
 LONGEST_FLAT, SAME = 2, 1e-6  # samples in a row at the extreme, equal to this part of the range
 SPIKE_OF_RANGE, SPIKE_OF_OTHERS, NEIGHBOURHOOD = 0.02, 4.0, 0.25  # range; sharpest bend within so many s
@@ -46,11 +46,13 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Seen:
-    """A record under the checks, and what several of them need; ``shortest_period`` [s] of the buildings, if known."""
+    """A record under the checks, and what several of them need; see `quality` for the fields."""
 
     samples: Samples
     dt: float
     shortest_period: float | None
+    longest_period: float | None
+    usable: float | None
 
     @cached_property
     def centred(self) -> Samples:
@@ -85,6 +87,7 @@ CHECKS: dict[str, Check] = {}
 # What no processing mends, and what says that a motion has not come to rest: flags of a motion. Others of its doubts
 # are told by the steps that met them.
 LASTING = ("duration", "clipping", "spikes", "zero crossings")
+OF_BUILDINGS = ("time step of the stiffest building", "period of the softest building")
 AT_REST = ("velocity at the end", "displacement at the end", "tail")
 
 
@@ -109,16 +112,18 @@ def quality(
     dt: float,
     *,
     shortest_period: float | None = None,
+    longest_period: float | None = None,
+    usable: float | None = None,
     state: str = PROCESSED,
     checks: tuple[str, ...] | None = None,
 ) -> tuple[Finding, ...]:
     """What every check finds in ``samples`` [m/s²] at every ``dt`` [s]; those that do not apply say nothing.
 
-    ``shortest_period`` [s] is that of the stiffest building. A ``state`` "raw" asks for quiet before the earthquake,
-    and for an earthquake that stands out of it, which a processed record need not have any more. ``checks`` are those
-    of `CHECKS` unless named.
+    ``shortest_period`` and ``longest_period`` [s] are those of the buildings; ``usable`` [Hz] is the lowest frequency
+    that the record's filter left. A ``state`` "raw" asks for quiet before the earthquake, and for an earthquake that
+    stands out of it, which a processed record need not have any more. ``checks`` are those of `CHECKS` unless named.
     """
-    seen = Seen(np.asarray(samples, dtype=np.float64), dt, shortest_period)
+    seen = Seen(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
     if seen.peak == 0.0:
         return (Finding("motion", "every sample is the same", "a motion", False),)
     asked = CHECKS if checks is None else checks
@@ -139,12 +144,20 @@ def _time_step(seen: Seen) -> tuple[str, str, bool]:
 
 @check("time step of the stiffest building")
 def _stiffest(seen: Seen) -> tuple[str, str, bool] | None:
-    """dt <= T/10: peaks of its response lie between samples too."""
+    """dt <= T/10: straight lines between samples keep sinc²(dt/T) of a wave of period T, 97 % then and 87 % at T/5."""
     if seen.shortest_period is None:
         return None
     longest = seen.shortest_period / STEPS_A_PERIOD
     words = f"{seen.dt:g} s, {seen.shortest_period / seen.dt:.3g} in a period of {seen.shortest_period:g} s"
     return words, f"at most {longest:.3g} s", seen.dt <= longest * (1.0 + 1e-9)
+
+
+@check("period of the softest building")
+def _softest(seen: Seen) -> tuple[str, str, bool] | None:
+    """What its filter took from a record no longer drives a building of such a period."""
+    if seen.longest_period is None or not seen.usable:
+        return None
+    return f"{seen.longest_period:g} s", f"at most {1.0 / seen.usable:.3g} s", seen.longest_period <= 1.0 / seen.usable
 
 
 @check("duration")

@@ -7,6 +7,7 @@ is to write one function under ``@step``, in the module that holds its kind.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
@@ -21,7 +22,7 @@ class Done(NamedTuple):
     """What a step gives: samples, its sentence, doubts, how many samples it cut from the start, and its time step.
 
     ``cut`` is below zero where samples were added before the start; ``dt`` [s] is None where it stays as it was;
-    ``factor`` is what a scaling multiplied them by.
+    ``factor`` is what a scaling multiplied them by; ``band`` [Hz] are the corners of a filter, 0 and inf for none.
     """
 
     samples: Samples
@@ -30,6 +31,7 @@ class Done(NamedTuple):
     cut: int = 0
     dt: float | None = None
     factor: float = 1.0
+    band: tuple[float, float] = (0.0, inf)
 
 
 class Step(NamedTuple):

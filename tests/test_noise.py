@@ -193,3 +193,16 @@ def test_kept_pads_bring_velocity_and_displacement_to_rest():
     assert motion.processing[-1].endswith("37.5 s of zeros at both ends, kept")
     stripped = Step("bandpass", {"low": 0.1, "high": 30.0}).apply(prepared("CCC-HN1"), 0.01).samples
     assert np.array_equal(motion.acceleration[pad:-pad], stripped)
+
+
+def test_a_motion_knows_the_band_that_its_filters_left():
+    """Lowest usable frequency 1.25 times the corner, as in the flatfile of NGA-West2; of two filters the narrower."""
+    record = read_motion("CCC-HN1").record
+    assert record["low_corner"] == pytest.approx(0.08119, abs=5e-6)
+    assert record["high_corner"] == 37.5
+    assert record["lowest_usable_frequency"] == 1.25 * record["low_corner"]
+    twice = [{"step": "bandpass", "low": low, "high": high} for low, high in ((0.1, 20.0), (0.05, 30.0))]
+    narrow = read_motion("CCC-HN1", processing=twice).record
+    assert (narrow["low_corner"], narrow["high_corner"]) == (0.1, 20.0)
+    untouched = read_motion("CCC-HN1", processing=[{"step": "mean"}]).record
+    assert not untouched.get("low_corner") and not untouched.get("lowest_usable_frequency")

@@ -58,6 +58,7 @@ def with_a_level(share):
 DAMAGES = [
     ("time step", "RSN6-180", lambda a: a[::3], 0.03, {}),
     ("time step of the stiffest building", "RSN6-180", lambda a: a, 0.01, {"shortest_period": 0.05}),
+    ("period of the softest building", "RSN6-180", lambda a: a, 0.01, {"longest_period": 8.1, "usable": 0.125}),
     ("duration", "CCC-HN1", lambda a: a[:2600], 0.01, {"state": "raw"}),
     ("quiet before", "CCC-HN1", lambda a: a[np.argmax(np.abs(a)) - 100 :], 0.01, {"state": "raw"}),
     ("signal-to-noise", "CCC-HN1", noisy, 0.01, {"state": "raw"}),
@@ -82,7 +83,7 @@ def test_every_check_has_a_damage():
 @pytest.mark.parametrize(("name", "record", "damage", "dt", "options"), DAMAGES)
 def test_a_damaged_record_fails_its_check(name, record, damage, dt, options):
     whole, step = samples(record)
-    before = quality(whole, step, **{**options, "shortest_period": 0.5})
+    before = quality(whole, step, **{**options, "shortest_period": 0.5, "longest_period": 2.0})
     assert name not in fails(before)
     assert name in fails(quality(damage(whole), dt, **options))
 
@@ -122,6 +123,17 @@ def test_a_spike_is_found_wherever_it_is(place, side, size):
     found = {finding.check: finding for finding in quality(a, dt)}["spikes"]
     assert not found.passed
     assert found.found == f"a single sample sticks out at {place * dt:.4g} s"
+
+
+def test_straight_lines_between_samples_keep_sinc_squared():
+    """The reason of dt <= T/10: what is left of the amplitude of a wave of period T, sampled and joined by lines."""
+    fine = np.arange(100_000) / 1000.0
+    for a_period, left in ((10, 0.9675), (5, 0.8751)):
+        dt = 1.0 / a_period
+        joined = np.interp(fine, np.arange(0.0, 101.0, dt), np.sin(2.0 * np.pi * np.arange(0.0, 101.0, dt)))
+        amplitude = 2.0 * abs(np.mean(joined * np.exp(-2j * np.pi * fine)))
+        assert amplitude == pytest.approx(np.sinc(1.0 / a_period) ** 2, abs=1e-4)
+        assert amplitude == pytest.approx(left, abs=1e-4)
 
 
 # --- flags of a motion ------------------------------------------------------------------------------------

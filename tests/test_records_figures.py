@@ -105,7 +105,7 @@ def test_the_title_tells_the_drift(ridgecrest, processed):
 
 
 def test_corners_are_those_of_the_filter():
-    """From the sentence of the step itself, whatever it says of both, one or no corner."""
+    """Of both, one or no corner."""
     chosen = read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.12, "high": 21.5}])
     assert corners(chosen) == (0.12, 21.5)
     assert corners(read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.0, "high": 21.5}])) == (21.5,)
