@@ -195,11 +195,8 @@ def longest_usable(motion: Motion) -> float | None:
 
     That of its lowest usable frequency, or of 1.25 times the lower corner (PEER NGA-West2, Ancheta et al. 2013).
     """
-    lows = [low or above for text in motion.processing for low, _, above, _ in CORNERS.findall(text)]
-    told = motion.record.get("lowest_usable_frequency")
-    lows += [] if told else [motion.record.get("low_corner")]
-    limits = [CORNER_FACTOR * float(low) for low in lows if low] + ([float(told)] if told else [])
-    return 1.0 / max(limits) if limits else None
+    lowest = motion.record.get("lowest_usable_frequency") or CORNER_FACTOR * float(motion.record.get("low_corner") or 0)
+    return 1.0 / lowest if lowest else None
 
 
 class Ensemble(NamedTuple):
