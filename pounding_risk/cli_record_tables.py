@@ -31,10 +31,13 @@ def print_records(entries: Sequence[Entry]) -> None:
 
 def print_sources(sources: Sequence[Source]) -> None:
     """Records that were read, one line each."""
+    from pounding_risk.sources import file_name
+
     rows = []
     for each in sources:
         stats = each.trace.stats
-        rows.append(_line(each.record, each.record["pga_recorded"], (stats.npts - 1) * stats.delta, stats.delta))
+        facts = {**each.record, "id": file_name(each)}
+        rows.append(_line(facts, each.record["pga_recorded"], (stats.npts - 1) * stats.delta, stats.delta))
     print_table(HEADS, rows, "llllllrrr")
 
 
@@ -129,8 +132,8 @@ def _measures(motion: Motion) -> Iterator[tuple[str, str, str]]:
     yield "D5-75", engineering(found.d5_75, "s"), "from 5 to 75 % of the Arias intensity"
     yield "D5-95", engineering(found.d5_95, "s"), "from 5 to 95 % of the Arias intensity"
     spectra = response_spectra(motion.acceleration, motion.dt, SPECTRUM)
-    for period, value in zip(SPECTRUM, spectra.acceleration, strict=True):
-        yield f"Sa({period:g} s)", engineering(value, "m/s2"), "spectral acceleration, absolute, damping 5 %"
+    for period, value in zip(SPECTRUM, spectra.pseudo_acceleration, strict=True):
+        yield f"Sa({period:g} s)", engineering(value, "m/s2"), "pseudo-spectral acceleration, damping 5 %, as in codes"
 
 
 def print_processed(motions: Sequence[Motion], targets: Sequence[Path | None]) -> None:

@@ -253,13 +253,19 @@ def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:
-    """Motions with names of their own: of those that share one, each is named with its folder, then with a number."""
+    """Motions with names of their own: those that share one are named as their files, then with folders or numbers."""
     names = [motion.name for motion in motions]
-    if len(set(names)) == len(names):
-        return list(motions)
-    shared = {name for name in names if names.count(name) > 1}
-    folders = [Path(str(motion.record.get("file", ""))).parent.name for motion in motions]
-    longer = [f"{folder}/{name}" if name in shared else name for folder, name in zip(folders, names, strict=True)]
-    if len(set(longer)) < len(longer):
-        longer = [f"{name} ({at})" if name in shared else name for at, name in enumerate(names, start=1)]
-    return [replace(motion, name=name) for motion, name in zip(motions, longer, strict=True)]
+    for longer in (_as_file, _in_folder):
+        again = {name for name in names if names.count(name) > 1}
+        names = [longer(motion) if name in again else name for motion, name in zip(motions, names, strict=True)]
+    again = {name for name in names if names.count(name) > 1}
+    names = [f"{name} ({at})" if name in again else name for at, name in enumerate(names, start=1)]
+    return [replace(motion, name=name) for motion, name in zip(motions, names, strict=True)]
+
+
+def _as_file(motion: Motion) -> str:
+    return Path(str(motion.record.get("source") or motion.name)).name
+
+
+def _in_folder(motion: Motion) -> str:
+    return "/".join(Path(str(motion.record.get("source") or motion.name)).parts[-2:])

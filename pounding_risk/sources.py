@@ -62,6 +62,12 @@ def parted(source: str | Path) -> tuple[Path, str]:
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
 
 
+def file_name(source: Source) -> str:
+    """What tells a record from others beside it: the name of its file with its component, or its id."""
+    path, component = parted(source.name)
+    return f"{path.name}{COMPONENT if component else ''}{component}" if path.is_file() else str(source.record["id"])
+
+
 def recording(record: Mapping[str, Any], name: str) -> Hashable:
     """What the components of one recording share; the ``name`` itself where nothing is told of the station."""
     if record.get("rsn"):

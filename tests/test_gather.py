@@ -77,7 +77,13 @@ def test_records_of_one_name_are_told_apart(folder):
     for part in ("a", "b"):
         (folder / part).mkdir()
         shutil.copy(folder / "RSN6-180.AT2", folder / part / "x.AT2")
-    assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x", "b/x"]
+    assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
+
+
+def test_files_that_differ_by_their_suffix_are_told_apart(folder):
+    shutil.copy(folder / "RSN6-180.AT2", folder / "x.N")
+    shutil.copy(folder / "RSN6-270.AT2", folder / "x.E")
+    assert names(gather(PLAIN._replace(files=("x.*",)), folder)) == ["x.E", "x.N"]
 
 
 def test_a_scene_tells_what_it_leaves_out(folder, capsys):
