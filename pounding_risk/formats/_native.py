@@ -53,5 +53,6 @@ def read_by_obspy(raw: bytes, name: str, format: str, kind: str, *, refused: typ
         if trace.data.dtype.kind not in "if" or not np.isfinite(trace.data).all():
             raise unreadable(name, kind, "not every sample is a finite number")
         if len(trace.data) < 2:
-            raise RecordError(f"{name}: has {len(trace.data)} sample; a record needs at least 2")
+            count = "1 sample" if len(trace.data) else "no sample"
+            raise RecordError(f"{name}: has {count} in {trace.id}; a record needs at least 2")
     return stream

@@ -26,6 +26,9 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
 
     Raises RecordError where neither is there, the file does not know the channel, or no acceleration is measured.
     """
+    # A file name is made of them.
+    if not trace.id.isprintable() or set("/\\") & set(trace.stats.network + trace.stats.station):
+        raise unreadable(name, kind, "its station and channel are no plain letters")
     beside = _beside(trace, name, folder)
     whole = trace.data.dtype.kind == "i"
     samples = trace.data.astype(np.float64)

@@ -25,7 +25,7 @@ AZIMUTHS = {"NS": 0.0, "EW": 90.0}
 
 _LINES = {
     "Sampling Freq(Hz)": re.compile(r"(\d+)\s*Hz", re.ASCII),
-    "Duration Time(s)": re.compile(r"(\d+)", re.ASCII),
+    "Duration Time(s)": re.compile(r"(\d+(?:\.\d+)?)", re.ASCII),
     "Scale Factor": re.compile(r"(\d+(?:\.\d+)?)\(gal\)/(\d+(?:\.\d+)?)", re.ASCII),
     "Max. Acc. (gal)": re.compile(r"(\d+(?:\.\d+)?)", re.ASCII),
 }

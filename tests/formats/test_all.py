@@ -114,7 +114,8 @@ def test_obspy_reads_the_format_by_itself(samples, name):
 @pytest.mark.parametrize("name", FORMATS)
 def test_the_short_files_are_sound(name, tmp_path):
     for raw in damage.short_files()[name]:
-        assert damage.outcome(FORMATS[name], raw, tmp_path / "short", through_a_file=False) == "read"
+        unit = damage.unit_of(FORMATS[name])
+        assert damage.outcome(FORMATS[name], raw, tmp_path / "short", unit, through_a_file=False) == "read"
 
 
 @pytest.mark.parametrize("name", FORMATS)
