@@ -1,6 +1,6 @@
 """A hundred records read, processed and measured: ``python benchmarks/records.py``.
 
-The 100 horizontal components of the FEMA P-695 sets are written to a temporary folder as PEER AT2 files, in g with every
+The 100 horizontal components of the FEMA P-695 sets are written to a temporary folder as AT2 files, in g with every
 digit. Then, with the clock running: read from those files, processed by the steps that a raw record gets (mean, taper,
 corners from the noise and band-pass, baseline), measured (PGA to D5-95), and their spectra at 100 periods in one call.
 ``--repeats`` runs are made after one that compiles, which is told apart.

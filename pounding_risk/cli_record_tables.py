@@ -21,6 +21,7 @@ HEADS = ("record", "event", "date", "station", "component", "state", "PGA", "dur
 # Facts of a record that have a unit: the unit, and what to call them where the key is no word.
 UNITS = {"distance_km": "km", "azimuth": "° from north", "vs30": "m/s"}
 FREQUENCIES = ("low_corner", "high_corner", "lowest_usable_frequency")  # Hz
+SIZES = {"header_pga": "m/s2", "header_pgv": "m/s", "header_pgd": "m", "pgv_peer": "m/s"}
 
 
 def print_records(entries: Sequence[Entry]) -> None:
@@ -72,6 +73,8 @@ def print_source(source: Source) -> None:
     stats = source.trace.stats
     values = {key: _told(key, value) for key, value in source.record.items() if value not in ("", None)}
     del values["pga_recorded"]
+    if values.get("source") == values.get("file"):
+        values.pop("source", None)
     values |= {"units": source.units.removeprefix("units: "), "npts": str(stats.npts), "dt": f"{stats.delta:g} s"}
     values |= {"duration": f"{(stats.npts - 1) * stats.delta:g} s"}
     values |= {"PGA": engineering(source.record["pga_recorded"], "m/s2")}
@@ -82,6 +85,8 @@ def print_source(source: Source) -> None:
 def _told(key: str, value: Any) -> str:
     if key in FREQUENCIES:
         return f"{value:.4g} Hz"
+    if key in SIZES:
+        return engineering(float(value), SIZES[key])
     if isinstance(value, float):
         unit = UNITS.get(key, "")
         return f"{value:g}{unit if unit.startswith('°') else f' {unit}'}".rstrip()
@@ -187,6 +192,11 @@ def print_notes(notes: Iterable[str]) -> None:
     """A line for each doubt."""
     for note in notes:
         print(f"note: {note}")
+
+
+def print_left_out(left_out: Iterable[str]) -> None:
+    """A line for each file or component that is not taken."""
+    print_notes(f"left out: {sentence}" for sentence in left_out)
 
 
 def _one_line(words: Any) -> str:

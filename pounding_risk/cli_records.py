@@ -41,6 +41,10 @@ Bounds = Annotated[
 ]
 Pga = Annotated[str | None, typer.Option(help="Scale to this peak ground acceleration.", show_default=False)]
 Scale = Annotated[str | None, typer.Option(help="Scale by this factor.", show_default=False)]
+Direction = Annotated[
+    str | None,
+    typer.Option(help="Turn both horizontals of each recording to this direction, such as 30deg.", show_default=False),
+]
 SpectralAcceleration = Annotated[
     tuple[str, str] | None,
     typer.Option(metavar="VALUE PERIOD", help="Scale to this Sa at a period, such as 0.5g 1s.", show_default=False),
@@ -62,7 +66,7 @@ def list_records(
     dt: Step = None,
 ) -> None:
     """The records of the catalogue, of a set, or of a folder."""
-    from pounding_risk.cli_record_tables import print_notes, print_records, print_sources
+    from pounding_risk.cli_record_tables import print_left_out, print_records, print_sources
 
     if set is None and folder is None:
         from pounding_risk.catalogue import entries
@@ -74,8 +78,8 @@ def list_records(
     if folder is not None and not folder.is_dir():
         raise PoundingError(f"--folder: {folder} is not a folder; check the name")
     found = find([str(folder)] if folder else [], set, stated(unit, dt), lenient=True)
-    print_sources(found.sources)
-    print_notes(found.notes)
+    print_sources([source for group in found.groups for source in group])
+    print_left_out(found.left_out)
 
 
 @records_app.command("info")
@@ -111,6 +115,7 @@ def process(
     pga: Pga = None,
     scale: Scale = None,
     sa: SpectralAcceleration = None,
+    direction: Direction = None,
     unit: Unit = None,
     dt: Step = None,
     figure: Figure = None,
@@ -118,30 +123,31 @@ def process(
     """Process records as for a run; show every step, write the motions."""
     figure_file = writable("--figure", figure, FIGURES)
     from pounding_risk.cli_output import Watch
-    from pounding_risk.cli_record_tables import print_notes, print_processed
-    from pounding_risk.cli_sources import Options, find, motion_targets, plain_name, stated, treatment
+    from pounding_risk.cli_record_tables import print_left_out, print_processed
+    from pounding_risk.cli_sources import Options, before_and_after, find, motion_targets, plain_name, stated, treatment
+    from pounding_risk.gather import treated
     from pounding_risk.motion_files import write_motion
 
-    how = treatment(Options(processing, step, window, pga, scale, sa))
+    how = treatment(Options(processing, step, window, pga, scale, sa, direction))
     with Watch("process", "records") as watch:
-        found = find(source or (), set, stated(unit, dt))
-        targets = motion_targets(out, found.sources)
+        found = find(source or (), set, stated(unit, dt), in_pairs=how.direction is not None)
+        targets = motion_targets(out, found.groups)
         motions = []
-        for each in found.sources:
-            motions.append(how.motion(each))
-            watch(len(motions), len(found.sources))
+        for group in found.groups:
+            motions.append(treated(how, group))
+            watch(len(motions), len(found.groups))
     if any(targets) and not (out is None or out.suffix):
         out.mkdir(parents=True, exist_ok=True)
     for motion, target in zip(motions, targets, strict=True):
         if target is not None:
             write_motion(motion, target)
     print_processed(motions, targets)
-    print_notes(found.notes)
+    print_left_out(found.left_out)
     if figure_file is not None:
-        for each in found.sources:
+        for group in found.groups:
             many = len(motions) > 1
-            place = figure_file.with_stem(f"{figure_file.stem}-{plain_name(each)}") if many else figure_file
-            draw(how.figure(each), place)
+            place = figure_file.with_stem(f"{figure_file.stem}-{plain_name(group)}") if many else figure_file
+            draw(before_and_after(how, group), place)
 
 
 @records_app.command()
@@ -162,6 +168,7 @@ def plot(
     pga: Pga = None,
     scale: Scale = None,
     sa: SpectralAcceleration = None,
+    direction: Direction = None,
     unit: Unit = None,
     dt: Step = None,
 ) -> None:
@@ -170,23 +177,24 @@ def plot(
         raise PoundingError("--figure: no file is named; write one such as --figure records.png")
     figure_file = writable("--figure", figure, FIGURES) or figure
     from pounding_risk.cli_output import Watch
-    from pounding_risk.cli_record_tables import print_notes
-    from pounding_risk.cli_sources import Options, find, stated, target_spectrum, treatment
+    from pounding_risk.cli_record_tables import print_left_out
+    from pounding_risk.cli_sources import Options, before_and_after, find, stated, target_spectrum, treatment
     from pounding_risk.figures import spectra_figure
+    from pounding_risk.gather import treated
     from pounding_risk.quantities import DAMPING
 
     ratio = read_option("--damping", damping, DAMPING)
-    how = treatment(Options(processing, step, window, pga, scale, sa))
+    how = treatment(Options(processing, step, window, pga, scale, sa, direction))
     shape = None if target is None else target_spectrum(target, ratio)
     with Watch("plot", "records") as watch:
-        found = find(source or (), set, stated(unit, dt), horizontal=True)
-        alone = len(found.sources) == 1 and not spectra and shape is None
+        found = find(source or (), set, stated(unit, dt), horizontal=True, in_pairs=how.direction is not None)
+        alone = len(found.groups) == 1 and not spectra and shape is None
         motions = []
-        for each in found.sources if not alone else ():
-            motions.append(how.motion(each))
-            watch(len(motions), len(found.sources))
-    print_notes(found.notes)
-    draw(how.figure(found.sources[0]) if alone else spectra_figure(motions, shape, ratio), figure_file)
+        for group in found.groups if not alone else ():
+            motions.append(treated(how, group))
+            watch(len(motions), len(found.groups))
+    print_left_out(found.left_out)
+    draw(before_and_after(how, found.groups[0]) if alone else spectra_figure(motions, shape, ratio), figure_file)
 
 
 @records_app.command()
@@ -228,8 +236,9 @@ def select(
     """Choose records whose spectra come closest to a target, each with its factor."""
     out_file, figure_file = writable("-o", out, (".csv",)), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_output import Watch
-    from pounding_risk.cli_record_tables import print_notes, print_selection
+    from pounding_risk.cli_record_tables import print_left_out, print_selection
     from pounding_risk.cli_sources import Options, choices_of, find, stated, target_spectrum, treatment
+    from pounding_risk.gather import treated
     from pounding_risk.quantities import DAMPING
     from pounding_risk.selection import select as run
 
@@ -240,12 +249,12 @@ def select(
     with Watch("select", "records") as watch:
         found = find(source or (), set, stated(unit, dt), horizontal=True)
         motions = []
-        for each in found.sources:
-            motions.append(how.motion(each))
-            watch(len(motions), len(found.sources))
+        for group in found.groups:
+            motions.append(treated(how, group))
+            watch(len(motions), len(found.groups))
     selection = run(motions, goal, **choices)
     print_selection(selection)
-    print_notes(found.notes)
+    print_left_out(found.left_out)
     if out_file is not None:
         from pounding_risk.manifest import write_manifest
 

@@ -15,38 +15,9 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pounding_risk.motions import Motion
+    from pounding_risk.record_request import RecordRequest
     from pounding_risk.sources import Source
     from pounding_risk.targets import Target
-
-BESIDE = ".xml"  # StationXML, which belongs to the records beside it
-
-
-class Treatment(NamedTuple):
-    """What is done to each record."""
-
-    choices: dict[str, Any]  # keywords of `motions.read_motion`
-    spectral: tuple[float, float] | None = None  # m/s² that Sa at a period [s] is brought to
-
-    def motion(self, source: Source) -> Motion:
-        """The motion of a record after it."""
-        from pounding_risk.motions import read_motion
-
-        motion = read_motion(source, **self.choices)
-        if self.spectral is None:
-            return motion
-        from pounding_risk.scaling import to_spectral_acceleration
-
-        return to_spectral_acceleration(motion, *self.spectral)
-
-    def figure(self, source: Source) -> Figure:
-        """The record before and after it."""
-        from pounding_risk.figures import processing_figure
-        from pounding_risk.motions import read_motion, read_trace
-
-        whole: dict[str, Any] = {"processing": "none"}
-        begun, begins = (read_trace(source, **choices).stats.starttime for choices in (whole, self.choices))
-        return processing_figure(read_motion(source, **whole), self.motion(source), shift=float(begins - begun))
 
 
 class Options(NamedTuple):
@@ -58,26 +29,50 @@ class Options(NamedTuple):
     pga: str | None
     scale: str | None
     sa: tuple[str, str] | None
+    direction: str | None = None
 
 
-def treatment(asked: Options) -> Treatment:
+def treatment(asked: Options) -> RecordRequest:
     """The options in SI, before any record is read; raises PoundingError that names the option."""
-    from pounding_risk.quantities import PERIOD, PGA, SCALE, TIME
+    from pounding_risk.quantities import DIRECTION, PERIOD, PGA, SCALE, TIME
+    from pounding_risk.record_request import AS_RECORDED, RecordRequest, Spectral
 
     given = [name for name, value in (("--pga", asked.pga), ("--scale", asked.scale), ("--sa", asked.sa)) if value]
     if len(given) > 1:
         raise PoundingError(f"{' and '.join(given)} are given; a record is scaled by one of them: leave the others out")
-    choices: dict[str, Any] = {"processing": _processing(asked.processing, asked.step)}
+    spectral = None
+    if asked.sa is not None:
+        value, period = (read_option("--sa", text, kind) for text, kind in zip(asked.sa, (PGA, PERIOD), strict=True))
+        spectral = Spectral(period, value=value)
+    window = None
     if asked.window is not None:
-        choices["window"] = tuple(read_option("--window", text, TIME) for text in asked.window)
-    if asked.pga is not None:
-        choices["pga"] = read_option("--pga", asked.pga, PGA)
-    if asked.scale is not None:
-        choices["scale"] = read_option("--scale", asked.scale, SCALE)
-    if asked.sa is None:
-        return Treatment(choices)
-    value, period = asked.sa
-    return Treatment(choices, (read_option("--sa", value, PGA), read_option("--sa", period, PERIOD)))
+        start, end = (read_option("--window", text, TIME) for text in asked.window)
+        window = start, end
+    return RecordRequest(
+        names=(),
+        files=(),
+        window=window,
+        pga=None if asked.pga is None else read_option("--pga", asked.pga, PGA),
+        scale=None if asked.scale is None else read_option("--scale", asked.scale, SCALE),
+        polarities=(AS_RECORDED,),
+        processing=_processing(asked.processing, asked.step),
+        tail=0.0,
+        direction=None if asked.direction is None else read_option("--direction", asked.direction, DIRECTION),
+        sa=spectral,
+    )
+
+
+def before_and_after(how: RecordRequest, group: tuple[Source, ...]) -> Figure:
+    """The figure of a record, or of two components turned to the row, before and after its treatment."""
+    from pounding_risk.figures import processing_figure
+    from pounding_risk.gather import treated
+    from pounding_risk.motions import read_trace
+
+    bare = how._replace(processing="none", window=None, pga=None, scale=None, sa=None)
+    begun, begins = (
+        read_trace(group[0], processing=each.processing, window=each.window).stats.starttime for each in (bare, how)
+    )
+    return processing_figure(treated(bare, group), treated(how, group), shift=float(begins - begun))
 
 
 def _processing(word: str | None, steps: Sequence[str]) -> Any:
@@ -168,10 +163,10 @@ def choices_of(
 
 
 class Found(NamedTuple):
-    """The records that were asked for, and a sentence for each file of a folder that is none."""
+    """The records that were asked for, alone or in pairs, and a sentence for each file of a folder that is none."""
 
-    sources: tuple[Source, ...]
-    notes: tuple[str, ...]
+    groups: tuple[tuple[Source, ...], ...]
+    left_out: tuple[str, ...]
 
 
 def find(
@@ -181,70 +176,50 @@ def find(
     *,
     lenient: bool = False,
     horizontal: bool = False,
+    in_pairs: bool = False,
 ) -> Found:
     """The records of ``words`` (ids, files, file#component, patterns, folders) and of a record set.
 
-    A file stands for all of its components; ``horizontal`` leaves verticals out where they are not named one by one.
-    What is no record is left out of a folder, and with ``lenient`` a damaged one too; anywhere else both are errors.
-    Raises PoundingError where nothing is asked for, or found.
+    A file stands for all of its components; ``horizontal`` leaves verticals out where they are not named one by one,
+    and ``in_pairs`` too, which takes the two horizontals of each recording. What is no record is left out of a folder,
+    and with ``lenient`` a damaged one too; anywhere else both are errors. Raises PoundingError where nothing is asked
+    for, or found.
     """
-    if not words and set is None:
-        raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
-    notes: list[str] = []
-    sources = [source for word in words for source in _named(word, say, notes, lenient)]
-    if horizontal:
-        sources = _horizontals(sources, notes)
-    sources += _members(set)
-    if not sources:
-        raise PoundingError(f"{' '.join(words)}: holds no record; {notes[0] if notes else 'the folder is empty'}")
-    return Found(tuple(sources), tuple(notes))
-
-
-def _named(word: str, say: Stated, notes: list[str], lenient: bool) -> Iterator[Source]:
-    """The records of one word; a sentence in ``notes`` for each file of a folder that is left out."""
-    from pounding_risk.catalogue import entries
-    from pounding_risk.formats import is_record
-    from pounding_risk.record_request import matching
-    from pounding_risk.sources import components, open_source
-
-    in_folder = Path(word).is_dir()
-    files = [] if any(each.id == word for each in entries()) else matching(Path(), word)
-    if not files and glob.has_magic(word):
-        raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
-    if not files and not in_folder:
-        yield open_source(word, **say._asdict())
-    for file in files:
-        if in_folder and not is_record(file):
-            notes += [f"left out: {file} is not a record"] if file.suffix.lower() != BESIDE else []
-            continue
-        try:
-            yield from components(file, **say._asdict()) if file.is_file() else [open_source(file, **say._asdict())]
-        except PoundingError as error:
-            if not (in_folder and lenient):
-                raise
-            notes.append(f"left out: {str(error).partition(';')[0]}")
-
-
-def _horizontals(sources: Sequence[Source], notes: list[str]) -> list[Source]:
-    """The records that may drive a row, or the one record that there is."""
-    from pounding_risk.sources import is_vertical
-
-    if len(sources) == 1:
-        return list(sources)
-    notes += [f"left out: {each.name} is vertical" for each in sources if is_vertical(each.record)]
-    return [each for each in sources if not is_vertical(each.record)]
-
-
-def _members(set: str | None) -> list[Source]:
-    if set is None:
-        return []
+    from pounding_risk import gather
     from pounding_risk.record_sets import load, members
     from pounding_risk.sources import open_source
 
-    return [open_source(load(member)) for member in members(set)]
+    if not words and set is None:
+        raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
+    left_out: list[str] = []
+    sources = [source for word in words for source in _named(word, say, left_out, lenient)]
+    if horizontal or in_pairs:
+        sources = gather.horizontals(sources, left_out)
+    sources += [] if set is None else [open_source(load(member)) for member in members(set)]
+    if not sources:
+        why = f"left out: {left_out[0]}" if left_out else "the folder is empty"
+        raise PoundingError(f"{' '.join(words)}: holds no record; {why}")
+    groups = gather.pairs(sources) if in_pairs else [(source,) for source in sources]
+    return Found(tuple(groups), tuple(left_out))
 
 
-def motion_targets(out: Path | None, sources: Sequence[Source]) -> list[Path | None]:
+def _named(word: str, say: Stated, left_out: list[str], lenient: bool) -> Iterator[Source]:
+    """The records of one word; a sentence in ``left_out`` for each file of a folder that is not taken."""
+    from pounding_risk.catalogue import entries
+    from pounding_risk.gather import sources_named
+    from pounding_risk.record_request import matching
+    from pounding_risk.sources import open_source
+
+    known = any(each.id == word for each in entries())
+    if not known and (Path(word).is_dir() or matching(Path(), word)):
+        yield from sources_named(word, Path(), left_out, **say._asdict(), lenient=lenient)
+    elif glob.has_magic(word):
+        raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
+    else:
+        yield open_source(word, **say._asdict())
+
+
+def motion_targets(out: Path | None, groups: Sequence[tuple[Source, ...]]) -> list[Path | None]:
     """A file for each record: ``out`` itself for one, in the folder ``out`` for several; none where none is asked for.
 
     Raises PoundingError where one cannot be written, would replace a record that is read, or two have one name.
@@ -252,27 +227,28 @@ def motion_targets(out: Path | None, sources: Sequence[Source]) -> list[Path | N
     from pounding_risk.motion_files import SUFFIXES
 
     if out is None:
-        return [None] * len(sources)
+        return [None] * len(groups)
     if out.suffix.lower() in SUFFIXES and not out.is_dir():
-        if len(sources) > 1:
-            raise PoundingError(f"-o: {out} is one file for {len(sources)} records; name a folder")
+        if len(groups) > 1:
+            raise PoundingError(f"-o: {out} is one file for {len(groups)} records; name a folder")
         targets = [writable("-o", out, SUFFIXES) or out]
     elif out.suffix and not out.is_dir():
         raise PoundingError(f"-o: {out}: the name must end in {' or '.join(SUFFIXES)}; a folder has no suffix")
     else:
         check_folder(out)
-        targets = [out / f"{plain_name(source)}.csv" for source in sources]
+        targets = [out / f"{plain_name(group)}.csv" for group in groups]
     for target in targets:
         if targets.count(target) > 1:
             raise PoundingError(f"-o: several of the records would be {target}; process them into folders of their own")
-        if any(_is_file(source, target) for source in sources):
+        if any(_is_file(source, target) for group in groups for source in group):
             raise PoundingError(f"-o: {target} is a record that is read; choose another name")
     return list(targets)
 
 
-def plain_name(source: Source) -> str:
-    """The id of a record as the name of a file."""
-    return "".join(letter if letter.isalnum() or letter in "-_.+" else "-" for letter in str(source.record["id"]))
+def plain_name(group: tuple[Source, ...]) -> str:
+    """The ids of a record's components as the name of a file."""
+    name = "+".join(str(source.record["id"]) for source in group)
+    return "".join(letter if letter.isalnum() or letter in "-_.+" else "-" for letter in name)
 
 
 def _is_file(source: Source, target: Path) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pounding_risk.collision import Impact
     from pounding_risk.plan import Plan
 
+FEW_RECORDS = 3  # that share a doubt and are named
 MOST_CONTACTS = 60  # rows of the table of contacts
 COUNTS = ("cases", "simulated", "known without a run of their own")
 FASTER = "faster than the range of the restitution relation, which is held at its end there"
@@ -34,11 +35,20 @@ def print_plan(plan: Plan) -> None:
         for record in plan.records
     ]
     print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
-    for record in plan.records:
-        for flag in record.flags:
-            print(f"note: {record.name}: {flag}")
+    _print_flags({record.name: record.flags for record in plan.records})
     for sentence in plan.left_out:
         print(f"note: left out: {sentence}")
+
+
+def _print_flags(flags: Mapping[str, Sequence[str]]) -> None:
+    """A line for each doubt; one that many records share is told once."""
+    sharing: dict[str, list[str]] = {}
+    for record, sentences in flags.items():
+        for sentence in sentences:
+            sharing.setdefault(sentence, []).append(record)
+    for sentence, records in sharing.items():
+        who = ", ".join(records) if len(records) <= FEW_RECORDS else f"{records[0]} and {len(records) - 1} others"
+        print(f"note: {who}: {sentence}")
 
 
 def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
@@ -142,9 +152,7 @@ def print_scan(dataset: Any, seconds: float, target: Path) -> None:
     rate = counts["cases"] / seconds
     pairs.append(("time", f"{seconds:.3g} s, {rate:.3g} cases a second with reading and compiling"))
     print_pairs([*pairs, ("written", str(target))])
-    for record, flags in json.loads(dataset.attrs.get("flags", "{}")).items():
-        for flag in flags:
-            print(f"note: {record}: {flag}")
+    _print_flags(json.loads(dataset.attrs.get("flags", "{}")))
     for sentence in json.loads(dataset.attrs.get("left_out", "[]")):
         print(f"note: left out: {sentence}")
     held = int((dataset["restitution_held"] > 0).sum())

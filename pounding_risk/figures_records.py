@@ -23,6 +23,7 @@ BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
 TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
+CORNER_FACTOR = 1.25  # of a lower corner, from which on a spectrum is usable
 NAMED = (0.2, 1.0)  # s, told in the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
@@ -50,8 +51,9 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     old, new = _histories(before), _histories(after)
     for row, (was, now) in enumerate(zip(old, new, strict=True)):
         _beside(axes[row], (before.times, was), (after.times + shift, now))
-    for axis in axes[:3].flat:
-        axis.set_xlim(min(0.0, shift), max(before.times[-1], after.times[-1] + shift))
+    for left, right in axes[:3]:
+        left.set_xlim(min(0.0, shift), max(before.times[-1], after.times[-1] + shift))
+        right.set_xlim(shift, after.times[-1] + shift)
     axes[2, 0].set_xlabel("time [s]")
     axes[2, 1].set_xlabel("time [s]")
     axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
@@ -100,7 +102,7 @@ def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, Hi
     alone.plot(times[place], values[place], "o", color="black", markerfacecolor="none", markersize=6)
     alone.margins(y=0.18)
     words = f"{abs(values[place]):.3g} {new.unit} at {times[place]:.4g} s"
-    late = place > len(values) // 2
+    late = times[place] > 0.5 * (times[0] + times[-1])
     alone.annotate(
         words, (times[place], values[place]), xytext=(-9 if late else 9, 0), textcoords="offset points",
         ha="right" if late else "left", va="center", fontsize=9,
@@ -130,7 +132,9 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     noise = _noise(before)
     if noise is not None:
         axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
-    for place, corner in enumerate(corners(after)):
+    shown = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
+    inside = [corner for corner in corners(after) if shown[0] <= corner <= shown[1]]
+    for place, corner in enumerate(inside):
         words = "" if place else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
         inwards = 4 if corner < 1.0 else -4
@@ -138,12 +142,14 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
             f"{corner:.3g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), xytext=(inwards, 0),
             textcoords="offset points", fontsize=9, ha="left" if corner < 1.0 else "right",
         )  # fmt: skip
-    axis.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
+    axis.set(xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
+    axis.set_xscale("log")
     highest = float(new[1].max(initial=0.0))
     if highest > 0.0:
+        axis.set_yscale("log")
         lowest = FAINTEST * highest if noise is None else min(FAINTEST * highest, 0.5 * float(noise[1].min()))
         axis.set_ylim(max(lowest, FAINTEST**2 * highest), 4.0 * highest)
-    axis.set_xlim(max(0.01, 1.0 / after.duration), 0.5 / after.dt)
+    axis.set_xlim(shown)
     axis.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
 
 
@@ -184,6 +190,15 @@ def corners(motion: Motion) -> tuple[float, ...]:
     return tuple(float(each) for each in told if each)
 
 
+def longest_usable(motion: Motion) -> float | None:
+    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells.
+
+    That of its lowest usable frequency, or of 1.25 times the lower corner (PEER NGA-West2, Ancheta et al. 2013).
+    """
+    lowest = motion.record.get("lowest_usable_frequency") or CORNER_FACTOR * float(motion.record.get("low_corner") or 0)
+    return 1.0 / lowest if lowest else None
+
+
 class Ensemble(NamedTuple):
     """Response spectra of some motions."""
 
@@ -198,11 +213,17 @@ class Ensemble(NamedTuple):
 
 
 def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
-    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call; raises PoundingError without a motion."""
+    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call.
+
+    Raises PoundingError for no motion, and for one of zeros, which a logarithmic scale cannot show.
+    """
     from pounding_risk.measures import LEAST_PERIOD, response_spectra
 
     if not motions:
         raise PoundingError("there is no motion to draw spectra of; give one at least")
+    still = [motion.name for motion in motions if not motion.acceleration.any()]
+    if still:
+        raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
     steps = [motion.dt for motion in motions]
     periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
     periods = np.union1d(periods, [period for period in NAMED if period > periods[0]])
@@ -222,6 +243,8 @@ def spectra_figure(
     ensemble = ensemble_spectra(motions, damping)
     figure, axes = blank(1, 1, (9.0, 6.0))
     _spectra(axes[0, 0], ensemble, target, percentiles)
+    _usable(axes[0, 0], motions)
+    axes[0, 0].legend(fontsize=9, loc="lower left")
     terms = f"damping {100.0 * damping:g} %"
     if len(motions) > 2:
         terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
@@ -251,7 +274,7 @@ def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float]) ->
 
 
 def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
-    """The target's line, and what every panel of spectra has."""
+    """The target's line, and the scales of every panel of spectra."""
     if target is not None:
         shown = at_periods(target, periods) / STANDARD_GRAVITY
         axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
@@ -259,7 +282,15 @@ def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
     axis.set_xlim(periods[0], periods[-1])
     for scale in (axis.xaxis, axis.yaxis):
         scale.set_major_formatter("{x:g}")
-    axis.legend(fontsize=9, loc="lower left")
+
+
+def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
+    """A line at the period up to which every record is usable, as far as they tell."""
+    limits = [limit for limit in map(longest_usable, motions) if limit is not None]
+    if limits and min(limits) < axis.get_xlim()[1]:
+        whose = "every record" if len(limits) == len(motions) else f"the {len(limits)} that tell"
+        words = f"usable up to {min(limits):.2g} s: {whose if len(motions) > 1 else 'the record'}"
+        axis.axvline(min(limits), color="black", linestyle=":", linewidth=1.2, label=words)
 
 
 def selection_figure(
@@ -283,6 +314,8 @@ def selection_figure(
     what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
     _target(left, selection.target, ensemble.periods)
+    _usable(left, selection.motions())
+    left.legend(fontsize=9, loc="lower left")
     _misfits(right, selection)
     low, high = (float(each) for each in (selection.median_ratio.min(), selection.median_ratio.max()))
     range_words = f"{wanted.periods[0]:g} to {wanted.periods[1]:g} s"

@@ -18,12 +18,15 @@ from pounding_risk.formats import is_record
 from pounding_risk.manifest import read_manifest, source_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import Motion, read_motion
+from pounding_risk.noise import shared_corners
+from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import Source, components, is_vertical, open_source, parted, recording
+from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted, recording
 from pounding_risk.study import Study
 
+BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
 Progress = Callable[[int, int], None]
 
@@ -91,10 +94,10 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
     sources = _sources(request, folder, left_out)
     groups: list[tuple[Source, ...]] = [(source,) for source in sources]
     if request.direction is not None:
-        groups = _pairs(sources)
+        groups = pairs(sources)
     motions = []
     for number, group in enumerate(groups, start=1):
-        motions.append(_motion(request, group, scaled))
+        motions.append(treated(request, group, scaled=scaled))
         if progress is not None:
             progress(number, len(groups))
     if request.to_median is not None and scaled:
@@ -108,8 +111,46 @@ def _sources(request: RecordRequest, folder: Path, left_out: list[str]) -> list[
         return [record_sets.load(member) for member in record_sets.members(request.set)]
     found = [open_source(name) for name in request.names]
     for pattern in request.files:
-        found += _of_files(request, folder, pattern, left_out)
+        named = sources_named(pattern, folder, left_out, unit=request.unit or None, dt=request.dt)
+        found += horizontals(list(named), left_out)
     return list({(source.record["file"], source.name): source for source in found}.values())
+
+
+def sources_named(
+    pattern: str,
+    folder: Path,
+    left_out: list[str],
+    *,
+    unit: str | None = None,
+    dt: float | None = None,
+    lenient: bool = False,
+) -> Iterator[Source]:
+    """Every component of every file that a name, a pattern or a folder stands for.
+
+    What is no record is left out of a folder, and told in ``left_out``; with ``lenient`` a damaged record is too.
+    """
+    in_folder = (folder / pattern).is_dir()
+    for path in matching(folder, pattern):
+        if in_folder and not is_record(path):
+            left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
+            continue
+        try:
+            if parted(path)[1]:
+                yield open_source(path, unit=unit, dt=dt)
+            else:
+                yield from components(path, unit=unit, dt=dt)
+        except RecordError as error:
+            if not (in_folder and lenient):
+                raise
+            left_out.append(str(error).partition(";")[0])
+
+
+def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
+    """The records that may drive a row, or the one that there is, which was meant."""
+    if len(sources) == 1:
+        return sources
+    left_out += [f"{source.record['id']} is vertical" for source in sources if is_vertical(source.record)]
+    return [source for source in sources if not is_vertical(source.record)]
 
 
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
@@ -137,28 +178,7 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
         yield motion.with_tail(request.tail) if request.tail else motion
 
 
-def _of_files(request: RecordRequest, folder: Path, pattern: str, left_out: list[str]) -> Iterator[Source]:
-    """The components of every file that a name, a pattern or a folder stands for."""
-    unit, dt = request.unit or None, request.dt
-    place = folder / pattern
-    for path in matching(folder, pattern):
-        file, component = parted(path)
-        if component:
-            yield open_source(path, unit=unit, dt=dt)
-            continue
-        if place.is_dir() and not is_record(path):
-            left_out += [] if path.suffix.lower() == ".xml" else [f"{path.name}: not a record"]
-            continue
-        found = components(file, unit=unit, dt=dt)
-        alone = len(found) == 1 and place.is_file()  # named by the user, so meant, whatever its direction
-        for source in found:
-            if alone or not is_vertical(source.record):
-                yield source
-            else:
-                left_out.append(f"{source.record['id']}: vertical")
-
-
-def _pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
+def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
     """The two horizontals of each recording; raises RecordError where there are not two."""
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
@@ -167,7 +187,7 @@ def _pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
         if len(found) != 2:
             listed = ", ".join(source.record["id"] for source in found)
             raise RecordError(
-                f"direction: of {_recording(found[0])} the scene names {listed}; a row's direction takes the two "
+                f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
                 "horizontal components of each recording: name both, or leave direction out"
             )
     return [tuple(found) for found in recordings.values()]
@@ -178,8 +198,8 @@ def _recording(source: Source) -> str:
     return " at ".join(str(record[key]) for key in ("event", "station") if record.get(key)) or source.name
 
 
-def _motion(request: RecordRequest, group: tuple[Source, ...], scaled: bool) -> Motion:
-    """The motion of one component, or of two turned to the row, as the request wants it."""
+def treated(request: RecordRequest, group: tuple[Source, ...], *, scaled: bool = True) -> Motion:
+    """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
     window, pga = request.window, request.pga if scaled else None
     scale = request.scale if scaled and request.to_median is None else None
     if len(group) == 1 and request.sa is None and request.to_median is None:
@@ -202,8 +222,22 @@ def _motion(request: RecordRequest, group: tuple[Source, ...], scaled: bool) -> 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     """Both horizontals, processed alike, in the direction of the row."""
     assert request.direction is not None
-    first, second = (read_motion(source, processing=request.processing) for source in pair)
+    processing: Any = request.processing
+    if processing == "auto" and all(source.record["state"] == RAW for source in pair):
+        processing = _one_band(pair)
+    first, second = (read_motion(source, processing=processing) for source in pair)
     return rotated(first, second, request.direction)
+
+
+def _one_band(pair: tuple[Source, ...]) -> list[dict[str, Any]]:
+    """The default chain with the stricter corners of both components, so that both keep the same frequencies."""
+    steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
+    at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
+    before = [read_motion(source, processing=steps[:at]) for source in pair]
+    if before[0].dt == before[1].dt:  # `rotated` refuses others
+        found = shared_corners([motion.acceleration for motion in before], before[0].dt)
+        steps[at] |= {"low": found.low, "high": found.high}
+    return steps
 
 
 def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion]:

@@ -1,5 +1,6 @@
 """What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
 
+import re
 import shutil
 
 import numpy as np
@@ -58,7 +59,7 @@ def names(found):
 def test_a_folder_stands_for_its_horizontal_records(folder):
     found = gather(PLAIN._replace(files=(".",)), folder)
     assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
-    assert found.left_out == ("NAPA-HNZ: vertical", "RSN6-UP: vertical", "notes.md: not a record")
+    assert found.left_out == (f"{folder / 'notes.md'} is not a record", "NAPA-HNZ is vertical", "RSN6-UP is vertical")
     assert np.array_equal(found.motions[1].acceleration, read_motion("RSN6-180").acceleration)
     assert np.allclose(found.motions[0].acceleration, read_motion("NAPA-HNE").acceleration, rtol=1e-9, atol=1e-12)
 
@@ -82,14 +83,14 @@ def test_records_of_one_name_are_told_apart(folder):
 def test_a_scene_tells_what_it_leaves_out(folder, capsys):
     study = parse_scene(SCENE + 'files = ["."]\n', str(folder / "scene.toml"))
     plan = validate(study)
-    assert plan.left_out == ("NAPA-HNZ: vertical", "RSN6-UP: vertical", "notes.md: not a record")
+    assert plan.left_out == (f"{folder / 'notes.md'} is not a record", "NAPA-HNZ is vertical", "RSN6-UP is vertical")
     assert len(plan.records) == 3
     (folder / "scene.toml").write_text(SCENE + 'files = ["notes.md"]\n')
     with pytest.raises(RecordError, match="is not a known record format"):
         gathered(parse_scene(SCENE + 'files = ["notes.md"]\n', str(folder / "scene.toml")))
     (folder / "empty").mkdir()
     (folder / "empty" / "a.md").write_text("nothing\n")
-    with pytest.raises(SceneError, match=r"empty matches no record; left out: a\.md: not a record"):
+    with pytest.raises(SceneError, match=r"empty matches no record; left out: .*a\.md is not a record"):
         gathered(parse_scene(SCENE + 'files = ["empty"]\n', str(folder / "scene.toml")))
 
 
@@ -110,7 +111,7 @@ def test_a_component_without_its_partner_has_no_direction():
     with pytest.raises(RecordError) as caught:
         gather(PAIR._replace(names=("RSN6-180",), direction=0.0), None)
     assert str(caught.value) == (
-        "direction: of Imperial Valley-02, California at El Centro Array #9 the scene names RSN6-180; a row's "
+        "direction: of Imperial Valley-02, California at El Centro Array #9 there is RSN6-180; a row's "
         "direction takes the two horizontal components of each recording: name both, or leave direction out"
     )
 
@@ -199,3 +200,14 @@ def test_what_a_manifest_excludes(tmp_path, lines, sentence):
     (tmp_path / "a.csv").touch()
     with pytest.raises(SceneError, match=sentence):
         parse_scene(SCENE + lines, str(tmp_path / "scene.toml"))
+
+
+def test_raw_components_of_a_row_pass_one_filter():
+    """The stricter corners of both: a rotated motion would otherwise hold a band of which it has only one half."""
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    filters = [sentence.partition("bandpass: ")[2] for sentence in turned.processing if "bandpass" in sentence]
+    bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
+    assert len(bands) == 2 and bands[0] == bands[1]
+    alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
+    own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
+    assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))

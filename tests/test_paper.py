@@ -13,7 +13,7 @@ import pytest
 import pounding_risk as pr
 from pounding_risk import figures, paper
 from pounding_risk.errors import PoundingError
-from pounding_risk.study import AS_RECORDED, REVERSED
+from pounding_risk.record_request import AS_RECORDED, REVERSED
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import obspy
 import pytest
 from typer.testing import CliRunner
 
@@ -114,6 +115,29 @@ def test_a_file_is_told_as_a_record_of_the_catalogue_is():
     # The largest of its samples is 0.24 s from the top of the bell: 0.2 sin(2π 0.24) exp(-0.24²) = 0.18843.
     assert [line[1] for line in rows(told.stdout) if line[0] == "PGA"] == ["0.1884 g"] * 2
     assert len([line for line in rows(told.stdout) if line[0].startswith("Sa(")]) == 4
+
+
+def test_facts_of_a_header_have_their_units():
+    """ObsPy's own example of K-NET: the header's peak is 4.383 gal, and its azimuth 90 degrees."""
+    file = Path(obspy.__file__).parent / "io/nied/tests/data/test.knet"
+    told = run("info", str(file)).stdout
+    assert row(told, "header pga")[1] == f"{0.04383 / STANDARD_GRAVITY:.4g} g"
+    assert (row(told, "azimuth")[1], row(told, "state")[1], row(told, "magnitude")[1]) == (
+        "90° from north",
+        "raw",
+        "5.9",
+    )
+
+
+def test_a_file_of_several_components_is_taken_apart(folder):
+    """Three channels of ObsPy's own example of EVT: one is named after #, all go into a folder."""
+    shutil.copy(Path(obspy.__file__).parent / "io/kinemetrics/tests/data/BI008_MEMA-04823.evt", folder / "q.evt")
+    told = run("info", "q.evt")
+    assert told.exit_code == 2 and 'q.evt: holds 3 components ("0", "1", "2"), one is needed; ' in told.stderr
+    assert row(run("info", "q.evt#1").stdout, "component")[1] == "1"
+    assert run("process", "q.evt", "-o", "out").exit_code == run("process", "q.evt#1", "-o", "1.csv").exit_code == 0
+    assert sorted(path.name for path in Path("out").iterdir()) == ["q-0.csv", "q-1.csv", "q-2.csv"]
+    assert Path("out/q-1.csv").read_bytes() == Path("1.csv").read_bytes()
 
 
 def test_raw_files_are_told_with_what_becomes_of_them(folder):
@@ -417,7 +441,7 @@ def test_verticals_do_not_enter_a_median():
     """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
     Path("quakes/AUP.AT2").write_text(at2("UP"))
     told = run("plot", "quakes", "--figure", "f.svg")
-    assert told.exit_code == 0 and "note: left out: quakes/AUP.AT2 is vertical" in told.stdout
+    assert told.exit_code == 0 and "note: left out: AUP is vertical" in told.stdout
     assert re.search(r"2 records: their median is", Path("f.svg").read_text(encoding="utf-8"))
     assert len(list_of_names(run("process", "quakes").stdout)) == 3
     assert run("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg").exit_code == 0

@@ -9,7 +9,7 @@ import pytest
 
 from pounding_risk import figures, measures
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_records import at_periods, corners, ensemble_spectra, fourier_amplitude
+from pounding_risk.figures_records import at_periods, corners, ensemble_spectra, fourier_amplitude, longest_usable
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.noise import signal_to_noise
 from pounding_risk.quantities import STANDARD_GRAVITY
@@ -195,6 +195,21 @@ def test_a_target_is_straight_on_logarithmic_scales():
     assert np.isnan(at_periods(TARGET, np.array([7.0, 9.0]))).all()
 
 
+def test_the_longest_usable_period_is_that_of_the_strictest_filter():
+    """From the file, or 1.25 times the lower corner of the file's or our own filter; the least of all is drawn."""
+    told, filtered, silent = made("T", 1.0), made("F", 1.0), made("S", 1.0)
+    told.record["lowest_usable_frequency"] = 0.25
+    filtered.record["low_corner"] = 0.1
+    own = read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.16, "high": 20.0}])
+    assert [longest_usable(each) for each in (told, filtered, silent)] == [4.0, 8.0, None]
+    assert longest_usable(own) == pytest.approx(5.0)
+    (axes,) = figures.spectra_figure([told, filtered, own]).axes
+    assert lines(axes, "usable up to 4 s: every record")[0].get_xdata()[0] == 4.0
+    (axes,) = figures.spectra_figure([filtered, silent]).axes
+    assert lines(axes, "usable up to 8 s: the 1 that tell")
+    assert not [each for each in figures.spectra_figure([silent]).axes[0].get_lines() if "usable" in each.get_label()]
+
+
 def test_one_record_has_no_median():
     figure = figures.spectra_figure([made("R", 1.0)], damping=0.02)
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
@@ -205,6 +220,17 @@ def test_one_record_has_no_median():
     )
     found = re.match(r"R: Sa is .+ g at 0.2 s and (.+) g at (?:1|0.99) s\ndamping 2 %", figure.get_suptitle())
     assert float(found[1]) == pytest.approx(sa, rel=0.03)  # the period drawn nearest to 1 s is 1.5 % off
+
+
+@pytest.mark.filterwarnings("error")
+def test_motions_at_the_edge():
+    """Two samples, and zeros throughout: drawn without a warning, but for a spectrum that no scale can show."""
+    two, still = (Motion("R", np.array(each), DT, {"state": "raw"}) for each in ([0.1, -0.1], [0.0] * 50))
+    for motion in (two, still):
+        figures.processing_figure(motion, motion).draw_without_rendering()
+    assert two.name in figures.spectra_figure([two]).get_suptitle()
+    with pytest.raises(PoundingError, match="R: every sample is zero, which has no spectrum; leave it out"):
+        figures.spectra_figure([two, still])
 
 
 def test_nothing_to_draw():

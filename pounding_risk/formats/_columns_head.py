@@ -141,7 +141,8 @@ def _state(place: str, text: str, line: int, statements: dict[str, Statement], h
         history.append(value)
     elif key in statements and statements[key].value != value:
         raise RecordError(
-            f'{place}: states {key} "{value}", line {statements[key].line} states "{statements[key].value}"; keep one'
+            f"{place}: states {key} {quoted(value)}, line {statements[key].line} states "
+            f"{quoted(statements[key].value)}; keep one"
         )
     else:
         statements[key] = Statement(value, line)

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from collections import Counter
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import RecordError
-from pounding_risk.formats._text import NEWLINE, fixed_numbers, quoted
+from pounding_risk.formats._text import NEWLINE, check_step, fixed_numbers, quoted
 
+if TYPE_CHECKING:
+    from obspy import Trace
+
+PADDING = "\0\x1a \r\n"  # fills the last block of a file, of DOS and others
+LONGEST_GAP = 0.05  # s between samples at uneven times; a straight line over more is no record
 END = re.compile(r"\s*(?:end.of.data|/&)", re.I)  # starts the line that ends a channel
 _COLUMNS = re.compile(
     r"\(\s*(\d{1,3})\s*\(?\s*(?:1?P,?)?\s*[IFEDG]\s*(\d{1,2})(?:\.\d{1,2})?(?:E\d?)?\s*\)?\s*\)", re.I
@@ -40,9 +46,7 @@ class Lines:
     def __init__(self, name: str, text: str):
         self.name = name
         self.at = 0
-        self._lines = NEWLINE.split(text)
-        if not self._lines[-1]:  # what follows the last newline is no line
-            self._lines.pop()
+        self._lines = NEWLINE.split(text.rstrip(PADDING))
 
     @property
     def place(self) -> str:
@@ -112,3 +116,60 @@ def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
     directions = {0.0: "N", 90.0: "E", 360.0: "N"}
     direction = "Z" if vertical else directions.get(-1.0 if azimuth is None else azimuth, "")
     return f"{band}N{direction}"
+
+
+def counted(traces: list[Trace], numbers: list[str]) -> list[Trace]:
+    """Each component of a file under a name of its own: those that share one have their channel's number after it.
+
+    ``numbers`` are the channels' own; where they are no different numbers, the channels are counted.
+    """
+    if len({number for number in numbers if number.isdigit()}) < len(traces):
+        numbers = [str(number) for number in range(1, len(traces) + 1)]
+    shared = Counter(trace.stats.record.component.lower() for trace in traces)
+    for trace, number in zip(traces, numbers, strict=True):
+        component = trace.stats.record.component
+        if shared[component.lower()] > 1 or not component:
+            trace.stats.record.component = f"{component} channel {number}".strip()
+    return traces
+
+
+class Even(NamedTuple):
+    """Samples at even times, their step [s], and what was done for it, in words that follow the unit's."""
+
+    samples: NDArray[np.float64]
+    dt: float
+    words: str
+
+
+def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
+    """Samples of pairs of time [s] and value, as records of film have them.
+
+    Times that are even but for the ``rounding`` [s] of their digits, of each or of all, are taken as even. Others are
+    read at every ``dt`` [s] off the straight lines between them; of times that are the same in their digits the last
+    counts. Raises RecordError where they are uneven and ``dt`` is not given, and for times that fall, that leave a gap
+    longer than ``LONGEST_GAP``, or that are all the same.
+    """
+    times, values = pairs[0::2], pairs[1::2]
+    steps = np.diff(times)
+    worst = int(np.argmin(steps)) if steps.min() < 0.0 else int(np.argmax(steps))
+    if steps.min() < 0.0 or not 0.0 < steps[worst] <= LONGEST_GAP:
+        raise RecordError(
+            f"{place}: after the time {times[worst]:g} s comes {times[worst + 1]:g} s; times must rise, by at most "
+            f"{LONGEST_GAP:g} s: take the corrected file of this record, or cut it there and hand it over in columns"
+        )
+    mean = float(times[-1] - times[0]) / len(steps)
+    if np.all(np.abs(times - times[0] - mean * np.arange(len(times))) <= rounding):
+        return Even(values, check_step(place, mean, f"{mean:g}", "the step of the times"), "")
+    if dt is None:
+        raise RecordError(
+            f"{place}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
+            'give the even step at which to read them: records.dt = "0.005 s" in a scene, dt=0.005 in Python, '
+            '--dt "0.005 s" on the command line, or take the corrected file of this record'
+        )
+    check_step(place, dt, f"{dt:g}", "dt as given")
+    count = int((times[-1] - times[0]) / dt * (1.0 + 1e-12)) + 1
+    if count < 2:
+        raise RecordError(f"{place}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
+    last = np.append(steps > 0.0, True)
+    even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
+    return Even(even, dt, f", uneven times read at every {dt:g} s")

@@ -1,7 +1,8 @@
 """The blocks of a MiniSEED file, looked through before ObsPy's compiled reader sees them.
 
-That reader prints tracebacks at some damaged bytes and reads around others. SEED manual 2.4 (2012), chapter 8: a fixed
-header of 48 bytes, then a chain of blockettes, of which number 1000 says how long the block is.
+That reader prints tracebacks at some damaged bytes, reads around others, and reads on past the end of a block that
+promises more samples than it holds. SEED manual 2.4 (2012), chapter 8: a fixed header of 48 bytes, then a chain of
+blockettes, of which number 1000 says how the samples are written and how long the block is.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ KIND = "MiniSEED"
 HEAD = 48  # bytes of the fixed header
 SMALLEST, LARGEST = 7, 20  # powers of two of a block's length in bytes
 YEARS = (1900, 2100)
+# Fewest bytes of a sample by code of the encoding: whole numbers of 2, 3 and 4 bytes, floats, Steim 1 and 2 (up to four
+# and seven samples in four bytes). The others take one at least, or are not read.
+DENSEST = {1: 2.0, 2: 3.0, 3: 4.0, 4: 4.0, 5: 8.0, 10: 1.0, 11: 4.0 / 7.0}
 
 _START = re.compile(rb"[\d \x00]{6}[DRQM][ \x00]")
 _NAMES = re.compile(rb"[ -~\x00]{12}")
@@ -52,21 +56,24 @@ def _length(raw: bytes, at: int) -> int:
     data, blockette = struct.unpack_from(f"{order}HH", raw, at + 44)
     if fraction > 9999 or (samples and not factor):
         raise ValueError("its time or sampling rate is out of range")
-    length = 1 << _power(raw, at, blockette, order)
+    encoding, power = _format(raw, at, blockette, order)
+    length = 1 << power
     if samples and not HEAD <= data < length:
         raise ValueError(f"its samples start at byte {data} of {length}")
+    if samples * DENSEST.get(encoding, 1.0) > length - data:
+        raise ValueError(f"it promises {samples} samples, more than {length - data} bytes hold")
     return length
 
 
-def _power(raw: bytes, at: int, blockette: int, order: str) -> int:
-    """The power of two in blockette 1000; raises ValueError where the chain does not lead there."""
+def _format(raw: bytes, at: int, blockette: int, order: str) -> tuple[int, int]:
+    """Encoding and power of two of the length in blockette 1000; raises ValueError where the chain leads elsewhere."""
     before = HEAD - 1
     while before < blockette:
         number, following = struct.unpack_from(f"{order}HH", raw, at + blockette)
         if number == 1000:
-            power = raw[at + blockette + 6] if at + blockette + 6 < len(raw) else 0
+            encoding, _, power = struct.unpack_from("BBB", raw, at + blockette + 4)
             if not SMALLEST <= power <= LARGEST:
                 raise ValueError(f"its length of 2^{power} bytes is out of range")
-            return power
+            return encoding, power
         before, blockette = blockette, following
     raise ValueError("it has no blockette 1000, which says how long it is")

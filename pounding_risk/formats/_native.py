@@ -28,8 +28,9 @@ def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
 
 
 def unreadable(name: str, kind: str, reason: str) -> RecordError:
-    """The refusal of a damaged file."""
-    return RecordError(f"{name}: cannot be read as {kind} ({reason}); fetch the record again")
+    """The refusal of a damaged file; a reason of ObsPy's own may quote its bytes."""
+    plain = "".join(letter if letter.isprintable() else " " for letter in reason[:LONGEST_REASON])
+    return RecordError(f"{name}: cannot be read as {kind} ({' '.join(plain.split())}); fetch the record again")
 
 
 def read_by_obspy(raw: bytes, name: str, format: str, kind: str, *, refused: type[Warning] | None = None) -> Stream:
@@ -46,8 +47,7 @@ def read_by_obspy(raw: bytes, name: str, format: str, kind: str, *, refused: typ
         try:
             stream = obspy.read(BytesIO(raw), format=format)
         except Exception as error:  # its readers let out whatever happens: ValueError, struct.error, their own
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise unreadable(name, kind, reason[:LONGEST_REASON]) from None
+            raise unreadable(name, kind, str(error).strip() or type(error).__name__) from None
     for trace in stream:
         check_step(name, trace.stats.delta, f"{trace.stats.delta:g}", "the time step")
         if trace.data.dtype.kind not in "if" or not np.isfinite(trace.data).all():

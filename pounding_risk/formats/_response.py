@@ -9,6 +9,7 @@ import numpy as np
 import obspy
 
 from pounding_risk.errors import RecordError
+from pounding_risk.formats._native import unreadable
 from pounding_risk.formats._text import told
 from pounding_risk.formats._unit import TO_GIVE, known, sentence, size_of
 
@@ -33,7 +34,11 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
         trace.data, state = samples / counts, "raw"
     elif unit is not None:
         size = size_of(unit, f"{name}: unit as given")
-        trace.data, units, state = samples * size, sentence(unit, size), "raw" if whole else "processed"
+        units, state = sentence(unit, size), "raw" if whole else "processed"
+        with np.errstate(over="ignore"):
+            trace.data = samples * size
+        if not np.isfinite(trace.data).all():
+            raise unreadable(name, kind, "samples are too large for a number in m/s²")
     else:
         raise RecordError(
             f"{name}: the unit is unknown, a {kind} file holds counts; put the StationXML of "

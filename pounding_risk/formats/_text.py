@@ -162,7 +162,7 @@ def check_step(place: str, dt: float | None, word: str, name: str = "DT") -> flo
     """The time step [s]; raises RecordError where it is no number in range."""
     if dt is None or not SHORTEST_STEP <= dt <= LONGEST_STEP:
         raise RecordError(
-            f'{place}: {name} is "{word}"; the time step must be a number of seconds greater than 0, '
+            f"{place}: {name} is {quoted(word)}; the time step must be a number of seconds greater than 0, "
             f"from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s: restore that line, or fetch the file again"
         )
     return dt

@@ -19,7 +19,6 @@ Source: COSMOS Strong Motion Programs Board, COSMOS Strong Motion Data Format, V
 from __future__ import annotations
 
 import re
-from collections import Counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +28,7 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._lines import END, Columns, Lines, channel_code, columns_of
+from pounding_risk.formats._lines import END, Columns, Lines, channel_code, columns_of, counted
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.quantities import STANDARD_GRAVITY
 
@@ -126,17 +125,18 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     """
     name, text = text_of(file, name, KIND)
     lines = Lines(name, text)
-    found: list[Channel] = []
-    while not lines.ended() or not found:
-        found.extend(_channels(lines, headonly))
-    wanted = [channel for channel in found if _of_acceleration(channel)]
+    channels: list[Channel] = []
+    while not lines.ended() or not channels:
+        channels.extend(_channels(lines, headonly))
+    wanted = [channel for channel in channels if _of_acceleration(channel)]
     if not wanted:
-        code = float(found[0].codes[1])
-        quantity = QUANTITIES.get(int(code), found[0].words or f"quantity {code:g}")
+        code = float(channels[0].codes[1])
+        quantity = QUANTITIES.get(int(code), channels[0].words or f"quantity {code:g}")
         raise RecordError(
-            f"{found[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
+            f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
         )
-    return Stream(_named([_trace(channel) for channel in wanted]))
+    numbers = [found[1] if (found := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
+    return Stream(counted([_trace(channel) for channel in wanted], numbers))
 
 
 def _of_acceleration(channel: Channel) -> bool:
@@ -271,6 +271,7 @@ def _trace(channel: Channel) -> Trace:
         state=STATES[stage],
         units=f"units: {words}",
         date="" if start is None else str(start.date),
+        timed=start is not None and channel.real(30) is not None,  # otherwise to the minute
         low_corner=channel.real(54) if stage == CORRECTED else None,
         high_corner=channel.real(57) if stage == CORRECTED else None,
         header_pga=None if peak is None else abs(peak) * factor,
@@ -382,16 +383,6 @@ def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]
     network, station = (found[1].strip(" -"), found[2]) if found else ("", "")
     vertical = channel.code(54) in VERTICAL
     return {"network": network, "station": station, "channel": channel_code(dt, azimuth, vertical)}
-
-
-def _named(traces: list[Trace]) -> list[Trace]:
-    """Each component under a name of its own: those that share one are counted."""
-    shared = Counter(trace.stats.record.component.lower() for trace in traces)
-    for number, trace in enumerate(traces, start=1):
-        component = trace.stats.record.component
-        if shared[component.lower()] > 1 or not component:
-            trace.stats.record.component = f"{component} channel {number}".strip()
-    return traces
 
 
 FORMAT = Format("COSMOS", "COSMOS (.v1c, .v2c)", (".v0c", ".v1c", ".v2c"), _is_cosmos, _read_cosmos)

@@ -125,7 +125,7 @@ def _check_unit(name: str, number: int, line: str) -> None:
     if "ACCELERATION" not in line.upper() or unit.upper() != "G":
         quantity = "acceleration" if "ACCELERATION" in line.upper() else "something other than acceleration"
         raise RecordError(
-            f'{name}, line {number}: the header says {quantity} in units of "{unit}"; a PEER AT2 file holds '
+            f"{name}, line {number}: the header says {quantity} in units of {quoted(unit)}; a PEER AT2 file holds "
             "acceleration in units of G: convert the samples to g, or take the AT2 file of this record"
         )
 
@@ -143,7 +143,7 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
             raise RecordError(f"{place}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
-        raise RecordError(f'{place}: NPTS is "{count_text}"; it must be a whole number of samples')
+        raise RecordError(f"{place}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
     count = int(count_text)
     if count < 2:
         raise RecordError(f"{place}: NPTS is {count}; a record needs at least 2 samples")

@@ -26,7 +26,7 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._lines import Columns, Lines, channel_code
+from pounding_risk.formats._lines import Columns, Even, Lines, channel_code, evened
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 
 KIND = "SMC"
@@ -35,6 +35,7 @@ WHOLE, WHOLE_COLUMNS = 48, Columns(8, 10)
 REAL, REAL_COLUMNS = 50, Columns(5, 15)
 SAMPLES = Columns(8, 10)
 UNIT = 0.01  # m/s² in one cm/s²
+TINY = 1e-3  # s; a time has five digits, of which the last is rounded, and the first of a record is 0
 LARGEST = 1e30  # real numbers above mean: not known
 STATES = {"1 UNCORRECTED ACCELEROGRAM": "raw", "2 CORRECTED ACCELEROGRAM": "processed"}
 
@@ -75,15 +76,17 @@ def _is_smc(file: Any) -> bool:
         return False
 
 
-def _read_smc(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
+def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any) -> Stream:
     """One trace in m/s² from an SMC file: a path, or a file open for reading.
 
-    Uncorrected accelerograms are raw, corrected ones processed. ``stats.smc`` has the title, the coordinates and
-    whether the file is marked as having a problem. With ``headonly`` no sample is read. ``name`` is what messages call
-    a file that has no name of its own.
+    Uncorrected accelerograms are raw, corrected ones processed. Those of film that were digitised at uneven times are
+    read at every ``dt`` [s] off the straight lines between them. ``stats.smc`` has the title, the coordinates and
+    whether the file is marked as having a problem. With ``headonly`` the samples are left out. ``name`` is what
+    messages call a file that has no name of its own.
 
-    Raises RecordError, naming file and line, for anything but acceleration, for samples at uneven times, a time step
-    out of range, another number of samples than the header says, and any number that is not finite.
+    Raises RecordError, naming file and line, for anything but acceleration, for uneven times without ``dt``, that do
+    not rise or leave gaps, a time step out of range, another number of samples than the header says, and any number
+    that is not finite.
     """
     name, text = text_of(file, name, KIND)
     lines = Lines(name, text)
@@ -92,18 +95,37 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     codes = lines.table(WHOLE, WHOLE_COLUMNS, "-32768", "whole numbers of the header")
     reals = lines.table(REAL, REAL_COLUMNS, "0.1700000E+39", "real numbers of the header")
     header = Header(name, head, codes, reals)
-    count, dt = _count(header), _step(header)
+    count = _count(header)
     _check_comments(lines, header)
-    stats = _stats(header, state, dt)
+    place, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
+    if rate is None:  # pairs of times and accelerations
+        pairs = _samples(lines, count, spare=1)
+        even = evened(place, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+    else:
+        step = check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
+        # A header's count may be damaged, so that nothing is allocated for it.
+        even = Even(np.broadcast_to(0.0, count) if headonly else _samples(lines, count), step, "")
+    stats = _stats(header, state, even)
     if headonly:
-        return Stream([Trace(header={**stats, "npts": count})])
+        return Stream([Trace(header={**stats, "npts": len(even.samples)})])
+    return Stream([Trace(even.samples * UNIT, header=stats)])
+
+
+def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
+    """The numbers after the comments, and nothing but blank lines behind them.
+
+    Files of pairs have a ``spare`` line, of times that do not go on from the promised ones, which is left out; those
+    of the Loma Prieta earthquake do.
+    """
     samples = lines.table(count, SAMPLES, "-2.2223E+0", "samples")
+    if spare and not lines.ended():
+        lines.take(spare, "its last line")
     if not lines.ended():
         raise RecordError(
-            f"{name}, line {lines.at + 1}: {quoted(lines.ahead)} follows the last of the {count} samples that line "
-            f"{TEXT_LINES + 3} promises; correct that number, or fetch the file again"
+            f"{lines.name}, line {lines.at + 1}: {quoted(lines.ahead)} follows the last of the {count} samples that "
+            f"line {TEXT_LINES + 3} promises; correct that number, or fetch the file again"
         )
-    return Stream([Trace(samples * UNIT, header=stats)])
+    return samples
 
 
 def _state(name: str, title: str) -> str:
@@ -119,23 +141,12 @@ def _state(name: str, title: str) -> str:
 
 def _count(header: Header) -> int:
     count = header.code(17)
-    if count is None or count < 2:
+    if count is None or count < 2 or (header.real(2) is None and (count < 4 or count % 2)):
         raise RecordError(
             f"{header.name}, line {TEXT_LINES + 3}: the number of samples is {header.codes[16]:g}; a record needs at "
-            "least 2: fetch the file again"
+            "least 2, or as many pairs of time and acceleration: fetch the file again"
         )
     return count
-
-
-def _step(header: Header) -> float:
-    """The time step [s]; uncorrected records of film have none, but pairs of time and acceleration."""
-    place, rate = f"{header.name}, line {TEXT_LINES + 7}", header.real(2)
-    if rate is None:
-        raise RecordError(
-            f"{place}: the sampling rate is not given, so the file holds pairs of uneven times and accelerations; "
-            "take the corrected file of this record, or bring it to even times and hand it over in columns"
-        )
-    return check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
 
 
 def _check_comments(lines: Lines, header: Header) -> None:
@@ -153,26 +164,27 @@ def _check_comments(lines: Lines, header: Header) -> None:
             )
 
 
-def _stats(header: Header, state: str, dt: float) -> dict[str, Any]:
+def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
     """The header as ObsPy statistics."""
     vertical, direction = header.code(13) in (0, 180), header.code(14)
     azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
     start, facts = _start(header), _facts(header)
     record = told(
         state=state,
-        units="units: cm/s², times 0.01",
+        units=f"units: cm/s², times 0.01{even.words}",
         azimuth=azimuth,
         magnitude=next((each for each in map(header.real, (6, 8, 7, 9)) if each is not None), None),
         distance_km=header.real(17),
         low_corner=header.real(33) if state == "processed" else None,
         high_corner=header.real(35) if state == "processed" else None,
         header_pga=_peak(header),
+        timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
         **facts,
     )
     smc = {"title": header.text[0].strip(), "latitude": header.real(11), "longitude": header.real(12)}
-    stats: dict[str, Any] = {"delta": dt, "calib": 1.0, "record": record}
+    stats: dict[str, Any] = {"delta": even.dt, "calib": 1.0, "record": record}
     stats["smc"] = AttribDict({**smc, "problem": header.code(18) == 1})
-    stats.update(station=header.text[2].strip(" \0*"), channel=channel_code(dt, azimuth, vertical))
+    stats.update(station=header.text[2].strip(" \0*"), channel=channel_code(even.dt, azimuth, vertical))
     if start is not None:
         stats["starttime"] = start
     return stats

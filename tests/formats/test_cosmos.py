@@ -235,7 +235,11 @@ def test_orientations(orientation, words, component, azimuth):
 
 def test_no_time_where_the_header_has_none():
     stats = read(changed(("       1    2005", "       1    -999")).encode())[0].stats
-    assert (stats.starttime, stats.record.date) == (obspy.UTCDateTime(0), "")
+    assert (stats.starttime, stats.record.date, stats.record.timed) == (obspy.UTCDateTime(0), "", False)
+    to_the_minute = changed(("  -999.000000  -999.000000     4.400000", "  -999.000000  -999.000000  -999.000000"))
+    stats = read(to_the_minute.encode())[0].stats
+    assert (stats.starttime, stats.record.timed) == (obspy.UTCDateTime(2005, 6, 16, 20, 53), False)
+    assert read(GOOD.encode())[0].stats.record.timed
 
 
 BAD = [

@@ -269,6 +269,9 @@ def test_miniseed_refusals():
     assert reason(changed(first + 24, b"\x99")) == "block at byte 4096: its time is no time of day"
     assert reason(changed(first + 32, b"\0\0")) == "block at byte 4096: its time or sampling rate is out of range"
     assert reason(changed(first + 44, b"\xff\xff")) == "block at byte 4096: its samples start at byte 65535 of 4096"
+    assert reason(changed(first + 30, b"\x40\0")) == (
+        "block at byte 4096: it promises 16384 samples, more than 4032 bytes hold"
+    )
     assert reason(changed(first + 46, b"\0\0")) == (
         "block at byte 4096: it has no blockette 1000, which says how long it is"
     )

@@ -70,6 +70,7 @@ def test_the_header_goes_to_the_statistics():
     stats = read(SHAFTER).stats
     assert stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4)
     record = stats.record
+    assert not record.timed  # it is that of the earthquake, to the minute
     assert (record.event, record.date, record.magnitude) == ("Loma Prieta, CA", "1989-10-18", 7.1)
     assert (record.station, record.distance_km) == ("San Francisco, 1295 Shafter, F", 89.0)
     assert (record.low_corner, record.high_corner) == (0.1, None)
@@ -93,6 +94,8 @@ def test_path_text_open_file_and_bytes_agree(tmp_path):
 def test_head_only_has_the_numbers_and_no_samples():
     trace = read(SHAFTER, headonly=True)
     assert (trace.stats.npts, trace.stats.delta, len(trace.data)) == (6001, 0.005, 0)
+    damaged = read(changed((COUNT, "9999999999    -32768    -32768")).encode(), headonly=True)
+    assert damaged.stats.npts == 9999999999
 
 
 def test_nothing_else_is_taken_for_smc(tmp_path):
@@ -114,6 +117,49 @@ def changed(*pairs, base=GOOD):
         assert old in base, old
         base = base.replace(old, new, 1)
     return base
+
+
+VALUES = [1.0, 2.0, 3.0, 4.0, 5.0, -6.0]  # cm/s²
+
+
+def film(times, values):
+    """Pairs of time and acceleration, as an uncorrected record of film has them: twelve numbers, no sampling rate."""
+    numbers = (number for pair in zip(times, values, strict=True) for number in pair)
+    words = [f"{number:11.4E}".replace("E-0", "E-").replace("E+0", "E+") for number in numbers]
+    head = changed(("  0.1700000E+39  0.2000000E+03", "  0.1700000E+39  0.1700000E+39")).split("\n")[:35]
+    rows = ["".join(words[:8]), "".join(words[8:])]
+    return "\n".join([*head, *rows]).replace("2 CORRECTED", "1 UNCORRECTED") + "\n"
+
+
+def test_film_at_even_times_is_read_as_such():
+    trace = read(film([0.01 * at for at in range(6)], VALUES).encode())
+    assert trace.stats.delta == pytest.approx(0.01, rel=1e-12)
+    assert trace.data == pytest.approx(0.01 * np.array(VALUES), rel=1e-12)
+    assert (trace.stats.record.state, trace.stats.record.units) == ("raw", "units: cm/s², times 0.01")
+
+
+def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for():
+    trace = read(film([0.0, 0.004, 0.010, 0.014, 0.020, 0.030], VALUES).encode(), dt=0.005)
+    expected = [1.0, 2.0 + 1.0 / 6.0, 3.0, 4.0 + 1.0 / 6.0, 5.0, -0.5, -6.0]
+    assert trace.data == pytest.approx(0.01 * np.array(expected), rel=1e-12)
+    assert trace.stats.delta == 0.005
+    assert trace.stats.record.units == "units: cm/s², times 0.01, uneven times read at every 0.005 s"
+
+
+def test_of_times_that_are_the_same_in_their_digits_the_last_counts():
+    trace = read(film([0.0, 0.004, 0.010, 0.010, 0.020, 0.030], VALUES).encode(), dt=0.005)
+    expected = [1.0, 2.0 + 2.0 / 6.0, 4.0, 4.5, 5.0, -0.5, -6.0]
+    assert trace.data == pytest.approx(0.01 * np.array(expected), rel=1e-12)
+
+
+def test_one_spare_line_of_film_is_left_out():
+    """All of the twelve records of film in the public tests of gmprocess have one, of times that do not go on."""
+    times = [0.0, 0.004, 0.010, 0.014, 0.020, 0.030]
+    row = " 3.0070E+1-5.6038E-2 3.0071E+1-3.7377E-2 3.0073E+1-9.6096E-2 3.0074E+1-1.2702E-1\n"
+    spare = read((film(times, VALUES) + row).encode(), dt=0.005)
+    assert np.array_equal(spare.data, read(film(times, VALUES).encode(), dt=0.005).data)
+    with pytest.raises(RecordError, match=r"line 39: .* follows the last of the 12 samples"):
+        read((film(times, VALUES) + 2 * row).encode(), dt=0.005)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +202,9 @@ def test_a_file_marked_as_having_a_problem_says_so():
 
 def test_time_in_seconds_and_none():
     known = changed(("         0         4         0    -32768", "         0         4        15       250"))
-    assert read(known.encode()).stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4, 15, 250000)
+    stats = read(known.encode()).stats
+    assert stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4, 15, 250000)
+    assert stats.record.timed
     unknown = changed(("    -32768      1989", "    -32768    -32768"))
     stats = read(unknown.encode()).stats
     assert (stats.starttime, stats.record.date) == (obspy.UTCDateTime(0), "1989-10-18")
@@ -175,7 +223,8 @@ BAD = [
     ],
     (
         changed((COUNT, "    -32768    -32768    -32768")),
-        "x.smc, line 14: the number of samples is -32768; a record needs at least 2: fetch the file again",
+        "x.smc, line 14: the number of samples is -32768; a record needs at least 2, or as many pairs of time "
+        "and acceleration: fetch the file again",
     ),
     (
         changed((COUNT, "        13    -32768    -32768")),
@@ -191,9 +240,20 @@ BAD = [
         "promises; correct that number, or fetch the file again",
     ),
     (
-        changed(("  0.1700000E+39  0.2000000E+03", "  0.1700000E+39  0.1700000E+39")),
-        "x.smc, line 18: the sampling rate is not given, so the file holds pairs of uneven times and accelerations; "
-        "take the corrected file of this record, or bring it to even times and hand it over in columns",
+        film([0.0, 0.0014, 0.0028, 0.0042, 0.0057, 0.0071], VALUES),
+        "x.smc, line 18: holds pairs of times and accelerations, at steps from 0.0014 to 0.0015 s; give the even "
+        'step at which to read them: records.dt = "0.005 s" in a scene, dt=0.005 in Python, --dt "0.005 s" on the '
+        "command line, or take the corrected file of this record",
+    ),
+    (
+        film([0.0, 0.01, 0.02, 0.01, 0.03, 0.04], VALUES),
+        "x.smc, line 18: after the time 0.02 s comes 0.01 s; times must rise, by at most 0.05 s: take the corrected "
+        "file of this record, or cut it there and hand it over in columns",
+    ),
+    (
+        film([0.0, 0.01, 0.02, 1.46, 1.47, 1.48], VALUES),
+        "x.smc, line 18: after the time 0.02 s comes 1.46 s; times must rise, by at most 0.05 s: take the corrected "
+        "file of this record, or cut it there and hand it over in columns",
     ),
     (
         changed(("  0.2000000E+03", "  0.0000000E+00")),
