@@ -114,6 +114,8 @@ def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
     """When it shakes; what is quiet begins after the ``end`` of the offsets, too, where that is given."""
     arrival = quiet_before(samples, dt)
     first, last = (energy_time(samples, dt, share) for share in STRONG)
+    if not arrival < last > first:
+        raise RecordError('the record has no shaking in which its baseline could shift; write scheme = "polynomial"')
     settled = max(last + SETTLING * (last - arrival), end or 0.0)
     left = (len(samples) - 1) * dt - settled
     if left < SHORTEST_END:

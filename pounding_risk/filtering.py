@@ -16,6 +16,7 @@ CORNER = Quantity("Hz", 0.0, inf, "corner frequency", example="0.1 Hz")
 NOISE, DEFAULT = "noise", "default"
 STRIPPED, KEPT = "stripped", "kept"
 ENDS_OF_PEAK = 0.02  # |a| at the ends above this part of PGA is flagged
+FEWEST_CYCLES = 0.02  # of the lowest corner in the record: the pads are hundreds of records long then
 
 
 @step("bandpass", low=CORNER, high=CORNER, order=ORDER, corners=(NOISE, DEFAULT), pads=(STRIPPED, KEPT))
@@ -44,7 +45,7 @@ def bandpass(
     then starts that much earlier.
     """
     chosen = _chosen(samples, dt, (low, high), corners)
-    _check(chosen, dt)
+    _check(chosen, dt, (len(samples) - 1) * dt)
     passed, pad = filtered(samples, dt, (chosen.low, chosen.high), order)
     flags = (*chosen.flags, *_filter_flags(samples, dt, chosen.low))
     words = _filter_words(chosen, order, pad * dt)
@@ -67,13 +68,19 @@ def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None
     return found
 
 
-def _check(corners: Corners, dt: float) -> None:
-    """Refuse corners that do not rise or do not fit the time step."""
+def _check(corners: Corners, dt: float, duration: float) -> None:
+    """Refuse corners that do not rise or do not fit the time step or the record."""
     low, high, nyquist = corners.low, corners.high, 0.5 / dt
     if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
         raise RecordError(
             f"the corners {low:g} and {high:g} Hz do not fit a time step of {dt:g} s; they must rise and "
             f"stay below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
+        )
+    lowest = low or high
+    if lowest < FEWEST_CYCLES / duration:
+        raise RecordError(
+            f"the corner {lowest:g} Hz is {lowest * duration:.2g} of a cycle in the record of {say(duration, TIME)}; "
+            f"write {FEWEST_CYCLES / duration:.2g} Hz or more"
         )
 
 

@@ -18,6 +18,7 @@ FINE = 0.005  # s: a tenth of the period of a building of 0.05 s
 LARGEST_RATIO = 1000  # of whole numbers in dt over dt
 NYQUIST_SHARE, STEEPNESS = 0.8, 20.0  # anti-alias corner over the new Nyquist frequency, order
 CHANGE_OF_PEAK = 0.02
+MOST = 20_000_000  # samples: 160 MB, some hours at 1 kHz
 
 
 @step("resample", dt=STEP, method=(LINEAR, FOURIER))
@@ -38,6 +39,8 @@ def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: st
         raise RecordError(
             f"a time step of {dt:g} s leaves one sample of a record of {duration:g} s; write a shorter one"
         )
+    if count > MOST:
+        raise RecordError(f"a time step of {dt:g} s makes {count} samples, {MOST} are allowed; write a longer one")
     coarser = dt > dt_before * (1.0 + 1e-9)
     corner = NYQUIST_SHARE * 0.5 / dt
     source = _low_pass(samples, dt_before, corner) if coarser else samples

@@ -398,6 +398,16 @@ REFUSED = [
     ),
     (
         lambda: "RSN6-180",
+        {"processing": [{"step": "bandpass", "low": 1e-6}]},
+        "the corner 1e-06 Hz is 5.4e-05 of a cycle in the record of 53.71 s; write 0.00037 Hz or more",
+    ),
+    (
+        lambda: "RSN6-180",
+        {"processing": [{"step": "resample", "dt": 1e-7}]},
+        "a time step of 1e-07 s makes 537100001 samples, 20000000 are allowed; write a longer one",
+    ),
+    (
+        lambda: "RSN6-180",
         {"processing": [{"step": "taper", "lead": 60.0}]},
         "a taper of 60 s and 5 s does not fit a record of 53.71 s; write shorter",
     ),
@@ -509,6 +519,43 @@ def test_every_step_has_a_name_a_sentence_and_finite_samples():
         assert done.sentence.startswith(f"{name}: ")
         assert np.isfinite(done.samples).all()
         assert known.function.__doc__
+
+
+OPTIONS = {
+    "bandpass": ({}, {"pads": "kept"}, {"low": 0.0}, {"high": np.inf}, {"corners": "default"}),
+    "baseline": ({}, {"order": 20.0}, {"scheme": "bilinear"}, {"scheme": "bilinear", "start": 1.0}),
+    "resample": ({}, {"dt": 0.0123}, {"dt": 0.1, "method": "fourier"}),
+    "trend": ({}, {"order": 20.0}),
+}
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(2, 3000),
+    st.sampled_from([0.001, 0.005, 0.02, 0.2, 10.0]),
+    st.sampled_from(["noise", "nothing", "level", "pulse", "sudden", "wandering"]),
+    st.integers(0, 99),
+)
+def test_no_step_fails_without_a_sentence(count, dt, kind, seed):
+    """Records of any length, step and shape: new samples, all finite, or a RecordError; no warning either."""
+    random = np.random.default_rng(seed).normal(size=count)
+    place = np.arange(count) / count
+    samples = {
+        "noise": random,
+        "nothing": np.zeros(count),
+        "level": np.full(count, 3.3),
+        "pulse": (np.arange(count) == count // 2).astype(float),
+        "sudden": random * np.where(place > 0.4, 1.0, 1e-4),
+        "wandering": 1e6 * np.cumsum(random),
+    }[kind]
+    for name in STEPS:
+        for options in OPTIONS.get(name, ({},)):
+            try:
+                done = Step(name, options).apply(samples, dt)
+            except RecordError:
+                continue
+            assert len(done.samples) >= 2
+            assert np.isfinite(done.samples).all()
 
 
 def test_options_are_si_or_text_with_a_unit():
