@@ -27,10 +27,10 @@ from pounding_risk.quantities import PGA, SCALE, TAIL, TIME, shown
 from pounding_risk.record_request import AS_RECORDED, REVERSED
 from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
-from pounding_risk.sources import RAW, Source, check_samples, open_source
+from pounding_risk.sources import RAW, Source, check_samples, components, open_source
 
 if TYPE_CHECKING:
-    from obspy import Trace
+    from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
 USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
@@ -155,6 +155,21 @@ def read_motion(
 def read_trace(source: str | Path | Trace, **choices: Any) -> Trace:
     """As `read_motion`, as an ObsPy trace in m/s² whose ``stats.processing`` has the history."""
     return _prepared(source, **choices)[0]
+
+
+def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
+    """As `read_trace`, of every component of a file or of an ObsPy stream, as an ObsPy stream.
+
+    Each is treated by itself; a stream in pieces is to be merged before.
+    """
+    from obspy import Stream
+
+    if isinstance(source, Stream):
+        return Stream([read_trace(trace, **choices) for trace in source])
+    if isinstance(source, str | Path) and Path(source).is_file():
+        stated = {key: choices.pop(key) for key in ("unit", "dt") if key in choices}
+        return Stream([read_trace(each, **choices) for each in components(Path(source), **stated)])
+    return Stream([read_trace(source, **choices)])
 
 
 def _prepared(

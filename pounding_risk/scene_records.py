@@ -8,7 +8,7 @@ from typing import Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.processing import STEPS, read_steps
-from pounding_risk.quantities import DAMPING, PERIOD, PGA, TIME, Quantity, QuantityError, parse, shown
+from pounding_risk.quantities import DAMPING, PERIOD, PGA, TIME, Quantity, parse, shown
 from pounding_risk.record_request import (
     AS_RECORDED,
     MEDIANS,
@@ -145,12 +145,12 @@ def record_set(value: Any) -> str:
 
 def unit(value: Any) -> str:
     """The unit of samples, such as "cm/s^2"."""
+    from pounding_risk.formats._unit import size_of
+
     try:
-        parse(f"1 {value}" if isinstance(value, str) else value, PGA)
-    except QuantityError:
-        raise Unreadable(
-            f'{shown(value)} is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
-        ) from None
+        size_of(value, "")
+    except RecordError as error:
+        raise Unreadable(str(error).removeprefix(": ")) from None
     return str(value).strip()
 
 

@@ -130,7 +130,7 @@ def _of_file(path: Path, read: FileRead) -> Source:
 
 
 def _of_trace(source: Any) -> Source:
-    """A trace in memory: its samples are m/s² by contract, and processed by whoever made it."""
+    """A trace in memory: m/s² by contract, and processed by whoever made it, unless one of our readers says raw."""
     source = one_trace(source)
     name = source.id if source.id.strip(".") else "trace"
     if source.stats.calib != 1.0:
@@ -138,7 +138,8 @@ def _of_trace(source: Any) -> Source:
             f"{name}: the trace has calib {source.stats.calib:g}, so its samples are no m/s² yet; multiply "
             "them by it and set stats.calib = 1"
         )
-    record = {**_told(source), "id": name, "state": PROCESSED, "format": IN_MEMORY, "file": ""}
+    state = source.stats.get("record", {}).get("state", PROCESSED)
+    record = {**_told(source), "id": name, "state": state, "format": IN_MEMORY, "file": ""}
     digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
     record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
     return Source(name, source, record, "units: m/s², as given")

@@ -92,3 +92,12 @@ def test_baseline_treatments_change_displacement_and_little_else(tmp_path):
     assert table[SHIFTED][2] == pytest.approx(45.9, abs=0.1)
     draw(motions, str(tmp_path / "ridgecrest.png"))
     assert (tmp_path / "ridgecrest.png").stat().st_size > 50_000
+
+
+def test_a_hundred_records_are_read_processed_and_measured(capsys):
+    from records import STAGES, main
+
+    assert main(["--repeats", "1"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("100 records, ")
+    assert all(f"| {stage} | " in told for stage in (*STAGES, "in all"))

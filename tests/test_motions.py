@@ -1,5 +1,6 @@
 """Records in, motions out: published peaks, exact scaling, and the sentence of every refusal."""
 
+import gzip
 import shutil
 
 import numpy as np
@@ -10,7 +11,8 @@ from hypothesis import strategies as st
 
 from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
-from pounding_risk.motions import Motion, read_motion, read_trace
+from pounding_risk.formats.geonet import _read_geonet
+from pounding_risk.motions import Motion, read_motion, read_stream, read_trace
 from pounding_risk.processing import DEFAULT_CHAIN, STEPS, Step, read_steps
 from pounding_risk.signals import butterworth, onset, velocity_displacement
 
@@ -204,6 +206,23 @@ def test_a_damaged_miniseed_file_is_refused_or_whole(tmp_path_factory, changes):
         return
     assert np.isfinite(motion.acceleration).all()
     assert len(motion.acceleration) == 15000
+
+
+def test_a_stream_goes_in_and_a_stream_comes_out(root, tmp_path):
+    """Every component of a file, as ObsPy has it; a raw trace of our readers stays raw in anyone's hands."""
+    path = tmp_path / "THZ.V1A"
+    path.write_bytes(gzip.decompress((root / "tests/data/formats/geonet-thz.v1a.gz").read_bytes()))
+    stream = read_stream(path)
+    assert [trace.stats.record.component for trace in stream] == ["S90E", "N00E", "Up"]
+    assert all("bandpass" in " ".join(trace.stats.processing) for trace in stream)
+    for trace in stream:
+        motion = read_motion(f"{path}#{trace.stats.record.component}")
+        assert np.array_equal(trace.data, motion.acceleration)
+    raw = _read_geonet(path)
+    again = read_stream(raw)
+    assert [trace.stats.npts for trace in raw] == [trace.stats.npts for trace in again]
+    assert all(np.array_equal(one.data, other.data) for one, other in zip(stream, again, strict=True))
+    assert np.array_equal(read_stream("RSN6-180")[0].data, read_motion("RSN6-180").acceleration)
 
 
 def test_the_history_is_in_the_trace_and_in_the_motion():
