@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli_input import FIGURES, Figure, read_option, writable
+from pounding_risk.cli_input import FIGURES, Figure, make_folder, read_option, writable
 from pounding_risk.cli_output import draw
 from pounding_risk.errors import PoundingError
 
@@ -137,7 +137,7 @@ def process(
             motions.append(treated(how, group))
             watch(len(motions), len(found.groups))
     if any(targets) and not (out is None or out.suffix):
-        out.mkdir(parents=True, exist_ok=True)
+        make_folder(out)
     for motion, target in zip(motions, targets, strict=True):
         if target is not None:
             write_motion(motion, target)

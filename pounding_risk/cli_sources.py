@@ -97,7 +97,10 @@ def _step(text: str) -> dict[str, str]:
     """``bandpass low=0.1Hz high="25 Hz"`` as the table of a scene."""
     try:
         name, *options = shlex.split(text)
-        return {"step": name} | dict(_pair(option) for option in options)
+        pairs = [_pair(option) for option in options]
+        if len({key for key, _ in pairs}) < len(pairs):
+            raise ValueError(text)
+        return {"step": name, **dict(pairs)}
     except ValueError:
         raise PoundingError(
             f"--step: {text!r} is not a step with its options; write one such as 'bandpass low=0.1Hz high=25Hz'"
@@ -196,6 +199,7 @@ def find(
     if horizontal or in_pairs:
         sources = gather.horizontals(sources, left_out)
     sources += [] if set is None else [open_source(load(member)) for member in members(set)]
+    sources = list({(source.record["file"], source.name): source for source in sources}.values())
     if not sources:
         why = f"left out: {left_out[0]}" if left_out else "the folder is empty"
         raise PoundingError(f"{' '.join(words)}: holds no record; {why}")

@@ -23,7 +23,7 @@ from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted, recording
+from pounding_risk.sources import RAW, Source, components, file_name, is_vertical, open_source, parted, recording
 from pounding_risk.study import Study
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -185,7 +185,7 @@ def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
     for found in recordings.values():
         if len(found) != 2:
-            listed = ", ".join(source.record["id"] for source in found)
+            listed = ", ".join(file_name(source) for source in found)
             raise RecordError(
                 f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
                 "horizontal components of each recording: name both, or leave direction out"

@@ -17,6 +17,8 @@ from datetime import datetime
 from math import cos, isfinite, radians, sin
 from typing import Any
 
+import numpy as np
+
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import shown
@@ -33,6 +35,7 @@ KEPT = (
     "distance_km",
     "vs30",
     "station",
+    "sensor",
     "state",
     "format",
     "file",
@@ -40,6 +43,8 @@ KEPT = (
     "terms",
     "polarity",
 )
+# Of what filters left of the components, both have only the narrower band.
+NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": min}
 
 
 def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[float, float] | None = None) -> Motion:
@@ -90,7 +95,7 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool) and isfinite(value)
 
 
 def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -180,4 +185,8 @@ def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, A
             record[key] = " + ".join(parts)
     if one.get("start") and other.get("start"):
         record["start"] = max(one["start"], other["start"])
+    for key, stricter in NARROWER.items():
+        corners = [each[key] for each in (one, other) if each.get(key)]
+        if corners:
+            record[key] = stricter(corners)
     return {**record, "azimuth": None if azimuth is None else azimuth % 360.0}

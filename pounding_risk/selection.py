@@ -67,7 +67,7 @@ class Wanted:
             raise RecordError(f"spectrum: {shown(self.spectrum)} is not one; it may be {', '.join(SPECTRA)}")
         for key in ("count", "per_event"):
             value = getattr(self, key)
-            if not (value is None and key == "per_event") and not (isinstance(value, int) and value >= 1):
+            if not (value is None and key == "per_event") and not (isinstance(value, int | np.integer) and value >= 1):
                 raise RecordError(f"{key}: {shown(value)} is no number of records; write a whole number from 1 up")
         if self.pga is not None:
             object.__setattr__(self, "pga", tuple(asked("pga", bound, PGA) for bound in self.pga))

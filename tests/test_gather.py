@@ -80,6 +80,18 @@ def test_records_of_one_name_are_told_apart(folder):
     assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
 
 
+def test_text_that_is_no_table_is_no_record_of_a_folder(folder):
+    """A README.txt lies beside the files of many archives; numbers without a unit are samples, and are asked after."""
+    (folder / "README.txt").write_text("Files of the archive:\none for each component\n")
+    found = gather(PLAIN._replace(files=(".",)), folder)
+    assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
+    assert f"{folder / 'README.txt'} is not a record" in found.left_out
+    for text, sentence in (("0.1\n0.2\n", "says neither the unit"), ("", "is empty")):
+        (folder / "README.txt").write_text(text)
+        with pytest.raises(RecordError, match=sentence):
+            gather(PLAIN._replace(files=(".",)), folder)
+
+
 def test_files_that_differ_by_their_suffix_are_told_apart(folder):
     shutil.copy(folder / "RSN6-180.AT2", folder / "x.N")
     shutil.copy(folder / "RSN6-270.AT2", folder / "x.E")
@@ -111,6 +123,14 @@ def test_two_components_are_turned_to_the_row():
     assert np.abs(turned.acceleration - by_hand).max() < 1e-14  # rounding of two products
     (along,) = gather(PAIR._replace(direction=180.0), None).motions
     assert np.allclose(along.acceleration, first.acceleration[:count], rtol=0.0, atol=1e-15)
+
+
+def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
+    """The stricter corners of each raw component, by which the softest building is judged."""
+    (turned,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
+    assert turned.record["low_corner"] > 0.0
+    assert turned.record["lowest_usable_frequency"] == pytest.approx(1.25 * turned.record["low_corner"])
+    assert turned.record["high_corner"] == 40.0
 
 
 def test_a_component_without_its_partner_has_no_direction():

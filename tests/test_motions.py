@@ -318,6 +318,21 @@ REFUSED = [
         ".ELC..180: the trace has calib 2e-06, so its samples are no m/s² yet; multiply them by "
         "it and set stats.calib = 1",
     ),
+    (
+        lambda: changed(data=lambda a: a * 1j),
+        {},
+        ".ELC..180: its samples are complex numbers; hand over the real part of them",
+    ),
+    (
+        lambda: changed(data=lambda a: a * 1e200),
+        {},
+        ".ELC..180: a sample of 2.75e+200 m/s² is no motion of the ground; check the unit, or the scaling",
+    ),
+    (
+        lambda: "RSN6-180",
+        {"tail": 1e12},
+        "a tail of 1e+12 s makes 100000000000000 samples, 20000000 are allowed; write a shorter one",
+    ),
     (lambda: obspy.Stream(), {}, "the ObsPy stream: holds no samples; check the file"),
     (lambda: 3, {}, "3 is not a record; give an id of the catalogue, a path, or an ObsPy trace in m/s²"),
     (
@@ -655,3 +670,18 @@ def test_velocity_and_displacement_of_a_constant_acceleration():
     velocity, displacement = velocity_displacement(np.full(101, 2.0), 0.01)
     assert velocity[-1] == pytest.approx(2.0)
     assert displacement[-1] == pytest.approx(1.0)
+
+
+def test_a_trace_that_tells_no_time_has_no_date():
+    """ObsPy lets such a trace start in 1970, which no record did."""
+    record = read_motion(obspy.Trace(np.sin(np.arange(0.0, 9.0, 0.01)), {"delta": 0.01})).record
+    assert (record["date"], record.get("start")) == ("", None)
+
+
+def test_a_time_step_may_be_text(tmp_path):
+    path = tmp_path / "x.txt"
+    path.write_text("0.1\n0.2\n-0.1\n")
+    assert read_motion(path, unit="g", dt="10 ms").dt == read_motion(path, unit="g", dt=0.01).dt == 0.01
+    assert read_stream(path, unit="g", dt="10 ms")[0].stats.delta == 0.01
+    with pytest.raises(RecordError, match='^dt: "0.01" has no unit'):
+        read_motion(path, unit="g", dt="0.01")
