@@ -120,6 +120,8 @@ def _processing_finding(before: Motion, after: Motion, old: History, new: Sequen
 
 
 def _length(value: float) -> str:
+    if abs(value) >= 100.0:
+        return f"{value:.0f} m"
     return f"{value:.3g} m" if abs(value) >= 1.0 else f"{100.0 * value:.2g} cm"
 
 

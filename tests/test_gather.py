@@ -183,6 +183,8 @@ def test_a_choice_of_records_drives_a_scene_with_its_factors(folder, tmp_path):
     chosen = select(candidates, read_target("asce7:sds=1.0,sd1=0.6,tl=8"), count=3)
     write_manifest(chosen.motions(), tmp_path / "selected.csv")
     study = parse_scene(SCENE + 'manifest = "selected.csv"\ntail = "1 s"\n', str(tmp_path / "scene.toml"))
+    told = dict(validate(study).summary())["records"]
+    assert told.endswith(", each times its factor of selected.csv, 1 s of free vibration after")
     assert parse_scene(study.to_toml(), study.source) == study
     found = gathered(study).motions
     assert [motion.name for motion in found] == [motion.name for motion in chosen.motions()]

@@ -199,6 +199,15 @@ def test_what_is_written_is_the_motion_to_the_last_digit():
     assert (again.dt, again.record["state"]) == (motion.dt, "processed")
 
 
+def test_both_components_are_turned_and_written():
+    told = run("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
+    assert told.exit_code == 0, told.stderr
+    line = row(told.stdout, "A090+A180@30")
+    # Both are one sine, of 0.188 g: times cos 60° + cos 150°. What is turned was not recorded.
+    assert line[1:3] == ["–", "0.06897 g"]
+    assert read_motion("turned.csv").pga == pytest.approx(0.06897 * 9.80665, rel=1e-3)
+
+
 def test_a_record_named_twice_is_taken_once():
     told = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
     assert told.exit_code == 0, told.stderr
@@ -396,6 +405,8 @@ REFUSED = [
         "-o: several of the records would be out/A090.csv; process them into folders of their own",
     ),
     ("process RSN6-180 -o /proc/out", "--out: "),  # where nobody can make a folder, whatever the permissions say
+    (f"info {300 * 'a'}.at2", f"{300 * 'a'}.at2: File name too long; "),
+    (f"process RSN6-180 -o {300 * 'a'}", f"{300 * 'a'}: File name too long; "),
     ("process RSN6-180 --pga 1e300g", "RSN6-180: a sample of 9.81e+300 m/s² is no motion of the ground; "),
     (
         "process RSN6-180 --step bandpass;low=1Hz;low=2Hz",

@@ -113,7 +113,7 @@ def test_filters_leave_out_and_count(twelve):
 @pytest.mark.parametrize(
     ("component", "vertical"),
     [
-        *((name, True) for name in ("UP", "A-TMZ-UP", "TCU045-V", "PCD_DWN", "U-D", "HNZ", "up")),
+        *((name, True) for name in ("UP", "A-TMZ-UP", "TCU045-V", "PCD_DWN", "U-D", "HNZ", "BHZ10", "up")),
         *((name, False) for name in ("A-TMZ000", "CHY101-N", "ABBAR--L", "HN1", "H-E06_233", "CUP090", None)),
     ],
 )
