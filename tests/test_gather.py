@@ -125,6 +125,16 @@ def test_two_components_are_turned_to_the_row():
     assert np.allclose(along.acceleration, first.acceleration[:count], rtol=0.0, atol=1e-15)
 
 
+def test_stationxml_tells_where_the_components_of_a_file_point(folder):
+    """Its azimuths are those of the catalogue; the vertical of Napa has one too, and no dip."""
+    shutil.copy(catalogue.path("NAPA-HNN"), folder)
+    request = PLAIN._replace(files=("NAPA-*.mseed",), direction=30.0, processing="none")
+    (turned,) = gather(request, folder).motions
+    (known,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0, processing="none"), None).motions
+    assert np.allclose(turned.acceleration, known.acceleration, rtol=1e-9, atol=1e-12)
+    assert not any("azimuths are unknown" in flag for flag in turned.flags)
+
+
 def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
     """The stricter corners of each raw component, by which the softest building is judged."""
     (turned,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
