@@ -268,9 +268,9 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
     _target(axis, target, periods)
 
 
-def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float]) -> None:
+def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of: str = "") -> None:
     for place, level in enumerate(levels):
-        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %"
+        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %{of}"
         share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
         axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
 
@@ -311,7 +311,7 @@ def selection_figure(
         words = "" if place else f"{len(ensemble.acceleration)} components, scaled"
         left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
     if len(ensemble.acceleration) > 2:
-        _percentiles(left, ensemble, percentiles)
+        _percentiles(left, ensemble, percentiles, " of the components")
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
     what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
