@@ -6,9 +6,9 @@ pattern, a folder and a file of several components stand for their horizontals; 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isclose
+from math import isclose, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -156,7 +156,11 @@ def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
     """The records of a manifest with their factors; raises RecordError where one is not what the manifest says."""
     path = folder / request.manifest
-    for number, row in enumerate(read_manifest(path), start=2):
+    rows = read_manifest(path)
+    if not rows:
+        raise RecordError(f"{path}: names no record; choose again")
+    for number, row in enumerate(rows, start=2):
+        _check_row(f"{path}, line {number}", row)
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
@@ -176,6 +180,15 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
         if request.scale is not None:
             motion = scaling.by_factor(motion, request.scale)
         yield motion.with_tail(request.tail) if request.tail else motion
+
+
+def _check_row(place: str, row: Mapping[str, Any]) -> None:
+    """Refuse a row of a manifest without a name or a PGA, or with a factor that scales nothing."""
+    empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
+    if empty:
+        raise RecordError(f"{place}: {' and '.join(empty)} left empty; choose again")
+    if not (isfinite(row["factor"]) and row["factor"] > 0.0):
+        raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
 
 
 def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:

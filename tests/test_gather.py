@@ -1,5 +1,6 @@
 """What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
 
+import csv
 import re
 import shutil
 
@@ -216,6 +217,21 @@ def test_a_manifest_whose_files_have_changed_is_refused(folder):
     shutil.copy(folder / "RSN6-270.AT2", folder / "RSN6-180.AT2")
     with pytest.raises(RecordError, match=r"line 2: RSN6-180 has another checksum than the manifest says"):
         gathered(study)
+    for values, sentence in (
+        ({"factor": ""}, "line 2: factor left empty"),
+        ({"name": "", "PGA [m/s2]": ""}, r"line 2: name and PGA \[m/s2\] left empty"),
+        ({"factor": "nan"}, "line 2: the factor is nan; it must be greater than 0 and finite"),
+        ({"factor": "-1"}, "line 2: the factor is -1; it must"),
+        (None, "selected.csv: names no record"),
+    ):
+        write_manifest([motion], path)
+        with path.open(encoding="utf-8", newline="") as file:
+            head, row = csv.reader(file)
+        row = [] if values is None else [{**dict(zip(head, row, strict=True)), **values}[key] for key in head]
+        with path.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([head, row] if row else [head])
+        with pytest.raises(RecordError, match=sentence):
+            gathered(study)
     write_manifest([motion.reversed()], path)
     with pytest.raises(RecordError, match="another checksum"):
         gathered(study)

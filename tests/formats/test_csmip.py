@@ -127,6 +127,9 @@ def test_the_header_goes_to_the_statistics():
     assert record.units == "units: cm/s², times 0.01"
     record = read(HESPERIA)[0].stats.record
     assert (record.event, record.magnitude, record.station) == ("BIG BEAR EARTHQUAKE", 6.4, "HESPERIA - 4TH & PALM")
+    # A line of the record's own time, as CSMIP writes before it knows the earthquake, names none.
+    unnamed = HESPERIA.replace(b"BIG BEAR EARTHQUAKE", b"Rcrd of Sun Jun 28,")
+    assert read(unnamed)[0].stats.record.event == ""
     assert record.units == "units: g, times 9.80665 m/s²"
 
 
