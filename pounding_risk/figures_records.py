@@ -9,6 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures_style import STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.sources import lowest_usable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +24,6 @@ BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
 TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
-CORNER_FACTOR = 1.25  # of a lower corner, from which on a spectrum is usable
 NAMED = (0.2, 1.0)  # s, told in the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
@@ -193,11 +193,8 @@ def corners(motion: Motion) -> tuple[float, ...]:
 
 
 def longest_usable(motion: Motion) -> float | None:
-    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells.
-
-    That of its lowest usable frequency, or of 1.25 times the lower corner (PEER NGA-West2, Ancheta et al. 2013).
-    """
-    lowest = motion.record.get("lowest_usable_frequency") or CORNER_FACTOR * float(motion.record.get("low_corner") or 0)
+    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells."""
+    lowest = lowest_usable(motion.record)
     return 1.0 / lowest if lowest else None
 
 

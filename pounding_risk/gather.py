@@ -23,7 +23,17 @@ from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import RAW, Source, components, file_name, is_vertical, open_source, parted, recording
+from pounding_risk.sources import (
+    RAW,
+    Source,
+    components,
+    file_name,
+    is_vertical,
+    lowest_usable,
+    open_source,
+    parted,
+    recording,
+)
 from pounding_risk.study import Study
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -73,7 +83,7 @@ def _for_buildings(motion: Motion, study: Study) -> Motion:
         motion.dt,
         shortest_period=min(periods),
         longest_period=max(periods),
-        usable=motion.record.get("lowest_usable_frequency"),
+        usable=lowest_usable(motion.record),
         checks=OF_BUILDINGS,
     )
     return replace(motion, flags=(*motion.flags, *failed(findings)))

@@ -28,13 +28,12 @@ from pounding_risk.record_request import AS_RECORDED, REVERSED
 from pounding_risk.resampling import MOST
 from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
-from pounding_risk.sources import RAW, Source, check_samples, components, open_source
+from pounding_risk.sources import RAW, USABLE, Source, check_samples, components, lowest_usable, open_source
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
-USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
@@ -250,7 +249,7 @@ class _Log:
         (low, high), facts = self.band, {}
         if low > 0.0:
             low = max(low, self._record.get("low_corner") or 0.0)
-            usable = max(USABLE * low, self._record.get("lowest_usable_frequency") or 0.0)
+            usable = max(USABLE * low, lowest_usable(self._record) or 0.0)
             facts = {"low_corner": low, "lowest_usable_frequency": usable}
         if high < inf:
             facts["high_corner"] = min(high, self._record.get("high_corner") or inf)

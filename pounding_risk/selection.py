@@ -31,7 +31,7 @@ from pounding_risk.quantities import PGA, shown
 from pounding_risk.rotation import rotated
 from pounding_risk.scaling import USUAL_FACTORS, asked, by_factor, period_range, spectral_accelerations
 from pounding_risk.signals import Samples
-from pounding_risk.sources import is_vertical, recording
+from pounding_risk.sources import is_vertical, lowest_usable, recording
 from pounding_risk.targets import Target
 
 NODES = 30  # periods in the range, evenly in the logarithm, ends included
@@ -292,11 +292,11 @@ def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
 
 def _doubts(parts: tuple[Motion, ...], wanted: Wanted) -> tuple[str, ...]:
     """A flag for a record that is compared at periods at which it is not usable."""
-    lowest = _known(parts, "lowest_usable_frequency")
-    if not lowest or wanted.periods[1] * float(lowest) <= 1.0:
+    lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
+    if wanted.periods[1] * lowest <= 1.0:
         return ()
-    longest = f"{1.0 / float(lowest):.3g} s"
-    return (f"compared up to {wanted.periods[1]:g} s, and usable up to {longest} ({lowest:g} Hz) only",)
+    longest = f"{1.0 / lowest:.3g} s"
+    return (f"compared up to {wanted.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
 
 
 def _doubted(motion: Motion, doubts: tuple[str, ...]) -> Motion:

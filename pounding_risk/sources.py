@@ -21,6 +21,7 @@ from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_component
 
 RAW, PROCESSED = "raw", "processed"
 IN_MEMORY = "ObsPy trace"
+USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
 LARGEST = 1e30  # m/s²: far above any motion, and its square is still a number
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
@@ -82,6 +83,14 @@ def is_vertical(record: Mapping[str, Any]) -> bool:
     name = str(record.get("component") or "").upper()
     ends = {name, re.split(r"[-_ .]", name)[-1]}
     return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z\d{0,2}", name))
+
+
+def lowest_usable(record: Mapping[str, Any]) -> float | None:
+    """The lowest frequency [Hz] at which a record is its own and not its filter's; None where nothing tells.
+
+    What the record says, or 1.25 times the lower corner of its filter (PEER NGA-West2, Ancheta et al. 2013).
+    """
+    return record.get("lowest_usable_frequency") or USABLE * float(record.get("low_corner") or 0.0) or None
 
 
 def _checked(found: Source) -> Source:
