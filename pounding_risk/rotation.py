@@ -23,6 +23,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import shown
 from pounding_risk.signals import Samples
+from pounding_risk.sources import recording
 
 SQUARE = 2.0  # degrees by which components called perpendicular may miss it
 LEAST_ANGLE = 10.0  # degrees between components: below, the motion across them is mostly noise
@@ -82,6 +83,8 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
     )
     if not _is_square(angle):
         sentence += f"; the components are {angle:g}° apart and were solved for as such"
+    if recording(first.record, "") != recording(second.record, ""):
+        doubts += (f"{first.name} and {second.name} are not of one event, date and station",)
     if not known:
         doubts += (f"the azimuths are unknown: {direction:g}° counts from {first.name}",)
     return Motion(
