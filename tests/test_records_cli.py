@@ -96,7 +96,7 @@ def test_a_folder_is_listed_and_what_is_no_record_is_told():
     assert told.exit_code == 0, told.stderr
     expected = ["Somewhere", "1999-01-02", "Station", "090", "processed", "0.188 g", "9.99 s", "0.01 s"]
     assert row(told.stdout, "A090.AT2") == ["A090.AT2", *expected]
-    assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090", "A180"]
+    assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
     (left_out,) = (line for line in told.stdout.splitlines() if line.startswith("note: "))
     assert left_out == "note: left out: quakes/notes.md is not a record"
 
