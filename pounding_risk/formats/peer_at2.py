@@ -40,6 +40,7 @@ from pounding_risk.quantities import STANDARD_GRAVITY
 
 KIND = "PEER AT2"
 HEADER_LINES = 10  # the header ends within these
+LONGEST_TITLE = 500  # characters; beyond, looking for the date in it would take minutes
 COMPASS = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0}
 
 _UNIT = re.compile(r"\bIN\s+UNITS?\s+OF\s+([^\s,;]+)", re.IGNORECASE)
@@ -156,7 +157,7 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
 
 def _stats(header: Header) -> dict[str, Any]:
     """The header as ObsPy statistics."""
-    title = _TITLE.fullmatch(header.title)
+    title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
     facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
     facts["time"] = facts.pop("clock") or facts["time"]
     corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}

@@ -91,6 +91,13 @@ def test_titles_of_the_older_database(title, event, station, component, azimuth)
     assert is_vertical(record) == (component == "UP")
 
 
+def test_a_title_of_a_megabyte_is_no_title():
+    """Its parts are looked for in a time that grows with the square of its length: hours, for this one."""
+    title = "EL CENTRO 5/19/40" + 10**6 * " " + "x"
+    record = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0].stats.record
+    assert (record.event, record.component) == ("", "")
+
+
 def test_path_text_open_file_and_bytes_agree():
     path = catalogue.path("RSN6-180")
     with path.open("rb") as opened:
