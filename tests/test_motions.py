@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
 from pounding_risk.formats.geonet import _read_geonet
+from pounding_risk.motion_files import write_motion
 from pounding_risk.motions import Motion, read_motion, read_stream, read_trace
 from pounding_risk.processing import DEFAULT_CHAIN, STEPS, Step, read_steps
 from pounding_risk.signals import butterworth, onset, velocity_displacement
@@ -676,6 +677,15 @@ def test_a_trace_that_tells_no_time_has_no_date():
     """ObsPy lets such a trace start in 1970, which no record did."""
     record = read_motion(obspy.Trace(np.sin(np.arange(0.0, 9.0, 0.01)), {"delta": 0.01})).record
     assert (record["date"], record.get("start")) == ("", None)
+
+
+def test_a_written_motion_starts_when_it_did(tmp_path):
+    """Components that start apart are aligned by it, also after they were written."""
+    motion = read_motion("NAPA-HNE", window=(5.0, 60.0))
+    write_motion(motion, tmp_path / "x.csv")
+    assert read_motion(tmp_path / "x.csv").record["start"] == motion.record["start"]
+    write_motion(read_motion("RSN6-180"), tmp_path / "y.csv")  # PEER tells the day alone
+    assert "start" not in read_motion(tmp_path / "y.csv").record
 
 
 def test_a_time_step_may_be_text(tmp_path):
