@@ -224,6 +224,10 @@ def select(
         tuple[str, str] | None,
         typer.Option(metavar="LEAST MOST", help='Such as "180 m/s" "360 m/s".', show_default=False),
     ] = None,
+    pga: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="LEAST MOST", help='As recorded, such as "0.1 g" "0.5 g".', show_default=False),
+    ] = None,
     damping: Annotated[str, typer.Option(help="Damping ratio of the spectra.")] = "5 %",
     processing: Processing = None,
     unit: Unit = None,
@@ -243,7 +247,7 @@ def select(
     from pounding_risk.selection import select as run
 
     how = treatment(Options(processing, (), None, None, None, None))
-    choices = choices_of(range, distance, vs30)
+    choices = choices_of(range, distance, vs30, pga)
     choices |= {"count": count, "spectrum": spectrum, "limits": factor, "per_event": per_event, "magnitude": magnitude}
     goal = target_spectrum(target, read_option("--damping", damping, DAMPING))
     with Watch("select", "records") as watch:

@@ -150,10 +150,13 @@ def target_spectrum(text: str, damping: float) -> Target:
 
 
 def choices_of(
-    periods: tuple[str, str], distance: tuple[str, str] | None, vs30: tuple[str, str] | None
+    periods: tuple[str, str],
+    distance: tuple[str, str] | None,
+    vs30: tuple[str, str] | None,
+    pga: tuple[str, str] | None,
 ) -> dict[str, Any]:
     """What a selection takes of options with units; raises PoundingError that names the option."""
-    from pounding_risk.quantities import PERIOD, Quantity
+    from pounding_risk.quantities import PERIOD, PGA, Quantity
 
     far = Quantity("m", 0.0, inf, "distance", example="10 km")
     soil = Quantity("m/s", 0.0, inf, "shear-wave velocity", example="360 m/s")
@@ -162,6 +165,8 @@ def choices_of(
         found["distance_km"] = tuple(read_option("--distance", text, far) / 1e3 for text in distance)
     if vs30 is not None:
         found["vs30"] = tuple(read_option("--vs30", text, soil) for text in vs30)
+    if pga is not None:
+        found["pga"] = tuple(read_option("--pga", text, PGA) for text in pga)
     return found
 
 

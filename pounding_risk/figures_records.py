@@ -216,18 +216,25 @@ def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemb
 
     Raises PoundingError for no motion, and for one of zeros, which a logarithmic scale cannot show.
     """
-    from pounding_risk.measures import LEAST_PERIOD, response_spectra
+    from pounding_risk.measures import response_spectra
 
     if not motions:
         raise PoundingError("there is no motion to draw spectra of; give one at least")
     still = [motion.name for motion in motions if not motion.acceleration.any()]
     if still:
         raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
-    steps = [motion.dt for motion in motions]
-    periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
-    periods = np.union1d(periods, [period for period in NAMED if period > periods[0]])
+    steps, periods = [motion.dt for motion in motions], ensemble_periods(motions)
     found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
     return Ensemble(periods, found.pseudo_acceleration, damping)
+
+
+def ensemble_periods(motions: Sequence[Motion]) -> Samples:
+    """Periods [s] from 0.02 to 10 s, or from the shortest that every time step allows, evenly in the logarithm."""
+    from pounding_risk.measures import LEAST_PERIOD
+
+    shortest = max(SHORTEST, LEAST_PERIOD * max(motion.dt for motion in motions))
+    periods = np.geomspace(shortest, LONGEST, PERIODS)
+    return np.union1d(periods, [period for period in NAMED if period > periods[0]])
 
 
 def spectra_figure(
@@ -302,15 +309,16 @@ def selection_figure(
     rows, wanted = selection.rows, selection.wanted
     figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
     left, right = axes[0]
-    ensemble = ensemble_spectra(selection.motions(), selection.target.damping)
+    periods = ensemble_periods(selection.motions())
+    ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
+    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
     for place, each in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
-        words = "" if place else f"{len(ensemble.acceleration)} components, scaled"
+        words = "" if place else f"{len(rows)} {what}, scaled"
         left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
-    if len(ensemble.acceleration) > 2:
-        _percentiles(left, ensemble, percentiles, " of the components")
+    if len(rows) > 2:
+        _percentiles(left, ensemble, percentiles, f" of the {what}")
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
-    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
     _target(left, selection.target, ensemble.periods)
     _usable(left, selection.motions())

@@ -246,21 +246,28 @@ def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     """Both horizontals, processed alike, in the direction of the row."""
     assert request.direction is not None
     processing: Any = request.processing
+    words: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
     if processing == "auto" and all(source.record["state"] == RAW for source in pair):
-        processing = _one_band(pair)
+        processing, words, flags = _one_band(pair)
     first, second = (read_motion(source, processing=processing) for source in pair)
-    return rotated(first, second, request.direction)
+    motion = rotated(first, second, request.direction)
+    return replace(motion, processing=(*motion.processing, *words), flags=tuple(dict.fromkeys((*motion.flags, *flags))))
 
 
-def _one_band(pair: tuple[Source, ...]) -> list[dict[str, Any]]:
-    """The default chain with the stricter corners of both components, so that both keep the same frequencies."""
+def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
+    """The default chain with the stricter corners of both components, so that both keep the same frequencies.
+
+    With a sentence that says why the corners are where they are, and doubts.
+    """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
     before = [read_motion(source, processing=steps[:at]) for source in pair]
-    if before[0].dt == before[1].dt:  # `rotated` refuses others
-        found = shared_corners([motion.acceleration for motion in before], before[0].dt)
-        steps[at] |= {"low": found.low, "high": found.high}
-    return steps
+    if before[0].dt != before[1].dt:  # `rotated` refuses them
+        return steps, (), ()
+    found = shared_corners([motion.acceleration for motion in before], before[0].dt)
+    steps[at] |= {"low": found.low, "high": found.high}
+    return steps, (f"corners of the band-pass: {found.words}",), found.flags
 
 
 def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion]:

@@ -124,6 +124,14 @@ class Selection:
         """Sa of the scaled candidates [m/s²], shape (rows, periods)."""
         return np.array([row.factor * row.acceleration for row in self.rows])
 
+    def spectra_at(self, periods: Samples) -> Samples:
+        """What was compared (spectra of components, or of pairs as `Wanted.spectrum` has it), scaled, at other periods.
+
+        Sa [m/s²], shape (rows, periods).
+        """
+        found = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
+        return found * np.array([row.factor for row in self.rows])[:, None]
+
     @property
     def median_ratio(self) -> Samples:
         """Geometric mean of the scaled spectra over the target, shape (periods,)."""

@@ -19,6 +19,7 @@ from pounding_risk.record_request import RecordRequest, Spectral
 from pounding_risk.rotation import rotated
 from pounding_risk.scenario import parse_scene
 from pounding_risk.selection import select
+from pounding_risk.sources import open_source, recording
 from pounding_risk.targets import read_target
 
 G = 9.80665
@@ -265,3 +266,16 @@ def test_raw_components_of_a_row_pass_one_filter():
     alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
     own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
     assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))
+
+
+def test_two_earthquakes_of_one_day_at_one_station_are_two_recordings():
+    """Where no event is told, as of MiniSEED, the minute in which a record starts tells them apart."""
+    traces = [catalogue.load(name)[0] for name in ("NAPA-HNE", "NAPA-HNN")]
+    facts = [dict(open_source(trace).record) for trace in traces]
+    later = {**facts[0], "start": "2014-08-24T11:00:00"}
+    assert recording(facts[0], "a") == recording(facts[1], "b") != recording(later, "c")
+
+
+def test_a_turned_pair_says_why_its_corners_are_where_they_are():
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")

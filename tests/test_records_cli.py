@@ -477,3 +477,13 @@ def list_of_names(text: str) -> list[str]:
     table = rows(text)
     start = next(place for place, line in enumerate(table) if line[0] == "record")
     return [line[0] for line in table[start + 1 :] if len(line) > 3]
+
+
+def test_a_choice_may_be_limited_by_peaks():
+    """PGA of 0.28, 0.21 and 0.64 g: one is left."""
+    words = ("select", "RSN6-180", "RSN6-270", "RSN753-000", "--target", "asce7:sds=1.0,sd1=0.6,tl=8", "--count", "3")
+    told = run(*words, "--pga", "0.3 g", "1 g")
+    assert told.exit_code == 0, told.stderr
+    assert "RSN753-000" in told.stdout and "RSN6-180" not in told.stdout
+    refused = run(*words, "--pga", "0.3", "1 g")
+    assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")
