@@ -43,6 +43,11 @@ class Commands(TyperGroup):
         except PoundingError as error:
             typer.echo(f"pounding-risk: {error}", err=True)
             raise typer.Exit(BAD_INPUT) from None
+        except OSError as error:  # a name too long, a full disk: a fault of no code, wherever it shows
+            if error.filename is None:
+                raise
+            typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
+            raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             typer.echo("pounding-risk: stopped by Ctrl-C; no file was left half written", err=True)
             raise typer.Exit(INTERRUPTED) from None
