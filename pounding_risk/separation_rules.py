@@ -202,3 +202,9 @@ TAKEN = {
     "alike": "buildings not alike",
     "structure": "frames",
 }
+# Notes that many rows share, and the sentence that says the same once below a table.
+NOT_VERIFIED, NOT_REDUCED = "clause not verified", TAKEN["factors"]
+SHARED = {
+    NOT_VERIFIED: "Rules not verified are repeated from memory of the profession: read the clause before relying on it",
+    NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
+}
