@@ -41,6 +41,7 @@ def separations(
     zone: Annotated[str | None, typer.Option(help="Of Mexico City: I, II or III.", show_default=False)] = None,
     intensity: Annotated[int | None, typer.Option(help="In China: 6 to 9.", show_default=False)] = None,
     structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
+    ground: Annotated[str | None, typer.Option(help="Design acceleration a_g S, in Italy.", show_default=False)] = None,
     figure: Figure = None,
 ) -> None:
     """Separations of building codes, beside those needed."""
@@ -50,10 +51,12 @@ def separations(
             raise PoundingError("--figure: needs a dataset to draw; name one, such as results.nc")
         print_rules()
         return
+    from pounding_risk.quantities import PGA
     from pounding_risk.results import open_results
     from pounding_risk.separations import Site, code_table
 
-    site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure)
+    surface = None if ground is None else read_option("--ground", ground, PGA)
+    site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure, surface)
     table = code_table(open_results(results), percentile, site)
     print_code_table(table)
     if figure_file is not None:

@@ -112,7 +112,8 @@ class CodeTable:
         if not self.motions:
             return "No motion closes any gap between these buildings"
         first, *others = (_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS)
-        start = f"Of {self.motions} motions {first[0]} falls short in {first[1]} ({first[2]} times the gap needed in the median)"
+        start = f"Of {self.motions} motions {first[0]} falls short in {first[1]}"
+        start += f" ({first[2]} times the gap needed in the median)"
         return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
 
     def as_dict(self) -> dict[str, Any]:
@@ -155,9 +156,12 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
     for value in np.concatenate([np.ravel(np.asarray(each, float)) for each in displacements]):
         if not (isfinite(value) and value >= 0.0):
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
-    pairs: tuple[tuple[str, Any, str], ...] = (("height", site.heights, " m"), ("factor", site.factors, ""))
-    for what, pair, unit in pairs:
-        for value in pair or ():
+    ground = None if site.ground is None else (site.ground,)
+    positive: tuple[tuple[str, Any, str], ...] = (
+        ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
+    )  # fmt: skip
+    for what, values, unit in positive:
+        for value in values or ():
             if not (isfinite(value) and value > 0.0):
                 raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
     choices: dict[str, tuple[Any, ...]] = {"zone": ZONES, "intensity": INTENSITIES, "structure": STRUCTURES}

@@ -121,6 +121,7 @@ def test_a_rigid_building_needs_no_period():
         (lambda: white_noise_correlation((1.0, 2.0), (0.05, 5.0)), "a damping ratio is 5; it must be from 0 to 1"),
         (lambda: asked(Site(heights=(12.0, -1.0))), "a height is -1 m; it must be greater than 0"),
         (lambda: asked(Site(factors=(0.0, 1.0))), "a factor is 0; it must be greater than 0"),
+        (lambda: asked(Site(ground=0.0)), "a design acceleration is 0 m/s²"),
         (lambda: asked(Site(zone="IV")), "zone is 'IV'; it must be I, II, III"),
         (lambda: asked(Site(intensity=5)), "intensity is 5; it must be 6, 7, 8, 9"),
         (lambda: separations(BUILDINGS, (0.01, np.inf), (1, 1), (0, 0)), "a peak displacement is inf m"),
@@ -140,7 +141,7 @@ def asked(site: Site) -> dict[str, float | None]:
 
 def test_rules_give_what_their_clauses_say():
     """By hand, 30 and 40 mm; where a height counts, 12 m beside 20 m."""
-    found = asked(Site(heights=(12.0, 20.0), zone="II", intensity=8))
+    found = asked(Site(heights=(12.0, 20.0), zone="II", intensity=8, ground=0.25 * 9.80665))
     assert found == {
         "abs": 70.0,
         "srss": 50.0,
@@ -159,6 +160,8 @@ def test_rules_give_what_their_clauses_say():
         "is1893_2016": 70.0,
         "peru": 72.0,
         "iran": 120.0,
+        "turkey": 50.0,  # 30 + 2 · 10 mm of height, above half of 50
+        "italy": 70.0,
         "asce41": 50.0,
     }
 
@@ -181,13 +184,16 @@ def test_rules_give_what_their_clauses_say():
         ("peru", {"heights": (3.0, 4.0)}, 2.0 / 3.0 * 70.0),
         ("peru", {"heights": (3.0, 4.0), "factors": (0.1, 0.1)}, 30.0),
         ("asce41", {"heights": (1.0, 9.0)}, 40.0),
+        ("turkey", {"heights": (3.0, 9.0), "factors": (2.0, 2.0)}, 50.0),
+        ("turkey", {"heights": (3.0, 9.0), "factors": (2.0, 2.0), "aligned": True}, 30.0),  # 25 is below 30
+        ("italy", {"heights": (12.0, 9.0), "ground": 9.80665}, 180.0),  # 1 g: twice 1 %
     ],
 )
 def test_what_a_site_changes(rule, site, expected):
     assert asked(Site(**site))[rule] == expected
 
 
-KNOWN = Site(heights=(24.0, 30.0), zone="II", intensity=8, aligned=True, alike=True)
+KNOWN = Site(heights=(24.0, 30.0), zone="II", intensity=8, aligned=True, alike=True, ground=2.0)
 OTHERWISE = {
     "heights": (12.0, 15.5),
     "factors": (0.5, 0.6),
@@ -196,6 +202,7 @@ OTHERWISE = {
     "zone": "III",
     "intensity": 9,
     "structure": "frame and walls",
+    "ground": 4.0,
 }
 
 
@@ -387,7 +394,7 @@ def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypa
     table = code_table(results, site=Site(heights=(12.0, 20.0), zone="II"))
     for each in table.rules:
         if each.exceeded is None:
-            assert each.row.rule == "china" and cells["china"][2] == "–"
+            assert each.row.rule in ("china", "italy") and cells[each.row.rule][2] == "–"
             continue
         assert cells[each.row.rule][2] == f"{1e3 * each.middle:.4g} mm"
         assert cells[each.row.rule][4].startswith(f"{each.ratio_median:.2f} (")
@@ -404,6 +411,7 @@ def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypa
         (("--figure", "codes.png"), "--figure: needs a dataset to draw"),
         (("results.nc", "--height", "12 m"), "--height: is given 1 times; give it twice"),
         (("results.nc", "--height", "12 kg", "--height", "3 m"), "--height: "),
+        (("results.nc", "--ground", "0.2"), '--ground: "0.2" has no unit'),
         (("results.nc", "--factor", "1"), "--factor: is given 1 times"),
     ],
 )
