@@ -40,9 +40,9 @@ __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 class InterfaceAssessment:
     """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
-    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None: as recorded), as
-    is ``closing``, what each motion closes, in rising order. ``yielding`` is at every gap of the grid; ``fragility`` of
-    contact at these and the assessed one, of yielding at ``yield_gap``, the grid's nearest. ``rates`` go with
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None: as recorded),
+    as is ``closing``, what each motion closes, in rising order. ``yielding`` is at every gap of the grid. ``fragility``
+    of contact is at these and the assessed one, of yielding at ``yield_gap``, the grid's nearest. ``rates`` go with
     ``fragility``, where a hazard curve is given; ``separations`` are those of codes, beside the motions.
     """
 

@@ -224,7 +224,7 @@ def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
         rows.append((rate.what, _length(rate.gap), force, *values))
     print(f"Annual rates over the range of {found.hazard}; what is weaker is left out\n")
     print_table(heads, rows, "lrrrrrrr")
-    print("bounds carry the fragility's standard errors by recording, none of the hazard's\n")
+    print("bounds carry the fragility's standard errors, the larger ones, and none of the hazard's\n")
 
 
 def _print_separations(one: InterfaceAssessment, percentile: float) -> None:

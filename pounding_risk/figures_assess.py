@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 BLUE, ORANGE, GREEN = STYLES[0][0], STYLES[1][0], STYLES[2][0]
 POINTS = 400
-BAND = "one standard error to either side, by recording"
+BAND = "one standard error to either side"
 MOST_YIELD_CURVES = 4
 
 
@@ -64,18 +64,18 @@ def _adequacy(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
     axis.axhline(found.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {found.target:g}")
     axis.axvline(1e3 * one.gap, color="black", linewidth=1.4, label=f"the gap, {1e3 * one.gap:.3g} mm")
     needed = next(each for each in one.required if each.percentile == found.percentile)
-    told = f"required by {needed.percentile:g} %: {1e3 * needed.gap:.3g} mm (bar: its bounds)"
+    told = f"required by {needed.percentile:g} %: {1e3 * needed.gap:.3g} mm (bar: bounds)"
     axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=told)
     axis.plot([1e3 * needed.low, 1e3 * needed.high], [1.04, 1.04], color=ORANGE, linewidth=3.0, solid_capstyle="butt")
     _rules(axis, one, widest)
     axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.12))
-    _legend(axis)
+    _legend(axis, 2)
 
 
-def _legend(axis: Any) -> None:
+def _legend(axis: Any, columns: int) -> None:
     """Below the axis, where it covers nothing."""
-    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": 2}
-    axis.legend(fontsize=8, frameon=False, handlelength=2.6, **place)
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": columns}
+    axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **place)
 
 
 def _rules(axis: Any, one: InterfaceAssessment, widest: float) -> None:
@@ -91,7 +91,11 @@ def _rules(axis: Any, one: InterfaceAssessment, widest: float) -> None:
 
 def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
     contact = next(each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
-    yields = [each for each in one.fragility if each.what == "yield" and not each.fault][:MOST_YIELD_CURVES]
+    yields = [each for each in one.fragility if each.what == "yield" and not each.fault]
+    # Those of the grid's last contact model.
+    yields = [each for each in yields if each.contact_model == yields[-1].contact_model][:MOST_YIELD_CURVES]
+    if yields:
+        axis.set_title(f"yielding: {law_words(str(yields[0].contact_model))}", fontsize=9.5)
     drawn = [each for each in (contact, *yields) if not each.fault]
     axis.set(xlabel=f"{found.intensity} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
     if not drawn:
@@ -106,15 +110,14 @@ def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None
         _curve(axis, im, each, (colour, dash))
     _capacities(axis, one, contact)
     axis.set_xlim(0.0, most / STANDARD_GRAVITY)
-    _legend(axis)
+    _legend(axis, 1)
 
 
 def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None:
-    """One fragility with the band of its standard errors by recording, and the shares seen at its intensities."""
+    """One fragility with the band of its standard errors, and the shares seen at its intensities."""
     colour, dash = look
-    about = f"contact, gap {1e3 * each.gap:.3g} mm"
-    if each.yield_force is not None:
-        about = f"yielding at {each.yield_force / 1e3:.0f} kN, {law_words(str(each.contact_model))}"
+    about = "contact" if each.yield_force is None else f"$F_E$ {each.yield_force / 1e3:.0f} kN"
+    about += f", gap {1e3 * each.gap:.3g} mm"
     label = f"{about}: median {each.median / STANDARD_GRAVITY:.2g} g, dispersion {each.dispersion:.2f}"
     axis.plot(im / STANDARD_GRAVITY, each.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
     if each.what == "contact":
@@ -130,7 +133,7 @@ def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None
 def _band(im: Array, each: Fragility) -> tuple[Array, Array]:
     """One standard error to either side, in the argument of the curve (delta method)."""
     argument = np.log(im / each.median) / each.dispersion
-    first, second = each.se_median_recordings, each.se_dispersion_recordings * argument
+    first, second = each.errors[0], each.errors[1] * argument
     variance = first**2 + second**2 + 2.0 * each.correlation * first * second
     spread = np.sqrt(np.maximum(variance, 0.0)) / each.dispersion
     low, high = (fragility_curve(np.exp(argument + side * spread), 1.0, 1.0) for side in (-1.0, 1.0))
