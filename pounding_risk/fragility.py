@@ -18,6 +18,7 @@ Labels = NDArray[np.int64]
 
 STRIPES, OWN, SCALED = "multiple stripes", "each motion at its own intensity", "scaled motions"
 STEPS, CLOSE = 100, 1e-10  # Newton steps at most, and the decrement of the likelihood at which they end
+ALIKE = 1e-9  # intensities that differ by no more than this share are one
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     """Median and dispersion from who fails at which intensity, by maximum likelihood.
 
     In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
-    where the failures are all or none, or every one stronger than every survivor; a curve that falls with intensity
+    where the failures are all or none, or no survivor is stronger than one of them; a curve that falls with intensity
     is no fragility. Both are told as the `Fit`'s ``fault``.
     """
     fault = unfit(im, failed)
@@ -131,13 +132,13 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
 
     θ = exp(mean ln), β the deviation (1/n, maximum likelihood); standard errors β/√n and β/√(2n).
     """
-    if capacities.size < 2 or np.ptp(capacities) == 0.0:
-        return Fit(fault="one motion has no dispersion; give more records")
     if not (capacities.min() > 0.0 and np.isfinite(capacities).all()):
         return Fit(
             fault="a closed gap is touched by the weakest motion, and a motion that closes nothing never does it"
         )
     logs = np.log(capacities)
+    if np.ptp(logs) < ALIKE:
+        return Fit(fault="one motion has no dispersion, nor have many that fail at one intensity; give more records")
     middle, spread = float(logs.mean()), float(logs.std())
     z = (logs - middle) / spread
     scores = np.stack([z, z**2 - 1.0], axis=1) / spread
@@ -153,7 +154,7 @@ def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
     if np.ptp(im) == 0.0:
         return "all motions have one intensity: a curve needs several; scan with several values of grid.pga"
     if im[~failed].max() <= im[failed].min():
-        return "every failure is stronger than every survivor: the dispersion cannot be told from 0"
+        return "no survivor is stronger than a failure: the dispersion cannot be told from 0"
     return ""
 
 
