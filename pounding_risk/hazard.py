@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 YEARS = 50.0
 DRAWS, SEED = 400, 20110314
+WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
 
 
@@ -158,7 +159,8 @@ def _bounds(hazard: Hazard, fragility: Fragility, confidence: float) -> tuple[fl
         return nan, nan
     together = np.outer(spread, spread) * [[1.0, fragility.correlation], [fragility.correlation, 1.0]]
     middle = np.log([fragility.median, fragility.dispersion])
-    draws = np.exp(np.random.default_rng(SEED).multivariate_normal(middle, together, DRAWS, method="eigh"))
+    draws = np.random.default_rng(SEED).multivariate_normal(middle, together, DRAWS, method="eigh")
+    draws = np.exp(np.clip(draws, middle - WIDEST, middle + WIDEST))
     tail = 50.0 * (1.0 - confidence)
     low, high = np.percentile(annual_rate(hazard, draws[:, 0], draws[:, 1]), (tail, 100.0 - tail))
     return float(low), float(high)

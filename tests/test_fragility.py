@@ -134,7 +134,8 @@ def test_capacities_and_stripes_tell_the_same_fragility():
         ([40] * 6, "all of the 240 runs fail"),
         ([0, 0, 0, 40, 40, 40], "no survivor is stronger"),
         ([0, 0, 7, 40, 40, 40], "no survivor is stronger"),  # one mixed stripe alone tells no dispersion
-        ([33, 25, 18, 9, 3, 0], "rarer as the intensity grows"),
+        ([33, 25, 18, 9, 3, 0], "become rarer as the intensity grows"),
+        ([20, 19, 20, 20, 21, 20], "hardly become more frequent as the intensity grows"),
     ],
 )
 def test_what_cannot_be_fitted_is_told(counts, words):
