@@ -383,6 +383,25 @@ def test_the_command_prints_writes_and_draws(dataset, tmp_path):
         assert words in run.output
 
 
+def test_the_figure_draws_a_few_yield_forces():
+    """Stripes of contact and yielding: the force grows with the closing, so that F_E counts as another gap."""
+    closing = lognormal(40, scale=0.01)[..., None] * np.array([1.0, 2.0, 4.0, 8.0])
+    yields = np.zeros((*closing.shape, 1, 4, 3), dtype=np.int32)
+    for place, least in enumerate((0.03, 0.05)):
+        yields[..., place] = (closing > least)[..., None, None]
+    found = assess(made_up(closing, yields=yields))
+    axis = assessment_figure(found).axes[1]
+    assert axis.get_title() == "yielding: law 0"
+    told = [text.get_text() for text in axis.get_legend().get_texts()]
+    assert [words.partition(":")[0] for words in told if "median" in words] == [
+        "contact, gap 20 mm",
+        "$F_E$ 1000 kN, gap 20 mm",
+        "$F_E$ 2000 kN, gap 20 mm",
+    ]
+    medians = [each.median for each in found.interfaces[0].fragility if each.what == "yield"]
+    assert medians == pytest.approx([3.0, 5.0], rel=0.15)  # three standard errors of ln θ
+
+
 def test_the_figure_says_what_it_shows(dataset):
     figure = assessment_figure(assess(dataset), "as a test")
     left, right = figure.axes
