@@ -13,6 +13,7 @@ from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
+from pounding_risk.assessed_data import motions_of
 from pounding_risk.assessment import interfaces
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
@@ -133,6 +134,15 @@ def test_a_scan_is_assessed_as_its_numbers_say(dataset):
     assert verdict.governing[0].record == str(dataset["record"].values[closing.argmax() // 2])
     assert one.contact_at_gap().count == int((closing > 0.02).sum())
     assert {each.row.rule for each in one.separations} >= {"abs", "srss", "cqc"}
+
+
+def test_motions_know_their_recordings(dataset):
+    """Both components of one station and both polarities belong together, record by record."""
+    motions = motions_of(dataset)
+    assert motions.recordings.tolist() == [0, 0, 0, 0, 1, 1]
+    assert motions.records[::2] == ("RSN6-180", "RSN6-270", "RSN1690-090")
+    assert motions.polarities == ("as recorded", "reversed") * 3
+    assert motions.closing[3, 1] == dataset["peak_closing_free"].values[1, 1, 1]
 
 
 def test_a_gap_between_those_of_the_grid_is_known_exactly(dataset):

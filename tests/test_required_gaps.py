@@ -23,6 +23,8 @@ def test_the_lognormal_fit_finds_the_truth():
     closing = lognorm(0.5, scale=0.04).rvs(20_000, random_state=6)
     found = lognormal_percentiles(closing, np.array([50.0, 84.1344746]))
     assert found == pytest.approx([0.04, 0.04 * np.exp(0.5)], rel=0.013)
+    # Two motions: mean and deviation, n - 1 below it, by hand.
+    assert lognormal_percentiles(np.exp([1.0, 3.0]), np.array([84.1344746]))[0] == pytest.approx(np.exp(2.0 + 2.0**0.5))
 
 
 def test_few_recordings_do_not_bound_a_high_percentile():
