@@ -22,6 +22,7 @@ from pounding_risk.noise import shared_corners
 from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
+from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
 from pounding_risk.sources import (
     RAW,
@@ -32,7 +33,6 @@ from pounding_risk.sources import (
     lowest_usable,
     open_source,
     parted,
-    recording,
 )
 from pounding_risk.study import Study
 

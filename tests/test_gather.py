@@ -16,10 +16,11 @@ from pounding_risk.measures import measure, response_spectra
 from pounding_risk.motions import read_motion
 from pounding_risk.plan import validate
 from pounding_risk.record_request import RecordRequest, Spectral
+from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
 from pounding_risk.scenario import parse_scene
 from pounding_risk.selection import select
-from pounding_risk.sources import open_source, recording
+from pounding_risk.sources import open_source
 from pounding_risk.targets import read_target
 
 G = 9.80665
