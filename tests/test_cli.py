@@ -23,7 +23,19 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "compare", "accuracy", "effects", "stability", "models")
+COMMANDS = (
+    "demo",
+    "validate",
+    "impact",
+    "simulate",
+    "scan",
+    "compare",
+    "accuracy",
+    "effects",
+    "stability",
+    "models",
+    "view",
+)
 SCENE = """\
 [scene]
 name = "A pair"
