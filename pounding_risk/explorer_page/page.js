@@ -6,7 +6,7 @@ const STATISTICS = { median: "median", p84: "84th percentile", largest: "largest
 const COMPLETE = 0;
 const MOST_TICKS = 13;
 const SIMULATED = { 0: "known exactly from another run", 1: "a run of its own" };
-const SENSITIVE = { "-1": "not made again", 0: "stands", 1: "sensitive" };
+const SENSITIVE = { "-1": "not made again", 0: "steady", 1: "sensitive" };
 
 const model = JSON.parse(document.getElementById("model").textContent);
 const axes = Object.fromEntries(model.axes.map((axis) => [axis.name, axis]));
