@@ -131,20 +131,25 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
     dataset = _prepared(dataset)
     pickers = [str(dim) for dim in dataset["status"].dims if dim not in MAP]
     axes = [*pickers, *MAP, *(dim for dim in ("building",) if dim in dataset.dims)]
-    status = dataset["status"].attrs
-    codes = np.atleast_1d(status.get("flag_values", [])).tolist()
-    sentences = [words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split()]
     return {
-        "title": str(dataset.attrs.get("title", "")),
+        "title": str(dataset.attrs.get("title") or "Results of a scan"),
         "facts": _facts(dataset),
         "scene": str(dataset.attrs.get("scene", "")),
         "axes": [_axis(dataset, axis) for axis in axes],
         "pickers": pickers,
         "together": [axis for axis in pickers if axis in MOTIONS],
-        "statuses": dict(zip(map(str, codes), sentences, strict=True)),
+        "statuses": _sentences(dataset["status"].attrs),
         "told": {name: _variable(dataset[name], axes) for name in TOLD if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
     }
+
+
+def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
+    """How a run may end, by its code; older files have words without commas only."""
+    if "sentences" in status:
+        return json.loads(status["sentences"])
+    meanings = (words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split())
+    return dict(zip(map(str, np.atleast_1d(status.get("flag_values", [])).tolist()), meanings, strict=True))
 
 
 def _prepared(dataset: xr.Dataset) -> xr.Dataset:

@@ -28,7 +28,7 @@ pytest.importorskip("plotly")
 G = 9.80665
 GRID = """
 [grid]
-gap = ["0 mm", "4 mm", "15 mm"]
+gap = ["0 mm", "4 mm", "11.5 mm"]
 yield_force = ["200 kN", "450 kN", "inf"]
 contact_model = ["jankowski", "viscous_elastoplastic"]
 pga = ["0.3 g", "0.5 g"]
@@ -114,7 +114,7 @@ def test_the_page_holds_every_number_of_the_dataset(results, written):
 
 def test_axes_are_in_engineering_units_and_an_infinite_yield_force_is_none(written):
     labels = {axis["name"]: (axis["labels"], axis["unit"]) for axis in embedded(written)["axes"]}
-    assert labels["gap"] == (["0", "4", "15"], "mm")
+    assert labels["gap"] == (["0", "4", "11.5"], "mm")
     assert labels["yield_force"] == (["200", "450", "none"], "kN")
     assert labels["pga"] == (["0.3 g", "0.5 g"], "")
     assert labels["building"] == (["frame", "masonry"], "")
@@ -209,6 +209,12 @@ def test_further_axes_are_picked_like_the_others(results):
     assert "interface" not in model["together"]
     force = next(each for each in model["outputs"] if each["name"] == "peak_contact_force")
     assert unpacked(model, force).size == 2 * results["peak_contact_force"].size
+
+
+def test_files_without_whole_sentences_have_their_words(results):
+    plain = results.copy()
+    del plain["status"].attrs["sentences"]
+    assert explorer.page_model(plain)["statuses"]["3"].startswith("the step budget ran out raise rtol")
 
 
 def test_axes_that_were_taken_out_are_put_back(results):
@@ -343,7 +349,7 @@ def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(dri
     assert drawn["z"][0][1] is None
     assert (drawn["x"], drawn["y"]) == ([1], [0])
     reader.press("\ue014")
-    assert "yield force 200 kN: × failed; × failed: the step budget ran out" in reader.text("told")
+    assert "yield force 200 kN: × failed; × failed: the step budget ran out; raise rtol" in reader.text("told")
     seen = reader.column(1)
     assert {words for key, words in seen.items() if "free" not in key} == {"× failed"}
     assert number(seen["peak_displacement_free 0"]) > 0.0
@@ -364,6 +370,13 @@ def test_all_motions_together_are_their_quantiles_without_the_failed(driver, res
     np.testing.assert_allclose(reader.drawn()["z"], peaks, rtol=2e-7)  # float32 has seven digits
     reader.press("\ue014")
     assert "2 motions, × 1 failed" in reader.text("told")
+    # Of the two motions one closes 11.5 mm, and it alone has a time of first impact.
+    reader.press("\ue010")
+    first = together["first_impact_time"].isel(gap=2, yield_force=0).values
+    assert np.isnan(first).tolist() == [True, False]
+    seen = reader.column(1)["first_impact_time"]
+    assert seen.endswith(" s (of 1)")
+    assert number(seen) == pytest.approx(first[1], rel=5e-4)  # four digits
 
 
 @needs_browser

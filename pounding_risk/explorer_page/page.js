@@ -132,7 +132,9 @@ const plural = (word) => (word.endsWith("y") ? `${word.slice(0, -1)}ies` : `${wo
 /** A number with its unit; a share as yes or no, or of how many. */
 function valueWords(output, told, many) {
   if (Number.isNaN(told.value)) return told.failed && told.failed === told.runs ? "× failed" : "–";
-  if (!output.variable.share) return `${numberWords(told.value)} ${output.variable.unit}`.trim();
+  // Of a time of the first touch, say, only motions with a touch have one.
+  const some = told.defined < told.runs - told.failed ? ` (of ${told.defined})` : "";
+  if (!output.variable.share) return `${numberWords(told.value)} ${output.variable.unit}`.trim() + some;
   if (!many) return told.value ? "yes" : "no";
   const percent = numberWords(Number((100 * told.value).toPrecision(3)));
   return `${percent} % (${Math.round(told.value * told.defined)} of ${told.defined})`;
@@ -333,6 +335,7 @@ function drawWords(output) {
   const legend = [["chosen", "\u00a0", "the chosen cell"], ["", "\u00a0", "blank: not defined, such as the time of a touch where there is none"]];
   const marks = many ? "a run failed and is left out of the number" : "the run failed; no number";
   if (model.anyFailed) legend.push(["", "×", marks]);
+  if (many) legend.push(["", "(of 7)", "so many of the motions have such a number"]);
   legend.push(["", "A", "pinned; its choices are told in the table"]);
   legend.push(["", "none", "on the axis of yield forces: nothing yields. Laws without a cap are the same at every yield force"]);
   element("legend").replaceChildren(...legend.map(([kindOf, mark, words]) => {
