@@ -43,6 +43,7 @@ SHOWN = {
     "m/s2": ("g", 1.0 / STANDARD_GRAVITY),
     "1": ("", 1.0),
 }
+OPTIONS = {"record": "--record", "contact_model": "--contact-model", "pga": "--pga"}
 TITLES = {"pga": "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
 
 
@@ -87,7 +88,7 @@ def chosen(dataset: xr.Dataset, wanted: Mapping[str, Sequence[Any]], source: str
     Raises PoundingError for a value that is not there.
     """
     for axis, values in wanted.items():
-        if not values:
+        if len(values) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
         places = [_place(axis, value, labels, source) for value in values]
@@ -103,26 +104,28 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
     if np.any(equal):
         return int(np.argmax(equal))
     known = [label_words(axis, label) for label in labels]
-    near = get_close_matches(str(value), known, 1, 0.6)
+    near = [] if number else get_close_matches(str(value), known, 1, 0.6)
     meant = f"; did you mean {near[0]}?" if near else ""
     there = ", ".join(known[:8]) + (f" and {len(known) - 8} more" if len(known) > 8 else "") or "none"
     asked = label_words(axis, value)
-    raise PoundingError(f"{source}: holds no {axis.replace('_', ' ')} {asked}; it holds {there}{meant}")
+    raise PoundingError(f"{source}: holds no {TITLES.get(axis, axis)} {asked}; it holds {there}{meant}")
 
 
 def _check_size(dataset: xr.Dataset, source: str) -> None:
-    cases = dataset["status"].size
+    """Raise PoundingError for more cases than a page can hold, with a part that it can."""
+    cases = left = dataset["status"].size
     if cases <= MOST_CASES:
         return
-    options = {"record": "--record", "contact_model": "--contact-model", "pga": "--pga"}
-    several = {axis: option for axis, option in options.items() if dataset.sizes.get(axis, 1) > 1}
-    hint = "scan fewer gaps or yield forces"
+    several = {axis: option for axis, option in OPTIONS.items() if dataset.sizes.get(axis, 1) > 1}
+    part = []
     for axis, option in several.items():
-        label, fewer = label_words(axis, dataset[axis].values[0]), cases // dataset.sizes[axis]
-        quoted = f'"{label}"' if " " in label else label
-        hint = f"choose a part with {' or '.join(several.values())}, such as {option} {quoted} ({fewer:,} cases)"
-        if fewer <= MOST_CASES:
-            break
+        if left > MOST_CASES:
+            label = label_words(axis, dataset[axis].values[0])
+            part.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
+            left //= dataset.sizes[axis]
+    hint = "scan fewer gaps or yield forces"
+    if left <= MOST_CASES:
+        hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
     raise PoundingError(f"{source}: {cases:,} cases are more than the {MOST_CASES:,} that a page can hold; {hint}")
 
 

@@ -165,7 +165,7 @@ def test_a_part_is_chosen_by_record_model_and_amplitude(results, tmp_path):
     [
         ({"records": ["RSN6-18"]}, r"holds no record RSN6-18; it holds RSN6-180; did you mean RSN6-180\?"),
         ({"contact_models": ["hertz"]}, "holds no contact model hertz; it holds jankowski, viscous_elastoplastic"),
-        ({"pgas": [0.4 * G]}, "holds no pga 0.4 g; it holds 0.3 g, 0.5 g"),
+        ({"pgas": [0.4 * G]}, "holds no amplitude 0.4 g; it holds 0.3 g, 0.5 g"),
     ],
 )
 def test_what_is_not_there_is_told(results, tmp_path, part, words):
@@ -174,15 +174,22 @@ def test_what_is_not_there_is_told(results, tmp_path, part, words):
     assert not list(tmp_path.iterdir())
 
 
-def test_too_many_cases_are_refused_with_a_part_that_fits(results, tmp_path, monkeypatch):
-    monkeypatch.setattr(explorer, "MOST_CASES", 40)
-    words = (
-        r"72 cases are more than the 40 that a page can hold; choose a part with --contact-model or --pga, "
-        r"such as --contact-model jankowski \(36 cases\)"
-    )
-    with pytest.raises(PoundingError, match=words):
+@pytest.mark.parametrize(
+    ("most", "words"),
+    [
+        (40, r"choose a part with --contact-model or --pga, such as --contact-model jankowski \(36 cases\)"),
+        (20, r'such as --contact-model jankowski --pga "0.3 g" \(18 cases\)'),
+        (10, "scan fewer gaps or yield forces"),
+    ],
+)
+def test_too_many_cases_are_refused_with_a_part_that_fits(results, tmp_path, monkeypatch, most, words):
+    monkeypatch.setattr(explorer, "MOST_CASES", most)
+    with pytest.raises(PoundingError, match=f"72 cases are more than the {most} that a page can hold; .*{words}"):
         explorer.view(results, tmp_path / "page.html")
-    assert explorer.view(results, tmp_path / "page.html", contact_models=["jankowski"]).exists()
+    assert not list(tmp_path.iterdir())
+    if most == 20:
+        part = {"contact_models": ["jankowski"], "pgas": [0.3 * G]}
+        assert explorer.view(results, tmp_path / "page.html", **part).exists()
 
 
 def test_other_datasets_and_other_files_are_refused(results, tmp_path):
