@@ -421,7 +421,10 @@ def test_the_page_asks_for_nothing_and_complains_of_nothing(driver, written):
     driver.get_log("performance")
     driver.get_log("browser")
     reader = Reader(driver, written)
-    reader.pick(output="peak contact force [kN]")
+    reader.pick(polarity="reversed", output="peak contact force [kN]")
+    reader.press("\ue014", "a")
+    for button in ("pin-B", "steady", "unpin"):
+        reader.click(button)
     events = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
     asked = {event["params"]["request"]["url"] for event in events if event["method"] == "Network.requestWillBeSent"}
     assert written.as_uri() in asked
