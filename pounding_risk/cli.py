@@ -29,6 +29,7 @@ from pounding_risk.cli_models import models
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_separations import separations
+from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
@@ -382,3 +383,4 @@ def stability(
 app.command()(models)
 app.command()(separations)
 app.command()(assess)
+app.command()(view)

