@@ -27,6 +27,7 @@ from pounding_risk.cli_input import (
 from pounding_risk.cli_models import models
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
+from pounding_risk.cli_separations import separations
 from pounding_risk.errors import PoundingError
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
@@ -373,3 +374,4 @@ def stability(
 
 
 app.command()(models)
+app.command()(separations)
