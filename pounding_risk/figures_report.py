@@ -60,6 +60,16 @@ class Curve(NamedTuple):
     stripes: Sequence[Stripe]
 
 
+class Ratio(NamedTuple):
+    """What a rule asks over what the same motion needs: middle 68 % and median over the motions."""
+
+    words: str
+    low: float
+    middle: float
+    high: float
+    firm: bool
+
+
 class Spread(NamedTuple):
     """Median and middle 68 % of an output, by contact model."""
 
@@ -147,11 +157,11 @@ def _mark_gap(axis: Axes, gap: float) -> None:
     )
 
 
-def report_fragility(curves: Sequence[Curve], words: str, unit: str) -> Figure:
-    """Lognormal fragilities with the stripes that they were fitted to; intensities in m/s² are drawn in g."""
+def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
+    """Lognormal fragilities with the stripes that they were fitted to; intensities [m/s²] are drawn in g."""
     from scipy.stats import norm
 
-    size = STANDARD_GRAVITY if unit == "m/s2" else 1.0
+    size = STANDARD_GRAVITY
     figure, axes = blank(1, 1, SIZE)
     axis = axes[0, 0]
     tops = [stripe.intensity for curve in curves for stripe in curve.stripes] + [1.5 * curve.median for curve in curves]
@@ -164,6 +174,24 @@ def report_fragility(curves: Sequence[Curve], words: str, unit: str) -> Figure:
     axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
     axis.set_xlim(0.0, float(at[-1]) / size)
     axis.legend(fontsize=SMALL)
+    return figure
+
+
+def report_rules(ratios: Sequence[Ratio]) -> Figure:
+    """A line for each rule; open marks are of rules that are not verified, squares of those short in the median."""
+    figure, axes = blank(1, 1, (SIZE[0], 0.9 + 0.22 * len(ratios)))
+    axis = axes[0, 0]
+    axis.axvline(1.0, color=MARK, linewidth=1.0)
+    for place, each in enumerate(ratios):
+        short = each.middle < 1.0
+        colour = STYLES[1][0] if short else OURS
+        axis.plot([each.low, each.high], [place, place], color=colour, linewidth=2.2)
+        face = colour if each.firm else "white"
+        axis.plot(each.middle, place, "s" if short else "o", color=colour, markerfacecolor=face, markersize=6)
+    axis.set_yticks(range(len(ratios)), [each.words for each in ratios], fontsize=SMALL)
+    axis.set_ylim(len(ratios) - 0.5, -0.5)
+    axis.set_xlim(left=0.0)
+    axis.set_xlabel("rule over the gap needed")
     return figure
 
 

@@ -1,4 +1,4 @@
-"""Is the gap enough: verdicts, probabilities against the gap, the gap needed, fragility, rates, what codes ask."""
+"""Is the gap enough: probabilities against the gap, the gap needed, what codes ask, fragility, rates, influences."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from pounding_risk.figures_report import (
     Curve,
     Line,
     Mark,
+    Ratio,
     Stripe,
     report_fragility,
     report_probabilities,
     report_required,
+    report_rules,
     svg_text,
 )
 from pounding_risk.reports.content import (
+    KEPT,
+    MISSING,
     Block,
     Cell,
     amount,
     between,
     evenly,
-    facts,
     figure,
     head,
     heading,
@@ -33,109 +36,58 @@ from pounding_risk.reports.content import (
     paragraph,
     table,
 )
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.material import Material, Pair
 
 MOST_LINES = 5  # of one figure
-MOST_MARKS = 5
-
-
-def summary(material: Material) -> list[Block]:
-    """The verdict on each interface, with the numbers behind it, and what to keep in mind."""
-    found = material.assessment
-    blocks: list[Block] = []
-    for each in found.interfaces:
-        blocks.append(verdict_of(each))
-        blocks.append(facts(f"{each.name}: the numbers behind the verdict.", _key_numbers(each)))
-    caveats = _caveats(material)
-    if caveats:
-        blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
-    return blocks
-
-
-def verdict_of(interface: Any) -> Block:
-    """The verdict on one interface as a block."""
-    return {
-        "kind": "verdict",
-        "name": interface.name,
-        "word": interface.verdict.word,
-        "sentence": interface.verdict.sentence,
-    }
-
-
-def _key_numbers(interface: Any) -> list[tuple[str, Cell | str]]:
-    verdict = interface.verdict
-    told: list[tuple[str, Cell | str]] = [("gap of the scene", amount(interface.gap, "m"))]
-    for each in interface.required:
-        told.append((f"gap that suffices for {each.percentile:g} % of the motions", amount(each.gap, "m")))
-        told.append(("its bounds [mm]", between(each.low, each.high, "m")))
-    told.append(("margin", amount(verdict.margin, "m") if verdict.margin is not None else "–"))
-    told.append(("governing motions", ", ".join(map(str, verdict.governing)) or "–"))
-    told.append(("runs behind it", number(verdict.runs)))
-    told.append(("of these failed, counted neither way", number(verdict.failed)))
-    told.append(("of those made again, sensitive", number(verdict.sensitive)))
-    return told
-
-
-def _caveats(material: Material) -> list[str]:
-    """What a reader of the first page alone must know."""
-    found, told = material.assessment, []
-    if found.failed:
-        told.append(f"{found.failed} of {found.cases} cases failed and are counted neither as contact nor as none.")
-    if found.sensitive:
-        told.append(f"{found.sensitive} of the {found.checked} runs made again are sensitive to the tolerance.")
-    if material.facts("flags", {}):
-        told.append("There are doubts about some records; they stand with the records.")
-    if material.facts("left_out", []):
-        told.append("Some files named by the scene were left out; they stand with the records.")
-    if any(not row.verified for each in found.interfaces for row in each.separations):
-        told.append("Separations of codes marked unverified were not checked against the text of the code.")
-    return told
+MOST_CURVES = 3  # of contact, and as many of yielding
+SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
+ACCELERATION = "m/s2"
 
 
 def adequacy(material: Material) -> list[Block]:
-    """Each interface in turn: contact, yielding, the gap needed, codes, fragility, rates, and what sways it."""
-    interfaces = material.assessment.interfaces
-    blocks: list[Block] = []
-    for place, each in enumerate(interfaces, start=1):
-        anchor = f"interface-{place}"
-        if len(interfaces) > 1:
-            blocks.append(heading(each.name, anchor))
-        for part in (contact, required, yielding, fragility, rates, sensitivity):
-            blocks += part(material, each, anchor)
+    """Each interface in turn: contact, the gap needed, codes, yielding, fragility, rates, and what sways it."""
+    blocks = [paragraph(_terms(material))]
+    for pair in material.pairs:
+        if len(material.pairs) > 1:
+            blocks.append(heading(pair.name, pair.anchor))
+        for part in (contact, required, codes, yielding, fragility, rates, influences):
+            blocks += part(material, pair)
     return blocks
 
 
-def contact(material: Material, interface: Any, anchor: str) -> list[Block]:
+def _terms(material: Material) -> str:
+    """What a motion and its bounds are."""
+    confidence = f"{100 * material.assessment.confidence:g} %"
+    return (
+        f"A motion is a record in one polarity. Bounds are exact binomial ones of {confidence}; those by recording take "
+        "the components and polarities of a recording for as many as they really stand for. Whether there is contact "
+        "follows from the motion without contact alone, whatever the contact model and F_E."
+    )
+
+
+def contact(material: Material, pair: Pair) -> list[Block]:
     """Probability of contact against the gap: figure and table."""
-    shares = interface.contact
-    heads = [
-        (head("gap", "m"), "r"),
-        ("with contact", "r"),
-        ("motions", "r"),
-        ("probability [%]", "r"),
-        ("bounds [%]", "r"),
-    ]
-    rows = [
-        [
-            number(each.gap, "m"),
-            number(each.count),
-            number(each.runs),
-            number(each.probability, "%", 3),
-            between(each.low, each.high, "%", 3),
-        ]
-        for each in shares
-    ]
-    caption = f"{interface.name}: probability of contact against the gap, with its bounds"
+    shares = pair.found.contact
+    heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
+    rows = [[number(each.gap, "m"), *_counted(each)] for each in shares]
+    caption = f"{pair.name}: probability of contact against the gap{pair.at}, with its bounds"
+    first, last = ([cell["text"] for cell in rows[place]] for place in (0, -1))
     return [
         figure(
-            f"{anchor}-contact",
-            svg_text(report_probabilities([_line("contact", shares)], interface.gap, "probability of contact")),
+            f"{pair.anchor}-contact",
+            svg_text(report_probabilities([_line("contact", shares)], pair.found.gap, "probability of contact")),
             f"{caption}.",
-            f"{caption}, falling from {rows[0][3]['text']} % at {rows[0][0]['text']} mm to {rows[-1][3]['text']} % at "  # type: ignore[index]
-            f"{rows[-1][0]['text']} mm; the table has the numbers.",  # type: ignore[index]
+            f"{caption}: {first[3]} % at {first[0]} mm, {last[3]} % at {last[0]} mm; the table has the numbers.",
         ),
-        table(f"{caption}.", heads, rows, keep=_near(shares, interface.gap)),
+        table(f"{caption}.", heads, rows, keep=_near(shares, pair.found.gap)),
     ]
+
+
+def _counted(one: Any) -> list[Cell]:
+    """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
+    bounds = [(one.low, one.high), (one.low_recordings, one.high_recordings)]
+    shown = [between(*ends, "%", 3) for ends in bounds]
+    return [number(one.count), number(one.runs), number(one.probability, "%", 3), *shown]
 
 
 def _line(words: str, shares: Sequence[Any]) -> Line:
@@ -144,165 +96,210 @@ def _line(words: str, shares: Sequence[Any]) -> Line:
 
 
 def _near(shares: Sequence[Any], gap: float) -> list[int]:
-    """Rows spread evenly over the gaps, and the one nearest to the scene's."""
+    """Rows spread evenly over the gaps, and the one nearest to the assessed gap."""
     nearest = min(range(len(shares)), key=lambda place: abs(shares[place].gap - gap))
-    return sorted({*evenly(len(shares), 11), nearest})
+    return sorted({*evenly(len(shares), KEPT - 1), nearest})
 
 
-def required(material: Material, interface: Any, anchor: str) -> list[Block]:
-    """The gap that each motion needs, the percentiles, and what codes ask beside them."""
-    needed = material.results["peak_closing_free"].values.ravel()
-    rows = interface.separations
-    marks = [Mark(f"{each.percentile:g} % of the motions", each.gap) for each in interface.required]
-    marks += [Mark(row.rule, row.separation, row.verified) for row in rows][: MOST_MARKS - len(marks)]
-    told = [f"{mark.words} {amount(mark.value, 'm')['text']}" for mark in marks]
-    caption = f"{interface.name}: the share of motions for which a gap suffices, and what rules ask"
-    heads = [("motions without contact [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
-    percentiles = [
-        [number(each.percentile), number(each.gap, "m"), between(each.low, each.high, "m")]
-        for each in interface.required
+def required(material: Material, pair: Pair) -> list[Block]:
+    """The gap that each motion needs, and the percentiles with their bounds."""
+    needed = pair.closing
+    marks = [Mark(f"{each.percentile:g} % of the motions", each.gap) for each in pair.found.required]
+    told = ", ".join(f"{mark.words} {amount(mark.value, 'm')['text']}" for mark in marks)
+    caption = f"{pair.name}: the share of the motions that a gap suffices for{pair.at}"
+    heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
+    heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
+    rows = [
+        [
+            number(each.percentile),
+            number(each.gap, "m"),
+            between(each.low, each.high, "m"),
+            number(each.fitted, "m"),
+            "" if each.bounded else "so few recordings give no upper bound: the largest seen",
+        ]
+        for each in pair.found.required
     ]
-    blocks = [
-        figure(
-            f"{anchor}-required",
-            svg_text(report_required(needed, interface.gap, marks)),
-            f"{caption}.",
-            f"{caption}: {', '.join(told)}.",
-        ),
-        table(
-            f"{interface.name}: gap needed, from the motion without contact of {needed.size} motions.",
-            heads,
-            percentiles,
-        ),
-    ]
-    return blocks + _codes(interface, needed)
-
-
-def _codes(interface: Any, needed: Any) -> list[Block]:
-    """What each rule asks, and for how many of the motions that suffices."""
-    if not interface.separations:
-        return []
-    heads = [("rule", "l"), ("clause", "l"), (head("separation", "m"), "r"), ("suffices for [%]", "r"), ("", "l")]
-    rows = []
-    for row in interface.separations:
-        told = [*([] if row.verified else ["unverified"]), *([row.note] if row.note else [])]
-        enough = np.nan if not np.isfinite(row.separation) else float(np.mean(needed <= row.separation))
-        clause = ", ".join(str(each) for each in (row.clause, row.year) if each)
-        rows.append([row.rule, clause, number(row.separation, "m"), number(enough, "%", 3), "; ".join(told)])
     return [
-        table(f"{interface.name}: separations that rules ask, beside the motions that they suffice for.", heads, rows)
+        figure(
+            f"{pair.anchor}-required",
+            svg_text(report_required(needed, pair.found.gap, marks)),
+            f"{caption}.",
+            f"{caption}: {told}.",
+        ),
+        table(f"{pair.name}: gap needed, by {needed.size} motions without contact.", heads, rows),
     ]
 
 
-def yielding(material: Material, interface: Any, anchor: str) -> list[Block]:
-    """Probability of reaching the yield force against the gap, and by F_E and model at the scene's gap."""
-    finite = [each for each in interface.yielding if np.isfinite(each.yield_force)]
-    if not finite:
+def codes(material: Material, pair: Pair) -> list[Block]:
+    """What each rule asks, motion by motion, over the gap that the motion needs."""
+    found = pair.codes
+    upper = f"{found.percentile:g} %"
+    heads = [("rule", "l"), ("clause", "l"), ("verified", "l"), (head("median", "m"), "r"), (head(upper, "m"), "r")]
+    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
+    rows = [_rule(each, found.motions) for each in found.rules]
+    drawn = [
+        Ratio(each.row.title, each.ratio_low, each.ratio_median, each.ratio_high, each.row.verified)
+        for each in found.rules
+        if each.ratio_median is not None
+    ]
+    caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
+    blocks = [
+        paragraph(f"{found.finding}."),
+        table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
+    ]
+    if drawn:
+        said = f"{caption}: median and middle 68 % of {found.motions} motions; safe right of 1; open where not verified"
+        blocks.insert(
+            1, figure(f"{pair.anchor}-rules", svg_text(report_rules(drawn)), f"{said}.", f"{said}. {found.finding}.")
+        )
+    return blocks
+
+
+def _rule(one: Any, motions: int) -> list[Cell | str]:
+    row = one.row
+    facts: list[Cell | str] = [row.title, row.clause, "yes" if row.verified else "NO"]
+    note = row.note or MISSING
+    if one.exceeded is None:
+        return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
+    ratio = [number(each, digits=3) for each in (one.ratio_median, one.ratio_low, one.ratio_high)]
+    shown = {
+        "text": f"{ratio[0]['text']} ({ratio[1]['text']} to {ratio[2]['text']})",
+        "parts": [each["raw"] for each in ratio],
+    }
+    short = round(one.exceeded * motions)
+    counted = {"text": f"{short} of {motions}", "parts": [short, motions]}
+    return [*facts, number(one.middle, "m"), number(one.upper, "m"), shown, counted, note]
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def yielding(material: Material, pair: Pair) -> list[Block]:
+    """Probability of reaching the yield force against the gap, and by F_E and model at the grid's nearest gap."""
+    found, gap = pair.found.yielding, pair.found.yield_gap
+    if not found:
         return []
-    forces = sorted({each.yield_force for each in finite})
+    forces = sorted({each.yield_force for each in found})
     lines = []
     for force in (forces[place] for place in evenly(len(forces), MOST_LINES)):
-        mine = [each for each in finite if each.yield_force == force and each.contact_model == material.law]
-        lines.append(_line(f"F_E {amount(force, 'N')['text']}", mine))
-    caption = f"{interface.name}: probability that the contact force reaches F_E, under {name_of(material.law)}"
-    gap = min({each.gap for each in finite}, key=lambda value: abs(value - interface.gap))
-    here = [each for each in finite if each.gap == gap]
-    heads = [
-        ("contact model", "l"),
-        (head("F_E", "N"), "r"),
-        ("reach it", "r"),
-        ("motions", "r"),
-        ("probability [%]", "r"),
-        ("bounds [%]", "r"),
-    ]
+        mine = [each for each in found if each.yield_force == force and each.contact_model == material.law]
+        lines.append(_line(f"$F_E$ {amount(force, 'N')['text']}", mine))
+    caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
+    heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
+    here = [each for each in found if each.gap == gap]
     rows = [[name_of(each.contact_model), number(each.yield_force, "N"), *_counted(each)] for each in here]
-    at = f"{interface.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}."
+    at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
     return [
         figure(
-            f"{anchor}-yielding",
-            svg_text(report_probabilities(lines, interface.gap, "probability of reaching $F_E$")),
+            f"{pair.anchor}-yielding",
+            svg_text(report_probabilities(lines, pair.found.gap, "probability of reaching $F_E$")),
             f"{caption}.",
-            f"{caption}, against the gap, for {len(lines)} yield forces; the table has the numbers at the scene's gap.",
+            f"{caption}, against the gap, for {len(lines)} yield forces; the table has the numbers at one gap.",
         ),
         table(at, heads, rows),
     ]
 
 
-def fragility(material: Material, interface: Any, anchor: str) -> list[Block]:
+def fragility(material: Material, pair: Pair) -> list[Block]:
     """Lognormal fragilities: curves and stripes, and the table of medians and dispersions with standard errors."""
-    found = [each for each in interface.fragility if np.isfinite(each.median) and np.isfinite(each.dispersion)]
+    found = [each for each in pair.found.fragility if np.isfinite(each.median) and np.isfinite(each.dispersion)]
     if not found:
-        return []
-    unit = "m/s2"
-    heads = [
-        ("of", "l"),
-        ("contact model", "l"),
-        (head("gap", "m"), "r"),
-        (head("F_E", "N"), "r"),
-        (head("median", unit), "r"),
-    ]
-    heads += [(head("standard error", unit), "r"), ("dispersion", "r"), ("standard error", "r")]
-    rows = [
-        [
-            each.what,
-            name_of(each.contact_model or "any"),
-            number(each.gap, "m"),
-            _force(each.yield_force),
-            number(each.median, unit),
-            number(each.se_median, unit, 3),
-            number(each.dispersion, digits=3),
-            number(each.se_dispersion, digits=3),
-        ]
-        for each in found
-    ]
-    drawn = [found[place] for place in evenly(len(found), MOST_LINES) if found[place].dispersion > 0.0]
+        faults = dict.fromkeys(each.fault for each in pair.found.fragility if each.fault)
+        return [paragraph(f"{pair.name}: no fragility: {'; '.join(faults)}.")] if faults else []
+    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
+    heads += [(head("median", ACCELERATION), "r"), ("error of its ln, by recording", "r"), ("dispersion", "r")]
+    heads += [("its error, by recording", "r"), ("from", "l")]
+    rows = [_fitted(each) for each in found]
+    words = _intensity(material.assessment.intensity)
+    drawn = _drawn(found, material.law, pair.found)
     curves = [Curve(_what(each), each.median, each.dispersion, _stripes(each)) for each in drawn]
-    words = found[0].intensity
-    caption = f"{interface.name}: lognormal fragility against {words}; rings are the shares of the motions"
-    blocks = [table(f"{interface.name}: fragility against {words}, by maximum likelihood.", heads, rows)]
-    if curves:
-        drawing = svg_text(report_fragility(curves, f"{words} [g]", unit))
-        blocks.insert(
-            0,
-            figure(f"{anchor}-fragility", drawing, f"{caption}.", f"{caption}; the table has medians and dispersions."),
-        )
-    return blocks
+    caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
+    drawing = svg_text(report_fragility(curves, f"{words} [g]"))
+    keep = sorted(found.index(each) for each in drawn)
+    note = "those of the figure"
+    return [
+        figure(
+            f"{pair.anchor}-fragility", drawing, f"{caption}.", f"{caption}; the table has medians and dispersions."
+        ),
+        table(f"{pair.name}: fragility against {words}, by maximum likelihood.", heads, rows, keep=keep, note=note),
+    ]
 
 
-def _force(force: float | None) -> Cell:
-    return number(np.nan if force is None else force, "N")
+def _intensity(name: str) -> str:
+    return "PGA" if name == "pga" else f"Sa{name.removeprefix('sa')}"
+
+
+def _fitted(one: Any) -> list[Cell | str]:
+    return [
+        one.what,
+        number(one.gap, "m"),
+        name_of(one.contact_model) if one.contact_model else "any",
+        number(one.yield_force, "N") if one.yield_force is not None else MISSING,
+        number(one.median, ACCELERATION),
+        _error(one.se_median, one.se_median_recordings),
+        number(one.dispersion, digits=3),
+        _error(one.se_dispersion, one.se_dispersion_recordings),
+        one.method,
+    ]
+
+
+def _error(plain: float, clustered: float) -> Cell:
+    cells = [number(each, digits=2) for each in (plain, clustered)]
+    return {"text": f"{cells[0]['text']}, {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
+
+
+def _drawn(found: Sequence[Any], law: str, one: Any) -> list[Any]:
+    """Some curves of contact, that of the assessed gap among them, and some of yielding under the scene's law."""
+    touching = [each for each in found if each.what == "contact"]
+    yields = [each for each in found if each.what != "contact" and each.contact_model == law]
+    own = [each for each in touching if each.gap == one.gap]
+    some = [touching[place] for place in evenly(len(touching), MOST_CURVES)] if touching else []
+    chosen = {id(each): each for each in [*own, *some][:MOST_CURVES]}
+    chosen |= {id(each): each for each in (yields[place] for place in evenly(len(yields), MOST_CURVES))}
+    return [each for each in found if id(each) in chosen] or list(found[:MOST_CURVES])
 
 
 def _what(one: Any) -> str:
     gap = f"{one.what}, gap {amount(one.gap, 'm')['text']}"
-    return gap if one.yield_force is None else f"{gap}, F_E {amount(one.yield_force, 'N')['text']}"
+    return gap if one.yield_force is None else f"{gap}, $F_E$ {amount(one.yield_force, 'N')['text']}"
 
 
 def _stripes(one: Any) -> list[Stripe]:
-    return [
-        Stripe(*(tuple(each)[:3] if not hasattr(each, "intensity") else (each.intensity, each.count, each.runs)))
-        for each in one.stripes
-    ]
+    return [Stripe(each.im, each.count, each.runs) for each in one.stripes]
 
 
-def rates(material: Material, interface: Any, anchor: str) -> list[Block]:
+def rates(material: Material, pair: Pair) -> list[Block]:
     """Annual rate and 50-year probability, where a hazard curve is given."""
-    if not interface.rates:
+    found = [each for each in pair.found.rates if np.isfinite(each.annual)]
+    if not found:
         return []
-    heads = [(head("gap", "m"), "r"), ("a year", "r"), ("in 50 years [%]", "r")]
-    rows = [
-        [number(each.gap, "m"), number(each.annual, digits=3), number(each.fifty_years, "%", 3)]
-        for each in interface.rates
+    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
+    heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r")]
+    rows: list[list[Cell | str]] = [
+        [
+            each.what,
+            number(each.gap, "m"),
+            name_of(each.contact_model) if each.contact_model else "any",
+            number(each.yield_force, "N") if each.yield_force is not None else MISSING,
+            number(each.annual, digits=3),
+            between(each.low, each.high, "1", 3),
+            number(each.fifty_years, "%", 3),
+        ]
+        for each in found
     ]
-    return [table(f"{interface.name}: rate of contact under the hazard curve given.", heads, rows)]
+    source = material.assessment.hazard
+    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows)]
 
 
-def sensitivity(material: Material, interface: Any, anchor: str) -> list[Block]:
-    """What the verdict depends on: F_E, contact model, polarity."""
-    if not interface.sensitivity:
+def influences(material: Material, pair: Pair) -> list[Block]:
+    """What the verdict depends on: polarity, F_E, contact model."""
+    found = pair.found.sensitivity
+    if not found:
         return []
+    told = (f"{each.what}, by {name_of(each.key)}: {each.words}." for each in found)
     return [
-        heading("What sways it", f"{anchor}-sensitivity"),
-        listing(each.words for each in interface.sensitivity),
-        *([] if material.assessment.checked else [paragraph("No run was made again at a tighter tolerance.")]),
+        heading("What sways it", f"{pair.anchor}-influences"),
+        paragraph(f"{pair.found.what_matters[:1].upper()}{pair.found.what_matters[1:]}."),
+        listing(told),
     ]

@@ -9,12 +9,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.content import amount
 from pounding_risk.results import open_results
+from pounding_risk.separations import code_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,6 +30,35 @@ KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips
 COMPLETE = 0  # of ``status``
 
 
+class Pair(NamedTuple):
+    """One interface: what was found of it, what codes ask there, and its part of the dataset."""
+
+    name: str
+    anchor: str
+    found: Any
+    codes: Any
+    results: xr.Dataset
+
+    @property
+    def shown(self) -> xr.Dataset:
+        """The dataset at the amplitude that is assessed."""
+        if "pga" not in self.results.dims:
+            return self.results
+        place = int(np.abs(self.results["pga"].values - self.found.amplitude).argmin())
+        return self.results.isel(pga=place)
+
+    @property
+    def at(self) -> str:
+        """The amplitude in words, where the dataset has several."""
+        return f" at {amount(self.found.amplitude, 'm/s2')['text']}" if "pga" in self.results.dims else ""
+
+    @property
+    def closing(self) -> NDArray[np.float64]:
+        """The gap that each motion needs [m], of those with a finite one."""
+        values = self.shown["peak_closing_free"].values.ravel()
+        return np.asarray(values[np.isfinite(values)])
+
+
 @dataclass(frozen=True)
 class Material:
     """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
@@ -34,6 +67,16 @@ class Material:
     assessment: Any
     others: Mapping[str, xr.Dataset]
     checksum: str = ""  # of the results file
+
+    @cached_property
+    def pairs(self) -> tuple[Pair, ...]:
+        """Every interface, in order."""
+        return tuple(
+            Pair(name, f"interface-{place}", found, code_table(each), each)
+            for place, (found, (name, each)) in enumerate(
+                zip(self.assessment.interfaces, interfaces(self.results), strict=True), start=1
+            )
+        )
 
     @cached_property
     def scene(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
-from pounding_risk.reports import adequacy, inputs, origins, outcomes
+from pounding_risk.reports import adequacy, inputs, origins, outcomes, summary
 from pounding_risk.reports.content import LONG, Block, paragraph
 from pounding_risk.reports.material import Material
 
@@ -26,7 +26,7 @@ class Section(NamedTuple):
 
 
 SECTIONS: Mapping[str, Section] = {
-    "summary": Section("Summary", adequacy.summary),
+    "summary": Section("Summary", summary.summary),
     "scene": Section("Scene and assumptions", inputs.scene),
     "records": Section("Records", inputs.records),
     "adequacy": Section("Is the gap enough?", adequacy.adequacy),

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pounding_risk.reports.content import Block, Cell, facts, heading, listing, paragraph, source, table
 from pounding_risk.reports.material import Material
+from pounding_risk.separation_rules import RULES
 
 
 def references(material: Material) -> list[Block]:
@@ -14,7 +13,17 @@ def references(material: Material) -> list[Block]:
     return [
         paragraph("Contact laws and effects of this study:"),
         listing(dict.fromkeys(each for each in found if each)),
+        paragraph("Rules of codes: clause, formula, and whether the clause was read or derived here:"),
+        listing(_rules()),
     ]
+
+
+def _rules() -> list[str]:
+    told = []
+    for rule in RULES.values():
+        verified = "verified" if rule.verified else "NOT verified"
+        told.append(f"{rule.title}: {rule.clause}; {rule.formula}; {verified}: {rule.source}.")
+    return told
 
 
 def provenance(material: Material) -> list[Block]:
@@ -71,9 +80,3 @@ def _steps(material: Material) -> list[str]:
     for name, steps in material.facts("processing", {}).items():
         alike.setdefault(tuple(steps), []).append(name)
     return [f"{', '.join(names)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]
-
-
-def rule_sources(rows: Any) -> list[str]:
-    """The clause and the year of each rule of a code, once."""
-    told = [f"{row.rule}: {row.clause}, {row.year}{'' if row.verified else ' (unverified)'}" for row in rows]
-    return list(dict.fromkeys(told))
