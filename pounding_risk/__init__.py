@@ -24,6 +24,7 @@ _HOMES = {
     "effects": "effect_costs",
     "read_scene": "scenario",
     "read_motion": "motions",
+    "code_table": "separations",
     "open_results": "results",
     "save": "results",
 }
