@@ -47,7 +47,7 @@ class Stripe(NamedTuple):
     """Cases at one intensity, and how many of them reach what is asked."""
 
     intensity: float
-    count: int
+    reached: int
     runs: int
 
 
@@ -169,7 +169,7 @@ def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
     for curve, (colour, dash) in zip(curves, styles(len(curves)), strict=True):
         share = 100.0 * norm.cdf(np.log(at / curve.median) / curve.dispersion)
         axis.plot(at / size, share, color=colour, linestyle=dash, linewidth=1.8, label=curve.words)
-        seen = [(each.intensity / size, 100.0 * each.count / each.runs) for each in curve.stripes if each.runs]
+        seen = [(each.intensity / size, 100.0 * each.reached / each.runs) for each in curve.stripes if each.runs]
         axis.plot(*np.array(seen).T, "o", color=colour, markersize=5, markerfacecolor="none")
     axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
     axis.set_xlim(0.0, float(at[-1]) / size)

@@ -29,7 +29,7 @@ def report(
     The same dataset gives the same bytes. Raises PoundingError for what is no dataset of a scan, for a target that
     cannot be written, and for a PDF without the extra ``pdf``.
     """
-    from pounding_risk.assess import assess
+    from pounding_risk.assessment import assess
     from pounding_risk.reports.material import Material, companions, opened
     from pounding_risk.reports.model import build
 

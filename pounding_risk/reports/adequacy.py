@@ -59,9 +59,9 @@ def _terms(material: Material) -> str:
     """What a motion and its bounds are."""
     confidence = f"{100 * material.assessment.confidence:g} %"
     return (
-        f"A motion is a record in one polarity. Bounds are exact binomial ones of {confidence}; those by recording take "
-        "the components and polarities of a recording for as many as they really stand for. Whether there is contact "
-        "follows from the motion without contact alone, whatever the contact model and F_E."
+        f"A motion is a record in one polarity. Bounds are exact binomial ones of {confidence}; those by recording "
+        "take the components and polarities of a recording for as many as they really stand for. Whether there is "
+        "contact follows from the motion without contact alone, whatever the contact model and F_E."
     )
 
 
@@ -136,7 +136,8 @@ def codes(material: Material, pair: Pair) -> list[Block]:
     upper = f"{found.percentile:g} %"
     heads = [("rule", "l"), ("clause", "l"), ("verified", "l"), (head("median", "m"), "r"), (head(upper, "m"), "r")]
     heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
-    rows = [_rule(each, found.motions) for each in found.rules]
+    common = _common([each.row.note for each in found.rules if each.exceeded is not None])
+    rows = [_rule(each, found.motions, common) for each in found.rules]
     drawn = [
         Ratio(each.row.title, each.ratio_low, each.ratio_median, each.ratio_high, each.row.verified)
         for each in found.rules
@@ -144,7 +145,7 @@ def codes(material: Material, pair: Pair) -> list[Block]:
     ]
     caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
     blocks = [
-        paragraph(f"{found.finding}."),
+        paragraph(" ".join(f"{each[:1].upper()}{each[1:]}." for each in (found.finding, *common))),
         table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
     ]
     if drawn:
@@ -155,10 +156,16 @@ def codes(material: Material, pair: Pair) -> list[Block]:
     return blocks
 
 
-def _rule(one: Any, motions: int) -> list[Cell | str]:
+def _common(notes: Sequence[str]) -> list[str]:
+    """What every note says, so that it is said once."""
+    said = [note.split("; ") for note in notes]
+    return [each for each in said[0] if all(each in others for others in said)] if said else []
+
+
+def _rule(one: Any, motions: int, common: Sequence[str]) -> list[Cell | str]:
     row = one.row
     facts: list[Cell | str] = [row.title, row.clause, "yes" if row.verified else "NO"]
-    note = row.note or MISSING
+    note = "; ".join(each for each in row.note.split("; ") if each not in common) or MISSING
     if one.exceeded is None:
         return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
     ratio = [number(each, digits=3) for each in (one.ratio_median, one.ratio_low, one.ratio_high)]

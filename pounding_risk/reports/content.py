@@ -45,16 +45,16 @@ def rounded(value: float, digits: int = DIGITS) -> str:
     return f"{mantissa}e{int(exponent)}" if exponent else text
 
 
-def number(value: float, unit: str = "1", digits: int = DIGITS) -> Cell:
+def number(value: Any, unit: str = "1", digits: int = DIGITS) -> Cell:
     """A value in SI, as it is shown in the unit of `SHOWN`, and raw; what is not finite has no raw value."""
     value = float(value)
     return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
 
 
-def amount(value: float, unit: str, digits: int = DIGITS) -> Cell:
+def amount(value: Any, unit: str, digits: int = DIGITS) -> Cell:
     """`number` with its unit behind it, for where no head of a column tells it."""
     cell = number(value, unit, digits)
-    return cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip() if isfinite(value) else cell["text"]}
+    return cell if cell["raw"] is None else cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip()}
 
 
 def between(low: float, high: float, unit: str, digits: int = DIGITS) -> Cell:
@@ -92,14 +92,14 @@ def facts(caption: str, rows: Iterable[tuple[str, Cell | str]]) -> Block:
 def table(
     caption: str,
     heads: Sequence[tuple[str, str]],
-    rows: Iterable[Sequence[Cell | str]],
+    rows: Iterable[Sequence[Any]],
     *,
     keep: Sequence[int] | None = None,
     note: str = "",
 ) -> Block:
-    """Rows under heads, each (words, "l" or "r"); ``keep`` are the rows that stay in the text of a long table.
+    """Rows of cells or words under heads, each (words, "l" or "r").
 
-    Without ``keep`` they are taken evenly. ``note`` says what those are, where the table is long.
+    Of a long table the rows ``keep`` stay in the text, evenly spread ones by default; ``note`` says which those are.
     """
     cells = [[_cell(value) for value in row] for row in rows]
     return {

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from pounding_risk.reports.model import Model
 
 TEMPLATE = "report.typ"
-STANDARD = "ua-1"  # PDF/UA: tagged, with the figures' texts, for those who have it read out
 
 
 def document(model: Model) -> bytes:
@@ -32,7 +31,8 @@ def document(model: Model) -> bytes:
         template.write_text(
             resources.files(__package__).joinpath(TEMPLATE).read_text(encoding="utf-8"), encoding="utf-8"
         )
-        return typst.compile(template, root=root, font_paths=[], ignore_system_fonts=True, pdf_standards=[STANDARD])
+        # PDF/UA: tagged, with the figures' texts, for those who have it read out.
+        return typst.compile(template, root=root, font_paths=[], ignore_system_fonts=True, pdf_standards="ua-1")
 
 
 def _with_files(model: Model, root: Path) -> Model:

@@ -227,7 +227,7 @@ def _failed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         for code, slug in zip(codes, meanings, strict=True)
         if code != 0
     ]
-    found = [(words, number(count)) for words, count in counts if count]
+    found: list[tuple[str, Cell | str]] = [(words, number(count)) for words, count in counts if count]
     return found or [("failed", number(0))]
 
 
