@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from pounding_risk.cli_assess import assess
 from pounding_risk.cli_input import (
     FIGURES,
     Blow,
@@ -170,7 +171,7 @@ def simulate(
     figure: Figure = None,
     strict: Strict = False,
 ) -> None:
-    """Run one case of a scene in full: outputs, contacts, histories."""
+    """Run one case in full: outputs, contacts, histories."""
     dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_tables import print_run
     from pounding_risk.history import simulate as run
@@ -306,7 +307,7 @@ def accuracy(
     scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
     figure: Figure = None,
 ) -> None:
-    """What each digit of a scene's answers costs in time, by method."""
+    """What each digit of the answers costs in time, by method."""
     out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_accuracy import print_accuracy
     from pounding_risk.cli_output import Watch
@@ -376,4 +377,5 @@ def stability(
 
 app.command()(models)
 app.command()(separations)
+app.command()(assess)
 app.command()(report)

@@ -169,16 +169,13 @@ def test_kernels_do_not_import_in_circles():
         above = {name: needs for name, needs in above.items() if name not in lowest}
 
 
-DRAWN = [
-    name
-    for name in NAMES
-    if re.fullmatch(r"figures.*|results\.py|reports/.*|assess.*|separation.*|combinations\.py", name)
-]
+ASSESSED = r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|verdicts\.py"
+DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|reports/.*|{ASSESSED}", name)]
 
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_what_is_read_and_drawn_needs_no_solver(name):
-    """A dataset can be opened and drawn where nothing can be solved."""
+    """A dataset can be opened, assessed and drawn where nothing can be solved."""
     solver = {f"pounding_risk.core.{kernel}" for kernel in KERNELS} | {"pounding_risk._jit", "pounding_risk.ensemble"}
     for found in imports(name):
         below = found.module in solver or found.module.startswith("pounding_risk.models")

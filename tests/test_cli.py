@@ -35,6 +35,7 @@ COMMANDS = (
     "stability",
     "models",
     "separations",
+    "assess",
     "report",
 )
 SCENE = """\
