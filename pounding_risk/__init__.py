@@ -27,6 +27,7 @@ _HOMES = {
     "code_table": "separations",
     "assess": "assessment",
     "view": "explorer",
+    "report": "reports",
     "open_results": "results",
     "save": "results",
 }

@@ -28,6 +28,7 @@ from pounding_risk.cli_input import (
 from pounding_risk.cli_models import models
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
+from pounding_risk.cli_report import report
 from pounding_risk.cli_separations import separations
 from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
@@ -384,3 +385,4 @@ app.command()(models)
 app.command()(separations)
 app.command()(assess)
 app.command()(view)
+app.command()(report)

@@ -37,6 +37,7 @@ COMMANDS = (
     "separations",
     "assess",
     "view",
+    "report",
 )
 SCENE = """\
 [scene]
