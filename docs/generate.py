@@ -1,0 +1,126 @@
+"""Pages that are read off the package: what it says of itself is what the site says.
+
+``python docs/generate.py`` writes them to docs/generated; ``conf.py`` does so at every build.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+sys.path[:0] = [str(HERE), str(ROOT)]
+
+from generation.commands import commands_page, python_page  # noqa: E402
+from generation.markdown import fence  # noqa: E402
+from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
+from generation.records import checks_page, formats_page, steps_page  # noqa: E402
+from generation.scenes import outputs_page, scene_page  # noqa: E402
+
+
+def pages() -> dict[str, str]:
+    """Every generated page by its file."""
+    found = {
+        "scene.md": scene_page(),
+        "outputs.md": outputs_page(smallest_dataset()),
+        "commands.md": commands_page(),
+        "python.md": python_page(),
+        "contact_models.md": laws_page(),
+        "effects.md": effects_page(),
+        "restitution.md": restitution_page(),
+        "formats.md": formats_page(),
+        "steps.md": steps_page(),
+        "checks.md": checks_page(),
+    }
+    found |= {f"readme/{slug(name)}.md": text for name, text in readme_sections().items()}
+    return found | {f"notebooks/{path.stem}.md": notebook_page(path) for path in notebooks()}
+
+
+def write(folder: Path) -> None:
+    """Write every page that has changed, and remove those that are no more."""
+    wanted = pages()
+    for old in folder.rglob("*.md"):
+        if old.relative_to(folder).as_posix() not in wanted:
+            old.unlink()
+    for name, text in wanted.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
+
+
+def slug(heading: str) -> str:
+    """The file name of a heading: "Hard cases" is hard-cases."""
+    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
+
+
+def readme_sections() -> dict[str, str]:
+    """The README's sections by heading, with its pictures where they are from here."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    parts = re.split(r"^## (.+)\n", text, flags=re.M)
+    return {heading: _from_here(body) for heading, body in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def _from_here(text: str) -> str:
+    """Pictures from the docs' own folder; a file of the repository is named and not linked."""
+    text = re.sub(r"\]\((?:\.\./)?docs/images/", "](/images/", text)
+    return re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:|/|#)[^)]+\)", lambda found: f"`{found[1].strip('`')}`", text)
+
+
+def notebooks() -> list[Path]:
+    """The notebooks of the repository."""
+    return sorted((ROOT / "notebooks").glob("*.ipynb"))
+
+
+def notebook_page(path: Path) -> str:
+    """A notebook as a page to read: its text and its cells. It is stored without results."""
+    cells = json.loads(path.read_text("utf-8"))["cells"]
+    body = [_cell(cell["cell_type"], "".join(cell["source"])) for cell in cells]
+    told = (
+        f"This is `notebooks/{path.name}` of the repository, without what it prints and draws: run it to see that.\n"
+    )
+    title, rest = body[0].split("\n", 1)
+    return "\n\n".join([title, told, rest, *body[1:]])
+
+
+def _cell(kind: str, source: str) -> str:
+    return source + "\n" if kind == "markdown" else fence(source, "python")
+
+
+SMALLEST = """
+import json, os
+os.environ["NUMBA_DISABLE_JIT"] = "1"  # half a second of motion, without contact: nothing is worth compiling
+import pounding_risk as pr
+scene = pr.read_scene({scene!r}, ['records.window=["0 s", "0.3 s"]', 'interface.gap="1 m"', "records.polarity='reversed'"])
+found = pr.scan(scene, check_fraction=1.0)
+def about(variables):
+    return {{name: [list(map(str, one.dims)), one.attrs.get("units", ""), one.attrs.get("long_name", "")]
+            for name, one in variables.items()}}
+print(json.dumps({{"variables": about(found.data_vars), "coordinates": about(found.coords),
+                  "attributes": {{name: str(value) for name, value in found.attrs.items()}}}}))
+"""
+
+
+def smallest_dataset() -> dict[str, dict]:
+    """Variables, coordinates and attributes of a scan, from the smallest one that there is."""
+    scene = ROOT / "pounding_risk" / "scenes" / "paper.toml"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    run = subprocess.run(
+        [sys.executable, "-c", SMALLEST.format(scene=str(scene))],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    if run.returncode:
+        raise RuntimeError(f"the smallest scan failed:\n{run.stderr}")
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+if __name__ == "__main__":
+    write(HERE / "generated")
