@@ -27,6 +27,7 @@ from pounding_risk.cli_input import (
 from pounding_risk.cli_models import models
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
+from pounding_risk.cli_separations import separations
 from pounding_risk.errors import PoundingError
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
@@ -212,7 +213,7 @@ def scan(
 ) -> None:
     """Run a scene's whole grid and write one dataset (netCDF)."""
     out_file, figure_file = results_file(scene, out), writable("--figure", figure, FIGURES)
-    from pounding_risk.cli_output import Watch
+    from pounding_risk.cli_output import Watch, command_line
     from pounding_risk.cli_tables import print_scan
     from pounding_risk.ensemble import failures
     from pounding_risk.ensemble import scan as run
@@ -222,7 +223,13 @@ def scan(
     start = perf_counter()
     with Watch("scan") as watch:
         dataset = run(
-            study, out_file, screening=screening, check_fraction=check_fraction, workers=workers, progress=watch
+            study,
+            out_file,
+            screening=screening,
+            check_fraction=check_fraction,
+            workers=workers,
+            progress=watch,
+            command=command_line(),
         )
     print_scan(dataset, perf_counter() - start, out_file)
     if figure_file is not None:
@@ -367,3 +374,4 @@ def stability(
 
 
 app.command()(models)
+app.command()(separations)

@@ -7,6 +7,7 @@ and errors go to standard error.
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from math import inf, isnan
@@ -66,6 +67,13 @@ def _show(table: Any, wraps: bool) -> None:
     with console.capture() as captured:
         console.print(table)
     print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+
+
+def command_line() -> str:
+    """What was typed, for the results; nothing where the command was called from another program."""
+    program = Path(sys.argv[0])
+    ours = program.stem == "pounding-risk" or (program.name, program.parent.name) == ("__main__.py", "pounding_risk")
+    return shlex.join(["pounding-risk", *sys.argv[1:]]) if ours else ""
 
 
 class Watch:

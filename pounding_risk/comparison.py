@@ -19,13 +19,14 @@ import xarray as xr
 
 from pounding_risk.agreement import finding, tables, typical_case
 from pounding_risk.collision import Impact, impact
-from pounding_risk.ensemble import as_study, driven, law_of, scan
+from pounding_risk.ensemble import as_study, law_of, scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.gather import motions_of
 from pounding_risk.history import histories, logged, relative_displacement
 from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.effects import refusal, wave_of
 from pounding_risk.models.instant import CONTACT_MODELS, needs_floors
+from pounding_risk.motions import driven
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault

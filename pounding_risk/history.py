@@ -13,16 +13,18 @@ from numpy.typing import NDArray
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import CONTACT_COLUMNS, FIRST_YIELD, STATUS, STATUS_SENTENCES, YIELDS, Log, make_log
-from pounding_risk.ensemble import as_study, driven, law_of, sources_of
+from pounding_risk.ensemble import as_study, law_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import Passing
 from pounding_risk.models.structures import Oscillator
+from pounding_risk.motions import driven
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
+from pounding_risk.scan_dataset import sources_of
 from pounding_risk.study import Study
 
 Array = NDArray[np.float64]

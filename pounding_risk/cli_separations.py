@@ -1,0 +1,152 @@
+"""What `separations` prints: every rule of the codes, or each beside what the motions of a dataset ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pounding_risk.cli_input import FIGURES, Figure, read_option, writable
+from pounding_risk.cli_output import draw, engineering, print_pairs, print_table
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.separations import CodeTable, Comparison, SeparationRow
+
+NONE: list[str] = []
+NO_NUMBERS: list[float] = []
+ROW_HEADS, ROW_SIDES = ("rule", "clause", "verified", "separation", "note"), "lllrl"
+UNVERIFIED = "Rules marked NO are repeated from memory of the profession: read the clause before you rely on one."
+
+Left = "left, then right."
+
+
+def separations(
+    results: Annotated[
+        Path | None, typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc).", show_default="list the rules")
+    ] = None,
+    percentile: Annotated[float, typer.Option(min=0.0, max=100.0, help="Percentile of the gap needed.")] = 84.0,
+    height: Annotated[list[str], typer.Option(help=f"Height of a building; twice: {Left}", show_default=False)] = NONE,
+    factor: Annotated[
+        list[float],
+        typer.Option(help=f"Code's displacement over the linear one, such as Cd / R; twice: {Left}", show_default="1"),
+    ] = NO_NUMBERS,
+    aligned: Annotated[bool, typer.Option("--aligned", help="Floors are at the same levels.")] = False,
+    alike: Annotated[bool, typer.Option("--alike", help="Same height and kind of structure too.")] = False,
+    zone: Annotated[str | None, typer.Option(help="Of Mexico City: I, II or III.", show_default=False)] = None,
+    intensity: Annotated[int | None, typer.Option(help="In China: 6 to 9.", show_default=False)] = None,
+    structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
+    figure: Figure = None,
+) -> None:
+    """Code separations: the rules, or each beside the gaps that a dataset's motions need."""
+    figure_file = writable("--figure", figure, FIGURES)
+    if results is None:
+        if figure_file is not None:
+            raise PoundingError("--figure: needs a dataset to draw; name one, such as results.nc")
+        print_rules()
+        return
+    from pounding_risk.results import open_results
+    from pounding_risk.separations import Site, code_table
+
+    site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure)
+    table = code_table(open_results(results), percentile, site)
+    print_code_table(table)
+    if figure_file is not None:
+        from pounding_risk.figures_separations import separations_figure
+
+        draw(separations_figure(table), figure_file)
+
+
+def _heights(texts: Sequence[str]) -> tuple[float, float] | None:
+    from pounding_risk.quantities import Quantity
+
+    if not texts:
+        return None
+    if len(texts) != 2:
+        raise PoundingError(
+            f'--height: is given {len(texts)} times; give it twice, such as --height "12 m" --height "20 m"'
+        )
+    quantity = Quantity("m", 0.0, inf, "height of a building", open_low=True, open_high=True, example="12 m")
+    left, right = (read_option("--height", text, quantity) for text in texts)
+    return left, right
+
+
+def _factors(values: Sequence[float]) -> tuple[float, float]:
+    if not values:
+        return 1.0, 1.0
+    if len(values) != 2:
+        raise PoundingError(f"--factor: is given {len(values)} times; give it twice, such as --factor 0.8 --factor 1")
+    return values[0], values[1]
+
+
+def print_rules() -> None:
+    """Every rule: clause, year, whether it was verified, what it needs and its formula; then how each was verified."""
+    from pounding_risk.separations import RULES
+
+    heads = ("rule", "clause", "year", "verified", "needs", "what it is and how it is found")
+    lines = [
+        (
+            rule.name,
+            rule.clause,
+            "–" if rule.year is None else str(rule.year),
+            verified_words(rule.verified),
+            " and ".join(rule.needs) or "–",
+            f"{rule.title}: {rule.formula}",
+        )
+        for rule in RULES.values()
+    ]
+    print_table(heads, lines, "llrlll")
+    print(f"\n{UNVERIFIED} The others by:\n")
+    print_pairs((rule.name, rule.source) for rule in RULES.values() if rule.verified)
+
+
+def separation_rows(rows: Sequence[SeparationRow]) -> list[tuple[str, ...]]:
+    """Lines under `ROW_HEADS`: what each rule asks for, by its clause."""
+    return [
+        (row.rule, row.clause, verified_words(row.verified), _length(row.separation), row.note or "–") for row in rows
+    ]
+
+
+def verified_words(verified: bool) -> str:
+    """Whether a rule was verified, so that a rule that was not stands out in a column."""
+    return "yes" if verified else "NO"
+
+
+def print_code_table(table: CodeTable) -> None:
+    """Each rule beside the motions, then the sentence."""
+    left, right = table.buildings
+    asked = f"{table.percentile:g} %"
+    heads = ("rule", "verified", "median", asked, "over the gap needed", "falls short in", "note")
+    print_table(heads, [_line(each, table.motions) for each in table.rules], "llrrrrl")
+    print(f"\n{UNVERIFIED} `pounding-risk separations` lists clauses and formulas.\n")
+    peak = "" if table.amplitude is None else f" at {engineering(table.amplitude, 'm/s2')}"
+    still = f"; {table.without} more close no gap" if table.without else ""
+    correlation = "–, one is rigid" if table.correlation is None else f"{table.correlation:.3f}"
+    median, upper = (engineering(each, "m") for each in (table.demand_median, table.demand))
+    print_pairs(
+        [
+            ("motions", f"{table.motions}{peak}, each a record and a polarity{still}"),
+            ("gap needed", f"{median} in the median, {upper} in {asked} of the motions"),
+            (f"displacement, {left}", f"{engineering(table.displacements[0], 'm')} in the median"),
+            (f"displacement, {right}", f"{engineering(table.displacements[1], 'm')} in the median"),
+            ("correlation", f"{correlation} under white noise"),
+            ("finding", table.finding),
+        ]
+    )
+
+
+def _line(comparison: Comparison, motions: int) -> tuple[str, ...]:
+    row = comparison.row
+    facts = (row.rule, verified_words(row.verified))
+    if comparison.exceeded is None:
+        return (*facts, _length(row.separation), "–", "–", "–", row.note)
+    ratio = f"{comparison.ratio_median:.2f} ({comparison.ratio_low:.2f} to {comparison.ratio_high:.2f})"
+    short = f"{round(comparison.exceeded * motions)} of {motions}"
+    return (*facts, _length(comparison.middle), _length(comparison.upper), ratio, short, row.note or "–")
+
+
+def _length(value: float | None) -> str:
+    return "–" if value is None else engineering(value, "m")

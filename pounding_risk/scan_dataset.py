@@ -1,0 +1,185 @@
+"""From the raw arrays of a scan to a labelled dataset: variables, coordinates, and where everything is from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk.core.flight import SIGNALS
+from pounding_risk.core.tally import STATUS, STATUS_SENTENCES
+from pounding_risk.measures import LEAST_PERIOD, response_spectra
+from pounding_risk.models.effects import EFFECTS, acts_on_ground, bare, references
+from pounding_risk.models.instant import is_instant
+from pounding_risk.motions import Motion, driven
+from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
+from pounding_risk.results import as_text, versions
+from pounding_risk.study import Study
+
+AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
+PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
+
+
+class Scanned(NamedTuple):
+    """What a scan made: motions, responses without contact, laws, and raw columns and how of every case."""
+
+    motions: tuple[Motion, ...]
+    frees: np.ndarray
+    laws: tuple[Any, ...]
+    raw: np.ndarray
+    how: np.ndarray
+
+
+def labelled(study: Study, scanned: Scanned) -> xr.Dataset:
+    """The dataset of a scan: every output of `outputs`, the records' spectra, and all that it takes to run it again."""
+    motions, frees, laws, raw, how = scanned
+    dims = AXES
+    strengths = np.array(study.grid.yield_forces)
+    variables: dict[str, Any] = {
+        name: (dims, _stored(values, RUN[name].whole), _described(RUN[name].unit, RUN[name].words))
+        for name, values in run_outputs(raw, strengths).items()
+    }
+    for name, values in _buildings(study, motions, frees, raw).items():
+        unit, words, _ = BUILDING[name.removesuffix("_free")]
+        without = "; without contact" if name.endswith("_free") else ""
+        axes = ("record", "polarity", "pga") if without else dims
+        variables[name] = ((*axes, "building"), values, _described(unit, words + without))
+    codes = list(STATUS_SENTENCES)
+    flags = {
+        "flag_values": np.array(codes, dtype=np.int8),
+        "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
+    }
+    variables["status"] = (dims, raw[..., STATUS].astype(np.int8), {"long_name": "how the run ended", **flags})
+    variables["simulated"] = (
+        dims,
+        how,
+        {"long_name": "1 where a run of its own was made, 0 where another run's answer is exactly this one's"},
+    )
+    variables |= _of_motions(motions, frees)
+    dataset = xr.Dataset(variables, coords=_coordinates(study, motions), attrs=_attributes(study, motions, laws))
+    # A study of one amplitude has no axis of amplitudes; the amplitude stays as a label, where there is one.
+    return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
+
+
+def _stored(values: np.ndarray, whole: bool) -> np.ndarray:
+    return values.astype(np.int32) if whole else values
+
+
+def _described(unit: str, words: str) -> dict[str, str]:
+    return {"units": unit, "long_name": words}
+
+
+def _slug(sentence: str) -> str:
+    return "_".join("".join(letter if letter.isalnum() else " " for letter in sentence).split())
+
+
+def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw: np.ndarray) -> dict[str, np.ndarray]:
+    """Outputs per building, and without contact from the extremes of the free responses."""
+    found: dict[str, np.ndarray] = {}
+    for place in np.ndindex(frees.shape):
+        free: Any = frees[place]
+        pga = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]]).pga
+        alone = np.zeros(COLUMNS)
+        alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
+        alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
+        for suffix, columns in (("", raw[place]), ("_free", alone)):
+            for name, values in building_outputs(columns, study.buildings, pga).items():
+                array = found.setdefault(name + suffix, np.zeros((*frees.shape, *values.shape)))
+                array[place] = values
+    return found
+
+
+def _of_motions(motions: tuple[Motion, ...], frees: np.ndarray) -> dict[str, Any]:
+    """What the motions ask for without contact: the gap, and the spectra of the records."""
+    closing = np.zeros(frees.shape)
+    for place in np.ndindex(frees.shape):
+        free: Any = frees[place]
+        closing[place] = max(float(free.high[:, 0].max()), 0.0)
+    known = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
+    spectra = np.full((len(motions), PERIODS.size), np.nan)
+    spectra[:, known] = response_spectra(
+        [motion.acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
+    ).pseudo_acceleration
+    needed = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
+    words = "pseudo-spectral acceleration of the processed record, damping 5 %"
+    return {
+        "peak_closing_free": (("record", "polarity", "pga"), closing, _described("m", needed)),
+        "record_spectral_acceleration": (("record", "period"), spectra, _described("m/s2", words)),
+    }
+
+
+def _coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    def about(key: str) -> list[str]:
+        return [str(motion.record.get(key, "")) for motion in motions]
+
+    grid = study.grid
+    return {
+        "record": ("record", [motion.name for motion in motions], {"long_name": "ground motion"}),
+        "polarity": ("polarity", list(study.records.polarities), {"long_name": "sign of the ground motion"}),
+        "pga": (
+            "pga",
+            [np.nan if pga is None else pga for pga in grid.pgas],
+            _described("m/s2", "peak ground acceleration"),
+        ),
+        "contact_model": ("contact_model", list(grid.contact_models), {"long_name": "contact law"}),
+        "gap": ("gap", list(grid.gaps), _described("m", "clear distance at rest")),
+        "yield_force": ("yield_force", list(grid.yield_forces), _described("N", "yield force F_E; inf never yields")),
+        "building": (
+            "building",
+            [building.name for building in study.buildings],
+            {"long_name": "building, left to right"},
+        ),
+        "period": ("period", PERIODS, _described("s", "period of an oscillator")),
+        **_building_coordinates(study),
+        "record_event": ("record", about("event"), {"long_name": "earthquake"}),
+        "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
+        "record_pga": (
+            "record",
+            [motion.pga for motion in motions],
+            _described("m/s2", "peak of the processed record"),
+        ),
+    }
+
+
+def _building_coordinates(study: Study) -> dict[str, Any]:
+    """Mass, period and damping of each building; NaN for a rigid one, which has none."""
+    facts = {"mass": ("kg", "mass"), "period": ("s", "period of vibration"), "damping": ("1", "damping ratio")}
+    found = {}
+    for name, (unit, words) in facts.items():
+        values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
+        found[f"building_{name}"] = ("building", values, _described(unit, f"{words} of the building"))
+    return found
+
+
+def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
+    """Where these laws and the scene's effects are from."""
+    grounds = [EFFECTS[effect.name] for effect in study.effects if acts_on_ground(effect.name)]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in grounds)]))  # type: ignore[attr-defined]
+
+
+def _attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
+    return {
+        "Conventions": "CF-1.11",
+        "title": study.name,
+        "source": "pounding_risk: event-driven pair solver",
+        "references": "; ".join(sources_of(study, laws)),
+        "scene": study.text or study.to_toml(),
+        "scene_resolved": study.to_toml(),
+        "overrides": as_text(list(study.overrides)),
+        "stiffness": as_text(
+            {
+                name: bare(law).stiffness
+                for name, law in zip(study.grid.contact_models, laws, strict=True)
+                if not is_instant(law)
+            }
+        ),
+        "restitution": study.restitution_words,
+        "restitution_relation": study.relation,
+        "rtol": study.rtol,
+        "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
+        "processing": as_text({motion.name: list(motion.processing) for motion in motions}),
+        "flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags}),
+        "versions": as_text(versions()),
+    }
