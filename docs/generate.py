@@ -20,6 +20,7 @@ from generation.commands import commands_page, python_page  # noqa: E402
 from generation.markdown import fence  # noqa: E402
 from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
 from generation.records import checks_page, formats_page, steps_page  # noqa: E402
+from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 
 
@@ -36,6 +37,7 @@ def pages() -> dict[str, str]:
         "formats.md": formats_page(),
         "steps.md": steps_page(),
         "checks.md": checks_page(),
+        "separations.md": rules_page(),
     }
     found |= {f"readme/{slug(name)}.md": text for name, text in readme_sections().items()}
     return found | {f"notebooks/{path.stem}.md": notebook_page(path) for path in notebooks()}
@@ -81,9 +83,7 @@ def notebook_page(path: Path) -> str:
     """A notebook as a page to read: its text and its cells. It is stored without results."""
     cells = json.loads(path.read_text("utf-8"))["cells"]
     body = [_cell(cell["cell_type"], "".join(cell["source"])) for cell in cells]
-    told = (
-        f"This is `notebooks/{path.name}` of the repository, without what it prints and draws: run it to see that.\n"
-    )
+    told = f"This is `notebooks/{path.name}` of the repository, without what it prints and draws: run it to see that.\n"
     title, rest = body[0].split("\n", 1)
     return "\n\n".join([title, told, rest, *body[1:]])
 
@@ -94,9 +94,9 @@ def _cell(kind: str, source: str) -> str:
 
 SMALLEST = """
 import json, os
-os.environ["NUMBA_DISABLE_JIT"] = "1"  # half a second of motion, without contact: nothing is worth compiling
+os.environ["NUMBA_DISABLE_JIT"] = "1"  # a third of a second, without contact: nothing is worth compiling
 import pounding_risk as pr
-scene = pr.read_scene({scene!r}, ['records.window=["0 s", "0.3 s"]', 'interface.gap="1 m"', "records.polarity='reversed'"])
+scene = pr.read_scene({scene!r}, ['records.window=["0 s", "0.3 s"]', 'interface.gap="1 m"'])
 found = pr.scan(scene, check_fraction=1.0)
 def about(variables):
     return {{name: [list(map(str, one.dims)), one.attrs.get("units", ""), one.attrs.get("long_name", "")]

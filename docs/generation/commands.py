@@ -41,7 +41,9 @@ def _command(name: str, command: Any) -> str:
         return f"{text}\n"
     places = "".join(f" {each.metavar or each.name.upper()}" for each in command.params if not _is_option(each))
     rows = [_option(each) for each in command.params if each.name != "help"]
-    return f"{text}{fence(f'{name}{places} [OPTIONS]', 'sh')}\n{table(('', 'what', 'default'), rows)}\n" if rows else text
+    return (
+        f"{text}{fence(f'{name}{places} [OPTIONS]', 'sh')}\n{table(('', 'what', 'default'), rows)}\n" if rows else text
+    )
 
 
 def _is_option(each: Any) -> bool:

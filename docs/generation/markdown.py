@@ -13,7 +13,9 @@ _SPECIAL = re.compile(r"([_\[\]<>$|#])")
 def plain(text: str) -> str:
     """Text that Markdown shows as it stands, but for `code` between backticks and *emphasis*."""
     pieces = re.split(r"(``.+?``|`[^`]+`)", " ".join(text.split()))
-    return "".join(f"`{piece.strip('`')}`" if at % 2 else _SPECIAL.sub(r"\\\1", piece) for at, piece in enumerate(pieces))
+    return "".join(
+        f"`{piece.strip('`')}`" if at % 2 else _SPECIAL.sub(r"\\\1", piece) for at, piece in enumerate(pieces)
+    )
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -33,7 +35,7 @@ def fence(text: str, language: str = "text") -> str:
 
 def docstring(thing: Any) -> str:
     """A docstring as Markdown: paragraphs, formulas that are set in, examples."""
-    return prose(inspect.cleandoc(thing if isinstance(thing, str) else thing.__doc__ or ""))
+    return prose(inspect.cleandoc(f"\n{thing}" if isinstance(thing, str) else thing.__doc__ or ""))
 
 
 def prose(text: str) -> str:
@@ -43,7 +45,7 @@ def prose(text: str) -> str:
         kind = _kind(line)
         if not line.strip():
             blocks.append([])
-        elif blocks[-1] and kind != _kind(blocks[-1][0]) and "example" not in (kind, _kind(blocks[-1][0])):
+        elif blocks[-1] and _kind(blocks[-1][0]) not in (kind, "example"):
             blocks.append([line])
         else:
             blocks[-1].append(line)
@@ -58,4 +60,5 @@ def _block(lines: list[str]) -> str:
     kind = _kind(lines[0])
     if kind == "words":
         return plain(" ".join(lines)) + "\n"
-    return fence(inspect.cleandoc("\n" + "\n".join(lines)), "pycon" if kind == "example" else "text")
+    text = inspect.cleandoc("\n" + "\n".join(lines))
+    return fence(text, "pycon" if text.startswith(">>>") else "text")

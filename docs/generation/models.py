@@ -16,9 +16,9 @@ from pounding_risk.scene_words import option_example
 
 LAWS_HEAD = """# Contact models
 
-Each is a class of `pounding_risk/models/contact.py` or `instant.py`, and this page is what the classes say of themselves.
-[Contact](../theory/contact.md) has the main formulas side by side. `pounding-risk models` prints a list in a terminal, a
-user's own laws too.
+Each is a class of `pounding_risk/models/contact.py` or `instant.py`; this page is what the classes say of themselves.
+[Contact](../theory/contact.md) has the main formulas side by side. `pounding-risk models` prints a list in a terminal,
+a user's own laws too.
 
 """
 
@@ -62,7 +62,7 @@ def _model(name: str, law: Any) -> str:
         text += table(("parameter", "what", "unit and range", "default"), rows) + "\n"
     exact = EXACT.get(law, law)
     if exact is not law:
-        text += f"With `relation = \"exact\"`: {docstring(exact)}\n"
+        text += f'With `relation = "exact"`: {docstring(exact)}\n'
     return f"{text}Source: {plain(law.reference)}.\n\n"
 
 
@@ -94,7 +94,9 @@ def effects_page() -> str:
     for name, kind in EFFECTS.items():
         text += f"## {plain(name)}\n\n{docstring(kind)}\n"
         rows = [(f"`{key}`", *_option(allowed, key in kind.optional)) for key, allowed in kind.options.items()]
-        text += table(("option", "what", "unit and range", "example", ""), rows) + "\n" if rows else "It has no option.\n\n"
+        text += (
+            table(("option", "what", "unit and range", "example", ""), rows) + "\n" if rows else "It has no option.\n\n"
+        )
         needs = "".join(f" Needs `{each}`." for each in kind.needs)
         text += f"Acts on {'the ground motion' if acts_on_ground(name) else 'laws with a yield force'}.{needs} "
         text += f"Source: {plain(kind.reference)}.\n\n"

@@ -41,7 +41,7 @@ def steps_page() -> str:
     chain = " · ".join(f"`{each.name}`" for each in DEFAULT_CHAIN)
     text = (
         "# Processing steps\n\n"
-        f"`processing = \"auto\"` does {chain} to a raw record and nothing to a processed one. In a scene: "
+        f'`processing = "auto"` does {chain} to a raw record and nothing to a processed one. In a scene: '
         '`processing = [{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]`.\n\n'
     )
     kinds = [module.__name__ for module in MODULES]

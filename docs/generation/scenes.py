@@ -95,7 +95,8 @@ def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
         f"## About the runs and the motions\n\n`change_` and `sensitive` are there where `--check-fraction` is above 0."
         f"\n\n{_labels(more)}\n"
         f"## How a run may end\n\n{table(('status', 'what it says'), _endings())}\n"
-        f"## Dimensions and labels\n\n`pga` is a dimension where a scene has several.\n\n{_labels(dataset['coordinates'])}\n"
+        "## Dimensions and labels\n\n`pga` is a dimension where a scene has several.\n\n"
+        f"{_labels(dataset['coordinates'])}\n"
         f"## Attributes\n\nEnough to run the study again. As in a scan of the paper's pair:\n\n"
         f"{table(('attribute', 'for example'), attributes)}\n"
         f"## Jumps\n\n{docstring(_jumps())}"
@@ -111,11 +112,13 @@ def _whole(each: Any) -> str:
 
 
 def _labels(found: dict[str, Any]) -> str:
-    rows = [
-        (f"`{name}`", plain(unit), plain(words), ", ".join(f"`{dim}`" for dim in dims))
-        for name, (dims, unit, words) in found.items()
-    ]
+    rows = [(f"`{name}`", plain(unit), plain(words), _along(dims)) for name, (dims, unit, words) in found.items()]
     return table(("name", "unit", "what", "along"), rows)
+
+
+def _along(dims: list[str]) -> str:
+    """The dimensions of a variable; those of a run are not listed."""
+    return "every run" if {"gap", "yield_force"} < set(dims) else ", ".join(f"`{dim}`" for dim in dims)
 
 
 def _short(value: str) -> str:
