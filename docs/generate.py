@@ -38,6 +38,7 @@ def pages() -> dict[str, str]:
         "steps.md": steps_page(),
         "checks.md": checks_page(),
         "separations.md": rules_page(),
+        "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
     found |= {f"readme/{slug(name)}.md": text for name, text in readme_sections().items()}
     return found | {f"notebooks/{path.stem}.md": notebook_page(path) for path in notebooks()}

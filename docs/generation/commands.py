@@ -83,21 +83,31 @@ def python_page() -> str:
 
 
 def _call(name: str, function: Any) -> str:
-    signature = re.sub(r"\bpounding_risk(\.\w+)*\.", "", str(inspect.signature(function))).replace("'", "")
-    return f"## {plain(name)}\n\n{fence(_wrapped(f'pr.{name}{signature}'), 'python')}\n{docstring(function)}\n"
+    return f"## {plain(name)}\n\n{fence(f'pr.{name}{signature(function)}', 'python')}\n{docstring(function)}\n"
 
 
-def _wrapped(call: str) -> str:
-    """A call of more than 88 letters on several lines, one an argument."""
-    if len(call) <= 88:
-        return call
-    head, _, rest = call.partition("(")
-    inner, _, tail = rest.rpartition(")")
-    pieces, depth = [""], 0
-    for letter in inner:
-        depth += (letter in "([{") - (letter in ")]}")
-        if letter == "," and depth == 0:
-            pieces.append("")
-        else:
-            pieces[-1] += letter
-    return "\n".join([f"{head}(", *(f"    {piece.strip()}," for piece in pieces), f"){tail}"])
+def signature(function: Any) -> str:
+    """The parameters and what is returned; on several lines where they are long."""
+    told = inspect.signature(function)
+    pieces, named = [], False
+    for each in told.parameters.values():
+        if each.kind is inspect.Parameter.KEYWORD_ONLY and not named:
+            pieces.append("*")
+            named = True
+        pieces.append(_parameter(each))
+    back = "" if told.return_annotation is told.empty else f" -> {_type(told.return_annotation)}"
+    line = f"({', '.join(pieces)}){back}"
+    return line if len(line) <= 80 else "".join(["(\n", *(f"    {piece},\n" for piece in pieces), f"){back}"])
+
+
+def _parameter(each: inspect.Parameter) -> str:
+    text = each.name if each.annotation is each.empty else f"{each.name}: {_type(each.annotation)}"
+    if each.default is each.empty:
+        return text
+    default = each.default.__name__ if callable(each.default) else repr(each.default)
+    return f"{text} = {default}"
+
+
+def _type(annotation: Any) -> str:
+    text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
+    return re.sub(r"\b(pounding_risk|pathlib|collections\.abc)(\.\w+)*\.", "", text)
