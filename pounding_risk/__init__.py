@@ -24,6 +24,8 @@ _HOMES = {
     "effects": "effect_costs",
     "read_scene": "scenario",
     "read_motion": "motions",
+    "code_table": "separations",
+    "report": "reports",
     "open_results": "results",
     "save": "results",
 }

@@ -27,6 +27,7 @@ from pounding_risk.cli_input import (
 from pounding_risk.cli_models import models
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
+from pounding_risk.cli_report import report
 from pounding_risk.cli_separations import separations
 from pounding_risk.errors import PoundingError
 
@@ -375,3 +376,4 @@ def stability(
 
 app.command()(models)
 app.command()(separations)
+app.command()(report)

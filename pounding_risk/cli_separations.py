@@ -41,7 +41,7 @@ def separations(
     structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
     figure: Figure = None,
 ) -> None:
-    """Code separations: the rules, or each beside the gaps that a dataset's motions need."""
+    """Separations of building codes, beside those needed."""
     figure_file = writable("--figure", figure, FIGURES)
     if results is None:
         if figure_file is not None:

@@ -65,6 +65,6 @@ def _by_rule(axis: Any, drawn: list[Comparison], table: CodeTable) -> None:
         axis.text(1.01, row, told, color=colour, **where)
     words = [each.row.title + ("" if each.row.verified else " (not verified)") for each in drawn]
     axis.set_yticks(range(len(drawn)), words, fontsize=8.5)
-    axis.set_ylim(len(drawn) - 0.5, -0.5)
+    axis.set_ylim(max(len(drawn), 1) - 0.5, -0.5)
     axis.set_xlabel("rule over the gap needed [1]: median, 16-84 % of the motions")
     axis.set_title("safe right of 1", fontsize=9.5)

@@ -22,8 +22,9 @@ from pounding_risk.noise import shared_corners
 from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
+from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted, recording
+from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted
 from pounding_risk.study import Study
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it

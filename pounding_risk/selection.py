@@ -28,10 +28,11 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import PGA, shown
+from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
 from pounding_risk.scaling import USUAL_FACTORS, asked, by_factor, period_range, spectral_accelerations
 from pounding_risk.signals import Samples
-from pounding_risk.sources import is_vertical, recording
+from pounding_risk.sources import is_vertical
 from pounding_risk.targets import Target
 
 NODES = 30  # periods in the range, evenly in the logarithm, ends included

@@ -7,7 +7,7 @@ is raw or processed.
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -66,14 +66,6 @@ def file_name(source: Source) -> str:
     """What tells a record from others beside it: the name of its file with its component, or its id."""
     path, component = parted(source.name)
     return f"{path.name}{COMPONENT if component else ''}{component}" if path.is_file() else str(source.record["id"])
-
-
-def recording(record: Mapping[str, Any], name: str) -> Hashable:
-    """What the components of one recording share; the ``name`` itself where nothing is told of the station."""
-    if record.get("rsn"):
-        return record["rsn"]
-    told = tuple(record.get(key) or "" for key in ("event", "date", "station"))
-    return told if told[2] else name
 
 
 def is_vertical(record: Mapping[str, Any]) -> bool:

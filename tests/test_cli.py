@@ -23,7 +23,19 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = ("demo", "validate", "impact", "simulate", "scan", "compare", "accuracy", "effects", "stability", "models")
+COMMANDS = (
+    "demo",
+    "validate",
+    "impact",
+    "simulate",
+    "scan",
+    "compare",
+    "accuracy",
+    "effects",
+    "stability",
+    "models",
+    "separations",
+)
 SCENE = """\
 [scene]
 name = "A pair"
@@ -113,6 +125,7 @@ def test_commands_are_public_calls_of_the_same_name():
     names = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
     assert names == list(COMMANDS)
     names.remove("models")  # lists the classes of pounding_risk.models, which are there to import
+    names.remove("separations")  # and this one the rules of pounding_risk.separations, with `code_table` for a dataset
     assert set(names) <= set(pounding_risk.__all__)
     # A submodule of that name would take the function's place as soon as somebody imports it.
     assert [name for name in names if importlib.util.find_spec(f"pounding_risk.{name}")] == []

@@ -1,0 +1,189 @@
+"""What an assessment reads from a dataset of `scan`: motions and what they close, who yields, the scene's gap.
+
+Nothing here runs a case; a dataset on disk is enough.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.proportions import labels
+from pounding_risk.quantities import GAP, parse
+from pounding_risk.recordings import recording
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an attribute
+    "time": "simulate",
+    "setting": "accuracy",
+    "baseline": "compare",
+    "effects": "effects",
+}
+NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
+LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage"}  # they leave the free motion linear
+UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
+
+
+class Motions(NamedTuple):
+    """The motions of an ensemble, and what each closes without contact."""
+
+    records: tuple[str, ...]  # by motion
+    polarities: tuple[str, ...]
+    recordings: NDArray[np.int64]  # numbers, equal for the components and polarities of one recording
+    amplitudes: tuple[float | None, ...]  # m/s2, of the grid; None for motions as recorded
+    closing: Array  # (motions, amplitudes) [m]
+    finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude
+
+
+def check_dataset(results: xr.Dataset) -> None:
+    """Raise PoundingError for what is no dataset of `scan`, and for one of an older version that lacks a variable."""
+    for mark, command in OTHERS.items():
+        if mark in results.dims or (mark in results.attrs and command == "compare"):
+            raise PoundingError(
+                f"this is a dataset of `{command}`, which says nothing of gaps and motions; assess takes what "
+                "`pounding-risk scan SCENE -o results.nc` writes"
+            )
+    if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
+        raise PoundingError("this is no dataset of pounding-risk; `pounding-risk scan SCENE -o results.nc` writes one")
+    missing = [name for name in NEEDED if name not in results]
+    if missing:
+        raise PoundingError(
+            f"the dataset has no {', '.join(missing)}: an older version wrote it; scan the scene again, the scene's "
+            "text is the attribute 'scene'"
+        )
+
+
+def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Each pair of neighbours, named "left | right", and the dataset without the dimension of interfaces."""
+    names = [str(name) for name in results["building"].values]
+    pairs = [f"{left} | {right}" for left, right in pairwise(names)]
+    if "interface" not in results.dims:
+        return [(pairs[0], results)]
+    return [(name, results.isel(interface=at, building=slice(at, at + 2))) for at, name in enumerate(pairs)]
+
+
+def scene_gap(results: xr.Dataset, place: int) -> float:
+    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it."""
+    scene = tomllib.loads(results.attrs["scene_resolved"])
+    return parse(scene["interface"][place]["gap"], GAP)
+
+
+def is_linear(results: xr.Dataset) -> bool:
+    """True where the closing without contact grows with the motion: under no effect that could spoil it."""
+    return set(tomllib.loads(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
+
+
+def motions_of(results: xr.Dataset) -> Motions:
+    """The motions of one interface, record by record and polarity by polarity."""
+    facts = {each.get("name"): each for each in json.loads(results.attrs.get("records", "[]"))}
+    records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
+    shared = [recording(facts.get(name, {}), name) for name in records]
+    amplitudes: tuple[float | None, ...] = (None,)
+    if "pga" in results.coords:
+        amplitudes = tuple(float(pga) for pga in np.atleast_1d(results["pga"].values))
+    closing = _by_amplitude(results["peak_closing_free"])
+    turns = len(polarities)
+    return Motions(
+        tuple(name for name in records for _ in polarities),
+        tuple(polarities) * len(records),
+        np.repeat(labels([_hashable(each) for each in shared]), turns),
+        amplitudes,
+        closing,
+        np.atleast_1d(np.isfinite(closing).all(axis=1)),
+    )
+
+
+def _hashable(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
+    """Values as (motions, ...), the axes ``rest`` in this order."""
+    ordered = values.transpose("record", "polarity", *rest).values
+    return np.asarray(ordered.reshape(-1, *ordered.shape[2:]))
+
+
+def _by_amplitude(values: xr.DataArray) -> Array:
+    """Values as (motions, amplitudes), whether or not there is an axis of amplitudes."""
+    found = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
+    return found.reshape(len(found), -1)
+
+
+def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
+    """The grid's gap that is nearest, and who yields there: (motions, amplitudes, models, finite yield forces).
+
+    1 and 0; NaN where the run failed or yielding is not defined, as of an instant jump.
+    """
+    gaps = results["gap"].values
+    nearest = int(np.abs(gaps - gap).argmin())
+    forces = results["yield_force"].values
+    one = results["yield_exceedance"].isel(gap=nearest, yield_force=np.isfinite(forces))
+    rest = [axis for axis in ("pga", "contact_model", "yield_force") if axis in one.dims]
+    values = by_motion(one, rest)
+    values = values if "pga" in rest else values[:, None]
+    return float(gaps[nearest]), np.where(values == UNDEFINED, np.nan, values.astype(float))
+
+
+def finite_forces(results: xr.Dataset) -> Array:
+    """The grid's yield forces [N] without inf, which never yields."""
+    forces = results["yield_force"].values
+    return np.asarray(forces[np.isfinite(forces)])
+
+
+def intensities(results: xr.Dataset, intensity: str) -> Array:
+    """The intensity of every motion [m/s2], (motions, amplitudes): "pga", or "sa(left)", "sa(right)" or by name.
+
+    Sa of a building is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest
+    displacement without contact. Raises PoundingError for another word, and for a rigid building.
+    """
+    polarities = results.sizes["polarity"]
+    if intensity == "pga":
+        peaks = results["pga"].values if "pga" in results.coords else None
+        if peaks is None:
+            return np.repeat(results["record_pga"].values, polarities)[:, None]
+        return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
+    side = _side(results, intensity)
+    period = float(results["building_period"].values[side])
+    if np.isnan(period):
+        raise PoundingError(
+            f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
+        )
+    return _by_amplitude(results["peak_displacement_free"].isel(building=side)) * (2.0 * np.pi / period) ** 2
+
+
+def _side(results: xr.Dataset, intensity: str) -> int:
+    names = [str(name) for name in results["building"].values]
+    found = re.fullmatch(r"sa\((.+)\)", intensity)
+    asked = found[1].strip() if found else ""
+    for known in (["left", "right"], names):
+        if asked in known:
+            return known.index(asked)
+    listed = ", ".join(f"sa({name})" for name in names)
+    raise PoundingError(f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), or by name {listed}")
+
+
+def run_counts(results: xr.Dataset) -> dict[str, int]:
+    """Cases, those simulated, failed, made again at a tighter tolerance, and sensitive among these."""
+    status = results["status"]
+    meanings = str(status.attrs["flag_meanings"]).split()
+    complete = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]
+    flags = results["sensitive"].values if "sensitive" in results else np.full(1, -1)
+    return {
+        "cases": int(status.size),
+        "simulated": int((results["simulated"].values == 1).sum()) if "simulated" in results else int(status.size),
+        "failed": int((status.values != complete).sum()),
+        "checked": int((flags >= 0).sum()),
+        "sensitive": int((flags == 1).sum()),
+    }

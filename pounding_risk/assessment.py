@@ -1,0 +1,324 @@
+"""Is this gap enough, and what gap would be? Probabilities, required gaps, fragilities and a verdict from a scan.
+
+Everything follows from a dataset of `scan`, on disk or not; nothing is run. Whether a motion brings contact is known
+at every gap, not only at those of the grid, from its closing without contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk import assessed_data as data
+from pounding_risk import fragility as curves
+from pounding_risk.assessed_data import Motions, interfaces
+from pounding_risk.errors import PoundingError
+from pounding_risk.fragility import Fragility
+from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
+from pounding_risk.influences import Influence, Yielding, of_contact, of_yielding, ranked
+from pounding_risk.proportions import Share, independent_motions, labels, shares
+from pounding_risk.quantities import PGA, say
+from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.verdicts import Asked, Seen, Verdict, judge
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+__all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
+
+
+@dataclass(frozen=True)
+class InterfaceAssessment:
+    """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
+
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None: as recorded);
+    ``yielding`` is at every gap of the grid. ``fragility`` of contact is at the grid's gaps and the assessed one, of
+    yielding at ``yield_gap``, the grid's nearest. ``rates`` go with ``fragility``, where a hazard curve is given.
+    """
+
+    name: str
+    gap: float
+    amplitude: float | None
+    yield_gap: float
+    contact: tuple[Share, ...]
+    yielding: tuple[Share, ...]
+    required: tuple[RequiredGap, ...]
+    fragility: tuple[Fragility, ...]
+    rates: tuple[Rate, ...]
+    sensitivity: tuple[Influence, ...]
+    what_matters: str
+    verdict: Verdict
+
+    def contact_at_gap(self) -> Share:
+        """The share of the motions that close the assessed gap."""
+        return next(share for share in self.contact if share.gap == self.gap)
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """An assessment of every interface of a dataset, with what it was asked and the runs behind it."""
+
+    title: str
+    cases: int
+    simulated: int
+    failed: int
+    checked: int
+    sensitive: int
+    confidence: float
+    percentile: float
+    target: float
+    intensity: str
+    hazard: str
+    interfaces: tuple[InterfaceAssessment, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it as tables and lists that JSON holds; what is not a finite number is None."""
+        return _plain(asdict(self))
+
+
+class _Options(NamedTuple):
+    gap: float | None
+    hazard: Hazard | None
+    confidence: float
+    percentile: float
+    intensity: str
+    target: float
+    pga: float | None
+
+
+def assess(
+    results: xr.Dataset | str | Path,
+    *,
+    gap: float | None = None,
+    hazard: Hazard | str | Path | None = None,
+    confidence: float = 0.95,
+    percentile: float = 84.0,
+    intensity: str = "pga",
+    target: float = 0.1,
+    pga: float | None = None,
+) -> Assessment:
+    """Assess the gaps of a dataset of `scan`, or of the file it is in.
+
+    ``gap`` [m] is the scene's own by default, at every interface. The verdict holds P(contact) there against
+    ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions, beside 50, 84
+    and 95, have their required gap told. Of a dataset with several amplitudes the assessed one is ``pga`` [m/s2], the
+    largest by default. Fragilities are against ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the
+    pseudo-spectral acceleration at a building's period. ``hazard``, a curve or its CSV file, adds annual rates.
+
+    Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
+    """
+    if isinstance(results, str | Path):
+        from pounding_risk.results import open_results
+
+        results = open_results(results)
+    data.check_dataset(results)
+    curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    options = _Options(gap, curve, confidence, percentile, intensity, target, pga)
+    _check(options)
+    counts = data.run_counts(results)
+    found = tuple(_interface(name, one, place, options) for place, (name, one) in enumerate(interfaces(results)))
+    return Assessment(
+        title=str(results.attrs.get("title", "")),
+        **counts,
+        confidence=confidence,
+        percentile=percentile,
+        target=target,
+        intensity=intensity,
+        hazard=curve.source or curve.name if curve else "",
+        interfaces=found,
+    )
+
+
+def _check(options: _Options) -> None:
+    """Raise PoundingError for an option out of its range."""
+    limits = (
+        ("confidence", options.confidence, 1.0, "0.95"),
+        ("target", options.target, 1.0, "0.1"),
+        ("percentile", options.percentile, 100.0, "84"),
+    )
+    for name, value, most, example in limits:
+        if not 0.0 < value < most:
+            raise PoundingError(
+                f"{name} is {value:g}; it lies between 0 and {most:g}, ends excluded, such as {example}"
+            )
+    if options.gap is not None and not (isfinite(options.gap) and options.gap >= 0.0):
+        raise PoundingError(f"gap is {options.gap:g} m; it is a distance of 0 or more, such as 0.04")
+    hazard = options.hazard
+    if hazard is not None and not hazard.name.startswith(options.intensity.partition("(")[0]):
+        raise PoundingError(
+            f"the hazard curve is one of {hazard.name}, the fragility one against {options.intensity}; write the "
+            "intensity that the curve is of"
+        )
+
+
+def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:
+    gap = data.scene_gap(results, place) if options.gap is None else options.gap
+    every = data.motions_of(results)
+    level = _level(every.amplitudes, options.pga)
+    motions = _at_level(every, level)
+    independent = independent_motions(_logs(motions.closing[:, 0]), motions.recordings)
+    weight = independent / len(motions.records)
+    gaps = np.unique([*map(float, results["gap"].values), gap])
+    contact = _contact_shares(motions.closing[:, 0], gaps, weight, options.confidence)
+    percentiles = (*USUAL_PERCENTILES, options.percentile)
+    required = required_gaps(motions.closing[:, 0], motions.recordings, percentiles, options.confidence)
+    yield_gap, yields = data.yields_of(results, gap)
+    about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
+    asked = (options.percentile, options.target)
+    sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked)
+    sensitivity += of_yielding(about, options.target) if about.forces else ()
+    fragility = (
+        *_contact_curves(results, every, gaps, options),
+        *_yield_curves(results, every, (yield_gap, yields), options),
+    )
+    seen = Seen(
+        motions,
+        _amplitude_words(every.amplitudes[level]),
+        next(share for share in contact if share.gap == gap),
+        next(each for each in required if each.percentile == options.percentile),
+        independent,
+        int((~every.finite).sum()),
+        sensitivity[0],
+        data.run_counts(results),
+    )
+    rates = (
+        () if options.hazard is None else tuple(rate_of(options.hazard, each, options.confidence) for each in fragility)
+    )
+    return InterfaceAssessment(
+        name=name,
+        gap=gap,
+        amplitude=every.amplitudes[level],
+        yield_gap=yield_gap,
+        contact=contact,
+        yielding=_yield_shares(results, level, weight, options.confidence),
+        required=required,
+        fragility=fragility,
+        rates=rates,
+        sensitivity=sensitivity,
+        what_matters=ranked(sensitivity),
+        verdict=judge(Asked(gap, options.target, options.confidence, options.percentile), seen),
+    )
+
+
+def _level(amplitudes: tuple[float | None, ...], asked: float | None) -> int:
+    """Place of the assessed amplitude; raises PoundingError for one that the grid has not."""
+    if asked is None:
+        return max(range(len(amplitudes)), key=lambda place: amplitudes[place] or 0.0)
+    for place, amplitude in enumerate(amplitudes):
+        if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
+            return place
+    known = ", ".join(say(each, PGA) for each in amplitudes if each is not None) or "none: its motions are as recorded"
+    raise PoundingError(f"pga {say(asked, PGA)} is not in the dataset, which has {known}")
+
+
+def _at_level(motions: Motions, level: int) -> Motions:
+    """The motions with a finite response, at one amplitude; raises PoundingError where there are none."""
+    kept = np.flatnonzero(motions.finite)
+    if not kept.size:
+        raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
+    return Motions(
+        tuple(motions.records[place] for place in kept),
+        tuple(motions.polarities[place] for place in kept),
+        labels(list(motions.recordings[kept])),
+        (motions.amplitudes[level],),
+        motions.closing[kept, level : level + 1],
+        motions.finite[kept],
+    )
+
+
+def _amplitude_words(amplitude: float | None) -> str:
+    return "as scanned" if amplitude is None else f"at {say(amplitude, PGA, 3)}"
+
+
+def _models(results: xr.Dataset) -> tuple[str, ...]:
+    return tuple(map(str, results["contact_model"].values))
+
+
+def _logs(closing: Array) -> Array:
+    """Logarithms that tell motions alike or not; one that closes nothing counts as the least that does."""
+    least = closing[closing > 0.0].min(initial=1.0)
+    return np.log(np.maximum(closing, least))
+
+
+def _contact_shares(closing: Array, gaps: Array, weight: float, confidence: float) -> tuple[Share, ...]:
+    touching = (closing[:, None] > gaps).astype(float)
+    return shares(touching, [{"gap": float(gap)} for gap in gaps], weight, confidence)
+
+
+def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
+    """The share of the motions whose force reaches F_E, by gap, contact model and finite F_E."""
+    found: list[Share] = []
+    forces, models = data.finite_forces(results), _models(results)
+    if not forces.size:
+        return ()
+    for gap in map(float, results["gap"].values):
+        _, yields = data.yields_of(results, gap)
+        about = [
+            {"gap": gap, "contact_model": model, "yield_force": float(force)} for model in models for force in forces
+        ]
+        found.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
+    return tuple(found)
+
+
+def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
+    """The fragility of contact at every gap; from scaling the motions where their own intensities give none."""
+    ims = data.intensities(results, options.intensity)[motions.finite]
+    closing, recordings = motions.closing[motions.finite], motions.recordings[motions.finite]
+    im, who = ims.ravel(), _numbered(np.repeat(recordings, ims.shape[1]))
+    linear = data.is_linear(results)
+    for gap in map(float, gaps):
+        touching = (closing > gap).ravel()
+        found, method, note = curves.fit(im, touching, who), _method(motions, options), ""
+        if found.fault and linear:
+            reach = np.divide(gap, closing[:, :1], where=closing[:, :1] > 0.0, out=np.full((len(closing), 1), np.inf))
+            scaled = curves.fit_capacities((ims[:, :1] * reach).ravel(), _numbered(recordings))
+            found, method, note = scaled, curves.SCALED, found.fault
+        about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
+        about |= {"intensity": options.intensity, "method": method, "note": note}
+        yield Fragility(**about, **asdict(found), stripes=curves.stripes_of(im, touching))
+
+
+def _yield_curves(
+    results: xr.Dataset, motions: Motions, found: tuple[float, Array], options: _Options
+) -> Iterator[Fragility]:
+    """The fragility of yielding at one gap, by contact model and finite F_E."""
+    gap, yields = found
+    ims = data.intensities(results, options.intensity)
+    who = np.repeat(motions.recordings, ims.shape[1])
+    for place, model in enumerate(_models(results)):
+        for number, force in enumerate(data.finite_forces(results)):
+            failed = yields[:, :, place, number].ravel()
+            known = ~np.isnan(failed)
+            if not known.any():
+                continue
+            im, reached = ims.ravel()[known], failed[known] > 0.0
+            fit = curves.fit(im, reached, _numbered(who[known]))
+            about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": float(force), "contact_model": model}
+            about |= {"intensity": options.intensity, "method": _method(motions, options), "note": ""}
+            yield Fragility(**about, **asdict(fit), stripes=curves.stripes_of(im, reached))
+
+
+def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Recordings without the numbers that no motion has."""
+    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
+
+
+def _method(motions: Motions, options: _Options) -> str:
+    return curves.STRIPES if options.intensity == "pga" and len(motions.amplitudes) > 1 else curves.OWN
+
+
+def _plain(value: Any) -> Any:
+    """Only what JSON knows: None for what is not a finite number."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

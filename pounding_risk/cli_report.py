@@ -1,0 +1,35 @@
+"""The command `report`: what an engineer hands over, from a dataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pounding_risk.cli_input import writable
+from pounding_risk.errors import PoundingError
+
+PAGES = (".html", ".pdf")
+NONE: list[Path] = []
+
+
+def report(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="What scan wrote (.nc).", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The report (.html or .pdf).", show_default="RESULTS.html")
+    ] = None,
+    hazard: Annotated[
+        Path | None, typer.Option(help="Hazard curve (.csv): annual rates are added.", show_default=False)
+    ] = None,
+    others: Annotated[
+        list[Path], typer.Option("--with", help="What compare, accuracy or effects wrote (.nc); repeat for several.")
+    ] = NONE,
+) -> None:
+    """Write a report of a scan: one HTML file, or a PDF."""
+    if out is None and Path(f"{results.stem}.html").exists():
+        raise PoundingError(f"{results.stem}.html exists already; write -o {results.stem}.html to replace it")
+    target = writable("-o", out or Path(f"{results.stem}.html"), PAGES)
+    from pounding_risk.reports import report as run
+
+    typer.echo(f"written: {run(results, target or Path(), hazard=hazard, also=others)}")

@@ -1,0 +1,163 @@
+"""How often the ground shakes how strongly, from a table, and how often that means contact.
+
+The annual rate of failure is ∫ P(failure | im) |dλ(im)|, λ the annual rate at which an intensity is exceeded; in 50
+years the probability is 1 − exp(−50 λ_f), events being independent of each other (Poisson).
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import nan
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.fragility import Fragility, fragility_curve
+from pounding_risk.quantities import PGA, QuantityError, parse
+
+Array = NDArray[np.float64]
+
+YEARS = 50.0
+NODES = 64  # of the integral between two rows of the table
+DRAWS, SEED = 400, 20110314
+HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
+
+
+@dataclass(frozen=True)
+class Hazard:
+    """Annual rate [1/year] at which each intensity [m/s2] is exceeded; between rows it is a power of the intensity."""
+
+    name: str
+    im: Array = field(repr=False)
+    rate: Array = field(repr=False)
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Annual rate and 50-year probability of a failure at one gap [m], over the intensities of the table.
+
+    ``low`` and ``high`` carry the fragility's standard errors, by recording, and nothing of the hazard's own
+    uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out. ``above`` is the
+    rate of motions stronger than the table: they add at most that.
+    """
+
+    what: str
+    gap: float
+    yield_force: float | None
+    contact_model: str | None
+    annual: float
+    low: float
+    high: float
+    fifty_years: float
+    below: float
+    above: float
+    fault: str = ""
+
+
+def read_hazard(path: str | Path) -> Hazard:
+    """The hazard curve of a CSV file: a head that names the intensity and its unit, then rows im, annual rate.
+
+    Lines that start with # are left out. Raises PoundingError that names the line for what is no such table, and where
+    intensities do not rise or rates do not fall.
+    """
+    source = Path(path)
+    try:
+        lines = source.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise PoundingError(f"{source}: cannot be read ({getattr(error, 'strerror', error)}); {HEAD}") from None
+    rows = [(at, line) for at, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
+    if len(rows) < 3:
+        raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
+    name, unit = _head(source, *rows[0])
+    table = np.array([_row(source, at, line, unit) for at, line in rows[1:]])
+    for place in range(1, len(table)):
+        if not (table[place, 0] > table[place - 1, 0] and table[place, 1] < table[place - 1, 1]):
+            raise PoundingError(
+                f"{source}, line {rows[place + 1][0]}: intensities must rise and annual rates fall from row to row; "
+                "sort the table, and leave out rows that repeat one"
+            )
+    return Hazard(name, table[:, 0], table[:, 1], source.name)
+
+
+def _head(source: Path, at: int, line: str) -> tuple[str, str]:
+    """Name and unit of the intensity."""
+    cells = next(csv.reader([line]))
+    found = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
+    if len(cells) != 2 or found is None:
+        raise PoundingError(f"{source}, line {at}: {line.strip()!r} names no intensity with its unit; {HEAD}")
+    return found[1].lower(), found[2]
+
+
+def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
+    cells = next(csv.reader([line]))
+    try:
+        im, rate = parse(f"{cells[0].strip()} {unit}", PGA), float(cells[1])
+    except (QuantityError, ValueError, IndexError) as error:
+        raise PoundingError(f"{source}, line {at}: {line.strip()!r} is no row of the table ({error}); {HEAD}") from None
+    if not 0.0 < rate < np.inf:
+        raise PoundingError(
+            f"{source}, line {at}: the annual rate {cells[1].strip()} must be above 0; leave the row out"
+        )
+    return im, rate
+
+
+class _Nodes(NamedTuple):
+    """The hazard curve, finely."""
+
+    im: Array
+    rate: Array
+
+
+def _nodes(hazard: Hazard) -> _Nodes:
+    """Between two rows, log λ is linear in log im."""
+    logs = np.log(hazard.im)
+    places = np.concatenate([np.linspace(a, b, NODES, endpoint=False) for a, b in pairwise(logs)])
+    fine = np.append(places, logs[-1])
+    return _Nodes(np.exp(fine), np.exp(np.interp(fine, logs, np.log(hazard.rate))))
+
+
+def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:
+    """∫ Φ(ln(im/θ)/β) |dλ| over the table; an array of medians and dispersions gives one of rates.
+
+    For a power law λ = k₀ im^−k over all intensities it is k₀ θ^−k exp(k²β²/2) (Cornell 1996).
+    """
+    nodes = _nodes(hazard)
+    curves = fragility_curve(nodes.im, np.asarray(median)[..., None], np.asarray(dispersion)[..., None])
+    middle = 0.5 * (curves[..., 1:] + curves[..., :-1])
+    return np.asarray((middle * -np.diff(nodes.rate)).sum(axis=-1))
+
+
+def in_years(annual: float, years: float = YEARS) -> float:
+    """Probability of one or more in so many years, 1 − exp(−years × rate)."""
+    return float(-np.expm1(-years * annual))
+
+
+def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
+    """Annual rate and 50-year probability of one fragility; NaN where that could not be fitted."""
+    about = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
+    if fragility.fault:
+        return Rate(*about, nan, nan, nan, nan, nan, nan, fragility.fault)
+    annual = float(annual_rate(hazard, fragility.median, fragility.dispersion))
+    low, high = _bounds(hazard, fragility, confidence)
+    below = float(fragility_curve(hazard.im[0], fragility.median, fragility.dispersion))
+    return Rate(*about, annual, low, high, in_years(annual), below, float(hazard.rate[-1]))
+
+
+def _bounds(hazard: Hazard, fragility: Fragility, confidence: float) -> tuple[float, float]:
+    """Bounds of the rate from draws of (ln θ, ln β), normal with the fragility's errors by recording."""
+    spread = np.array([fragility.se_median_recordings, fragility.se_dispersion_recordings / fragility.dispersion])
+    if not np.isfinite([*spread, fragility.correlation]).all():
+        return nan, nan
+    together = np.outer(spread, spread) * [[1.0, fragility.correlation], [fragility.correlation, 1.0]]
+    middle = np.log([fragility.median, fragility.dispersion])
+    draws = np.exp(np.random.default_rng(SEED).multivariate_normal(middle, together, DRAWS, method="eigh"))
+    tail = 50.0 * (1.0 - confidence)
+    low, high = np.percentile(annual_rate(hazard, draws[:, 0], draws[:, 1]), (tail, 100.0 - tail))
+    return float(low), float(high)

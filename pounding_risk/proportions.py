@@ -1,0 +1,140 @@
+"""Shares of few motions, and how far the motions of one recording say the same thing twice.
+
+Components and polarities of one recording are not independent: one strong recording closes a gap in several of them.
+Bounds that take every motion for a witness of its own are then too narrow. The design effect (Kish 1965) says how
+many motions stand for one independent motion; with the count of independent motions the exact binomial bounds of
+Clopper and Pearson (1934) are those of Korn and Graubard (1998).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Share:
+    """How many of the motions fail at one gap [m]: by contact, or by yielding at one F_E [N] and contact model.
+
+    ``low`` and ``high`` are exact for motions that are independent of each other, ``low_recordings`` and
+    ``high_recordings`` for as many as they really stand for (see `independent_motions`). ``left_out`` are runs that
+    failed, or in which an instant jump has no force: they count neither way.
+    """
+
+    gap: float
+    count: int
+    runs: int
+    probability: float
+    low: float
+    high: float
+    low_recordings: float
+    high_recordings: float
+    left_out: int = 0
+    yield_force: float | None = None
+    contact_model: str | None = None
+
+
+def shares(failed: Array, about: Sequence[dict[str, Any]], independent: float, confidence: float) -> tuple[Share, ...]:
+    """One share for each column of ``failed`` (motions, columns): 1, 0, or NaN for a run that is left out.
+
+    ``independent`` is what one motion counts for, at most 1; ``about`` are a column's gap and the like.
+    """
+    known = ~np.isnan(failed)
+    runs, counts = known.sum(axis=0), np.where(known, failed, 0.0).sum(axis=0)
+    low, high = exact_bounds(counts, runs, confidence)
+    low_fewer, high_fewer = exact_bounds(counts * independent, runs * independent, confidence)
+    found = counts / np.where(runs > 0, runs, np.nan)
+    columns = zip(about, counts, runs, found, low, high, low_fewer, high_fewer, strict=True)
+    return tuple(
+        Share(
+            count=int(count),
+            runs=int(n),
+            probability=float(p),
+            low=float(a),
+            high=float(b),
+            low_recordings=float(c),
+            high_recordings=float(d),
+            left_out=len(failed) - int(n),
+            **words,
+        )
+        for words, count, n, p, a, b, c, d in columns
+    )
+
+
+def exact_bounds(count: ArrayLike, runs: ArrayLike, confidence: float) -> tuple[Array, Array]:
+    """Clopper and Pearson's two-sided bounds of a probability of which ``count`` of ``runs`` are seen.
+
+    low = B(α/2; k, n − k + 1), high = B(1 − α/2; k + 1, n − k), B the quantile of the beta distribution and α = 1 −
+    ``confidence``; 0 and 1 where k is 0 and n, NaN without runs. Counts need not be whole (Korn and Graubard 1998).
+    Source: Clopper and Pearson, Biometrika 26 (1934).
+
+    >>> low, high = exact_bounds(0, 10, 0.95)
+    >>> round(float(high), 4)  # 1 - 0.025^(1/10)
+    0.3085
+    """
+    from scipy.stats import beta
+
+    k, n = np.broadcast_arrays(np.asarray(count, dtype=float), np.asarray(runs, dtype=float))
+    tail = 0.5 * (1.0 - confidence)
+    none, every = k <= 0.0, k >= n
+    low = np.where(none, 0.0, beta.ppf(tail, np.where(none, 1.0, k), np.maximum(n - k, 0.0) + 1.0))
+    high = np.where(every, 1.0, beta.ppf(1.0 - tail, k + 1.0, np.where(every, 1.0, n - k)))
+    return np.where(n > 0.0, low, np.nan), np.where(n > 0.0, high, np.nan)
+
+
+def least_upper_bound(motions: float, confidence: float) -> float:
+    """The upper bound where none of so many independent motions fails: 1 − (α/2)^(1/n); 1 without motions."""
+    return 1.0 - (0.5 * (1.0 - confidence)) ** (1.0 / motions) if motions > 0.0 else 1.0
+
+
+def motions_to_show(target: float, confidence: float) -> int:
+    """Independent motions, none of them failing, that bring the upper bound down to ``target``."""
+    return int(np.ceil(np.log(0.5 * (1.0 - confidence)) / np.log1p(-target) - 1e-9))
+
+
+def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
+    """Intraclass correlation of ``values`` within recordings, 0 to 1, from the analysis of variance.
+
+    ρ = (MSB − MSW)/(MSB + (m₀ − 1) MSW), m₀ = (N − Σm²/N)/(R − 1) for R recordings of m motions, N in all; 0 where no
+    recording has two motions, 1 where there is one recording only. Source: Donner, Int. Stat. Rev. 54 (1986).
+    """
+    sizes, sums = _sizes(recordings), np.bincount(recordings, values)
+    total, groups = values.size, sizes.size
+    if groups == total:
+        return 0.0
+    if groups < 2:
+        return 1.0
+    means = sums / sizes
+    between = float((sizes * (means - values.mean()) ** 2).sum()) / (groups - 1)
+    within = float(((values - means[recordings]) ** 2).sum()) / (total - groups)
+    usual = (total - float((sizes**2).sum()) / total) / (groups - 1)
+    whole = between + (usual - 1.0) * within
+    return float(np.clip((between - within) / whole, 0.0, 1.0)) if whole > 0.0 else 1.0
+
+
+def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
+    """How many independent motions so many say as much as: N over the design effect 1 + (Σm²/N − 1) ρ.
+
+    ``values`` tell how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
+    no, that follow from them are no more alike. Between the number of recordings and that of motions.
+    """
+    sizes = _sizes(recordings)
+    total = float(values.size)
+    effect = 1.0 + (float((sizes**2).sum()) / total - 1.0) * likeness(values, recordings)
+    return max(total / effect, 1.0)
+
+
+def _sizes(recordings: NDArray[np.int64]) -> NDArray[Any]:
+    return np.bincount(recordings)
+
+
+def labels(names: list[Any]) -> NDArray[np.int64]:
+    """Numbers from 0, equal where the names are equal, in the order in which they come."""
+    known: dict[Any, int] = {}
+    return np.array([known.setdefault(name, len(known)) for name in names], dtype=np.int64)

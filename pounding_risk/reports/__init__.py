@@ -1,0 +1,59 @@
+"""Reports: what an engineer hands over, from a dataset alone; a page (HTML) or a document (PDF) from one model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.results import check_target
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SUFFIXES = (".html", ".pdf")
+
+
+def report(
+    results: xr.Dataset | str | Path,
+    out: str | Path,
+    *,
+    hazard: str | Path | None = None,
+    also: Iterable[xr.Dataset | str | Path] = (),
+) -> Path:
+    """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``, and return its path.
+
+    ``hazard`` is a hazard curve as `assess` takes it; ``also`` are datasets of `compare`, `accuracy` and `effects`.
+    The same dataset gives the same bytes. Raises PoundingError for what is no dataset of a scan, for a target that
+    cannot be written, and for a PDF without the extra ``pdf``.
+    """
+    from pounding_risk.assessment import assess
+    from pounding_risk.reports.material import Material, companions, opened
+    from pounding_risk.reports.model import build
+
+    target = check_target(out, SUFFIXES)
+    dataset, checksum = opened(results)
+    others = companions(also)
+    model = build(Material(dataset, assess(dataset, hazard=hazard), others, checksum))
+    if target.suffix.lower() == ".pdf":
+        from pounding_risk.reports.document import document
+
+        return _write(target, document(model))
+    from pounding_risk.reports.page import page
+
+    return _write(target, page(model).encode())
+
+
+def _write(target: Path, content: bytes) -> Path:
+    """Whole or not at all: under a temporary name first."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, target)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return target

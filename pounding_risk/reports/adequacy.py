@@ -1,0 +1,312 @@
+"""Is the gap enough: probabilities against the gap, the gap needed, what codes ask, fragility, rates, influences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pounding_risk.figures_report import (
+    Curve,
+    Line,
+    Mark,
+    Ratio,
+    Stripe,
+    report_fragility,
+    report_probabilities,
+    report_required,
+    report_rules,
+    svg_text,
+)
+from pounding_risk.reports.content import (
+    KEPT,
+    MISSING,
+    Block,
+    Cell,
+    amount,
+    between,
+    evenly,
+    figure,
+    head,
+    heading,
+    listing,
+    name_of,
+    number,
+    paragraph,
+    table,
+)
+from pounding_risk.reports.material import Material, Pair
+
+MOST_LINES = 5  # of one figure
+MOST_CURVES = 3  # of contact, and as many of yielding
+SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
+ACCELERATION = "m/s2"
+
+
+def adequacy(material: Material) -> list[Block]:
+    """Each interface in turn: contact, the gap needed, codes, yielding, fragility, rates, and what sways it."""
+    blocks = [paragraph(_terms(material))]
+    for pair in material.pairs:
+        if len(material.pairs) > 1:
+            blocks.append(heading(pair.name, pair.anchor))
+        for part in (contact, required, codes, yielding, fragility, rates, influences):
+            blocks += part(material, pair)
+    return blocks
+
+
+def _terms(material: Material) -> str:
+    """What a motion and its bounds are."""
+    confidence = f"{100 * material.assessment.confidence:g} %"
+    return (
+        f"A motion is a record in one polarity. Bounds are exact binomial ones of {confidence}; those by recording "
+        "take the components and polarities of a recording for as many as they really stand for. Whether there is "
+        "contact follows from the motion without contact alone, whatever the contact model and F_E."
+    )
+
+
+def contact(material: Material, pair: Pair) -> list[Block]:
+    """Probability of contact against the gap: figure and table."""
+    shares = pair.found.contact
+    heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
+    rows = [[number(each.gap, "m"), *_counted(each)] for each in shares]
+    caption = f"{pair.name}: probability of contact against the gap{pair.at}, with its bounds"
+    first, last = ([cell["text"] for cell in rows[place]] for place in (0, -1))
+    return [
+        figure(
+            f"{pair.anchor}-contact",
+            svg_text(report_probabilities([_line("contact", shares)], pair.found.gap, "probability of contact")),
+            f"{caption}.",
+            f"{caption}: {first[3]} % at {first[0]} mm, {last[3]} % at {last[0]} mm; the table has the numbers.",
+        ),
+        table(f"{caption}.", heads, rows, keep=_near(shares, pair.found.gap)),
+    ]
+
+
+def _counted(one: Any) -> list[Cell]:
+    """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
+    bounds = [(one.low, one.high), (one.low_recordings, one.high_recordings)]
+    shown = [between(*ends, "%", 3) for ends in bounds]
+    return [number(one.count), number(one.runs), number(one.probability, "%", 3), *shown]
+
+
+def _line(words: str, shares: Sequence[Any]) -> Line:
+    columns = [[getattr(each, name) for each in shares] for name in ("gap", "probability", "low", "high")]
+    return Line(words, *columns)
+
+
+def _near(shares: Sequence[Any], gap: float) -> list[int]:
+    """Rows spread evenly over the gaps, and the one nearest to the assessed gap."""
+    nearest = min(range(len(shares)), key=lambda place: abs(shares[place].gap - gap))
+    return sorted({*evenly(len(shares), KEPT - 1), nearest})
+
+
+def required(material: Material, pair: Pair) -> list[Block]:
+    """The gap that each motion needs, and the percentiles with their bounds."""
+    needed = pair.closing
+    marks = [Mark(f"{each.percentile:g} % of the motions", each.gap) for each in pair.found.required]
+    told = ", ".join(f"{mark.words} {amount(mark.value, 'm')['text']}" for mark in marks)
+    caption = f"{pair.name}: the share of the motions that a gap suffices for{pair.at}"
+    heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
+    heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
+    rows = [
+        [
+            number(each.percentile),
+            number(each.gap, "m"),
+            between(each.low, each.high, "m"),
+            number(each.fitted, "m"),
+            "" if each.bounded else "so few recordings give no upper bound: the largest seen",
+        ]
+        for each in pair.found.required
+    ]
+    return [
+        figure(
+            f"{pair.anchor}-required",
+            svg_text(report_required(needed, pair.found.gap, marks)),
+            f"{caption}.",
+            f"{caption}: {told}.",
+        ),
+        table(f"{pair.name}: gap needed, by {needed.size} motions without contact.", heads, rows),
+    ]
+
+
+def codes(material: Material, pair: Pair) -> list[Block]:
+    """What each rule asks, motion by motion, over the gap that the motion needs."""
+    found = pair.codes
+    upper = f"{found.percentile:g} %"
+    heads = [("rule", "l"), ("clause", "l"), ("verified", "l"), (head("median", "m"), "r"), (head(upper, "m"), "r")]
+    heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
+    common = _common([each.row.note for each in found.rules if each.exceeded is not None])
+    rows = [_rule(each, found.motions, common) for each in found.rules]
+    drawn = [
+        Ratio(each.row.title, each.ratio_low, each.ratio_median, each.ratio_high, each.row.verified)
+        for each in found.rules
+        if each.ratio_median is not None
+    ]
+    caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
+    blocks = [
+        paragraph(" ".join(f"{each[:1].upper()}{each[1:]}." for each in (found.finding, *common))),
+        table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
+    ]
+    if drawn:
+        said = f"{caption}: median and middle 68 % of {found.motions} motions; safe right of 1; open where not verified"
+        blocks.insert(
+            1, figure(f"{pair.anchor}-rules", svg_text(report_rules(drawn)), f"{said}.", f"{said}. {found.finding}.")
+        )
+    return blocks
+
+
+def _common(notes: Sequence[str]) -> list[str]:
+    """What every note says, so that it is said once."""
+    said = [note.split("; ") for note in notes]
+    return [each for each in said[0] if all(each in others for others in said)] if said else []
+
+
+def _rule(one: Any, motions: int, common: Sequence[str]) -> list[Cell | str]:
+    row = one.row
+    facts: list[Cell | str] = [row.title, row.clause, "yes" if row.verified else "NO"]
+    note = "; ".join(each for each in row.note.split("; ") if each not in common) or MISSING
+    if one.exceeded is None:
+        return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
+    ratio = [number(each, digits=3) for each in (one.ratio_median, one.ratio_low, one.ratio_high)]
+    shown = {
+        "text": f"{ratio[0]['text']} ({ratio[1]['text']} to {ratio[2]['text']})",
+        "parts": [each["raw"] for each in ratio],
+    }
+    short = round(one.exceeded * motions)
+    counted = {"text": f"{short} of {motions}", "parts": [short, motions]}
+    return [*facts, number(one.middle, "m"), number(one.upper, "m"), shown, counted, note]
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def yielding(material: Material, pair: Pair) -> list[Block]:
+    """Probability of reaching the yield force against the gap, and by F_E and model at the grid's nearest gap."""
+    found, gap = pair.found.yielding, pair.found.yield_gap
+    if not found:
+        return []
+    forces = sorted({each.yield_force for each in found})
+    lines = []
+    for force in (forces[place] for place in evenly(len(forces), MOST_LINES)):
+        mine = [each for each in found if each.yield_force == force and each.contact_model == material.law]
+        lines.append(_line(f"$F_E$ {amount(force, 'N')['text']}", mine))
+    caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
+    heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
+    here = [each for each in found if each.gap == gap]
+    rows = [[name_of(each.contact_model), number(each.yield_force, "N"), *_counted(each)] for each in here]
+    at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
+    return [
+        figure(
+            f"{pair.anchor}-yielding",
+            svg_text(report_probabilities(lines, pair.found.gap, "probability of reaching $F_E$")),
+            f"{caption}.",
+            f"{caption}, against the gap, for {len(lines)} yield forces; the table has the numbers at one gap.",
+        ),
+        table(at, heads, rows),
+    ]
+
+
+def fragility(material: Material, pair: Pair) -> list[Block]:
+    """Lognormal fragilities: curves and stripes, and the table of medians and dispersions with standard errors."""
+    found = [each for each in pair.found.fragility if np.isfinite(each.median) and np.isfinite(each.dispersion)]
+    if not found:
+        faults = dict.fromkeys(each.fault for each in pair.found.fragility if each.fault)
+        return [paragraph(f"{pair.name}: no fragility: {'; '.join(faults)}.")] if faults else []
+    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
+    heads += [(head("median", ACCELERATION), "r"), ("error of its ln, by recording", "r"), ("dispersion", "r")]
+    heads += [("its error, by recording", "r"), ("from", "l")]
+    rows = [_fitted(each) for each in found]
+    words = _intensity(material.assessment.intensity)
+    drawn = _drawn(found, material.law, pair.found)
+    curves = [Curve(_what(each), each.median, each.dispersion, _stripes(each)) for each in drawn]
+    caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
+    drawing = svg_text(report_fragility(curves, f"{words} [g]"))
+    keep = sorted(found.index(each) for each in drawn)
+    note = "those of the figure"
+    return [
+        figure(
+            f"{pair.anchor}-fragility", drawing, f"{caption}.", f"{caption}; the table has medians and dispersions."
+        ),
+        table(f"{pair.name}: fragility against {words}, by maximum likelihood.", heads, rows, keep=keep, note=note),
+    ]
+
+
+def _intensity(name: str) -> str:
+    return "PGA" if name == "pga" else f"Sa{name.removeprefix('sa')}"
+
+
+def _fitted(one: Any) -> list[Cell | str]:
+    return [
+        one.what,
+        number(one.gap, "m"),
+        name_of(one.contact_model) if one.contact_model else "any",
+        number(one.yield_force, "N") if one.yield_force is not None else MISSING,
+        number(one.median, ACCELERATION),
+        _error(one.se_median, one.se_median_recordings),
+        number(one.dispersion, digits=3),
+        _error(one.se_dispersion, one.se_dispersion_recordings),
+        one.method,
+    ]
+
+
+def _error(plain: float, clustered: float) -> Cell:
+    cells = [number(each, digits=2) for each in (plain, clustered)]
+    return {"text": f"{cells[0]['text']}, {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
+
+
+def _drawn(found: Sequence[Any], law: str, one: Any) -> list[Any]:
+    """Some curves of contact, that of the assessed gap among them, and some of yielding under the scene's law."""
+    touching = [each for each in found if each.what == "contact"]
+    yields = [each for each in found if each.what != "contact" and each.contact_model == law]
+    own = [each for each in touching if each.gap == one.gap]
+    some = [touching[place] for place in evenly(len(touching), MOST_CURVES)] if touching else []
+    chosen = {id(each): each for each in [*own, *some][:MOST_CURVES]}
+    chosen |= {id(each): each for each in (yields[place] for place in evenly(len(yields), MOST_CURVES))}
+    return [each for each in found if id(each) in chosen] or list(found[:MOST_CURVES])
+
+
+def _what(one: Any) -> str:
+    gap = f"{one.what}, gap {amount(one.gap, 'm')['text']}"
+    return gap if one.yield_force is None else f"{gap}, $F_E$ {amount(one.yield_force, 'N')['text']}"
+
+
+def _stripes(one: Any) -> list[Stripe]:
+    return [Stripe(each.im, each.count, each.runs) for each in one.stripes]
+
+
+def rates(material: Material, pair: Pair) -> list[Block]:
+    """Annual rate and 50-year probability, where a hazard curve is given."""
+    found = [each for each in pair.found.rates if np.isfinite(each.annual)]
+    if not found:
+        return []
+    heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
+    heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r")]
+    rows: list[list[Cell | str]] = [
+        [
+            each.what,
+            number(each.gap, "m"),
+            name_of(each.contact_model) if each.contact_model else "any",
+            number(each.yield_force, "N") if each.yield_force is not None else MISSING,
+            number(each.annual, digits=3),
+            between(each.low, each.high, "1", 3),
+            number(each.fifty_years, "%", 3),
+        ]
+        for each in found
+    ]
+    source = material.assessment.hazard
+    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows)]
+
+
+def influences(material: Material, pair: Pair) -> list[Block]:
+    """What the verdict depends on: polarity, F_E, contact model."""
+    found = pair.found.sensitivity
+    if not found:
+        return []
+    told = (f"{each.what}, by {name_of(each.key)}: {each.words}." for each in found)
+    return [
+        heading("What sways it", f"{pair.anchor}-influences"),
+        paragraph(f"{pair.found.what_matters[:1].upper()}{pair.found.what_matters[1:]}."),
+        listing(told),
+    ]

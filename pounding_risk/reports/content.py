@@ -1,0 +1,139 @@
+"""What a report is made of: plain, JSON-able blocks, in which every number stands once rounded and once in full.
+
+A number is rounded here and nowhere else, so that a page, a PDF and a test read the same digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import isfinite, isinf, isnan
+from typing import Any
+
+Block = dict[str, Any]
+Cell = dict[str, Any]
+
+MISSING = "–"
+DIGITS = 4
+LONG = 18  # rows of a table that stands whole in the text
+KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
+# By SI unit: the unit that an engineer reads, and what a value is multiplied by.
+SHOWN: dict[str, tuple[str, float]] = {
+    "m": ("mm", 1e3),
+    "N": ("kN", 1e-3),
+    "N s": ("kN s", 1e-3),
+    "J": ("kJ", 1e-3),
+    "kg": ("t", 1e-3),
+    "m/s2": ("g", 1.0 / 9.80665),
+    "%": ("%", 1e2),
+    "s": ("s", 1.0),
+    "m/s": ("m/s", 1.0),
+    "1": ("", 1.0),
+}
+
+
+def rounded(value: float, digits: int = DIGITS) -> str:
+    """Significant digits without a padded exponent; whole numbers up to 99999 in full; – where there is none."""
+    if isnan(value):
+        return MISSING
+    if isinf(value):
+        return "∞" if value > 0.0 else "-∞"
+    # Adding zero takes the sign from −0.
+    text = f"{value + 0.0:.{digits}g}"
+    if "e" in text and 1.0 <= abs(value) < 1e5:
+        return f"{float(text):.0f}"
+    mantissa, _, exponent = text.partition("e")
+    return f"{mantissa}e{int(exponent)}" if exponent else text
+
+
+def number(value: Any, unit: str = "1", digits: int = DIGITS) -> Cell:
+    """A value in SI, as it is shown in the unit of `SHOWN`, and raw; what is not finite has no raw value."""
+    value = float(value)
+    return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
+
+
+def amount(value: Any, unit: str, digits: int = DIGITS) -> Cell:
+    """`number` with its unit behind it, for where no head of a column tells it."""
+    cell = number(value, unit, digits)
+    return cell if cell["raw"] is None else cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip()}
+
+
+def between(low: float, high: float, unit: str, digits: int = DIGITS) -> Cell:
+    """Two ends of a range, as they are shown in the unit of the column's head."""
+    ends = [number(each, unit, digits) for each in (low, high)]
+    return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
+
+
+def head(words: str, unit: str) -> str:
+    """The head of a column of numbers: words, and the unit that they are shown in."""
+    shown = SHOWN[unit][0]
+    return f"{words} [{shown}]" if shown else words
+
+
+def paragraph(text: str) -> Block:
+    """One paragraph."""
+    return {"kind": "paragraph", "text": text}
+
+
+def heading(text: str, anchor: str) -> Block:
+    """A heading within a section; ``anchor`` is its id."""
+    return {"kind": "heading", "text": text, "anchor": anchor}
+
+
+def listing(items: Iterable[str]) -> Block:
+    """Sentences, one below the other."""
+    return {"kind": "list", "items": list(items)}
+
+
+def facts(caption: str, rows: Iterable[tuple[str, Cell | str]]) -> Block:
+    """What is known, a line each: its name, and a number or words."""
+    return {"kind": "facts", "caption": caption, "rows": [[name, _cell(value)] for name, value in rows]}
+
+
+def table(
+    caption: str,
+    heads: Sequence[tuple[str, str]],
+    rows: Iterable[Sequence[Any]],
+    *,
+    keep: Sequence[int] | None = None,
+    note: str = "",
+) -> Block:
+    """Rows of cells or words under heads, each (words, "l" or "r").
+
+    Of a long table the rows ``keep`` stay in the text, evenly spread ones by default; ``note`` says which those are.
+    """
+    cells = [[_cell(value) for value in row] for row in rows]
+    return {
+        "kind": "table",
+        "caption": caption,
+        "heads": [words for words, _ in heads],
+        "sides": "".join(side for _, side in heads),
+        "rows": cells,
+        "keep": list(evenly(len(cells), KEPT) if keep is None else keep),
+        "note": note,
+    }
+
+
+def figure(name: str, svg: str, caption: str, alt: str) -> Block:
+    """A drawing; ``name`` is unique in a report, ``alt`` tells what it shows to who cannot see it."""
+    return {"kind": "figure", "name": name, "svg": svg, "caption": caption, "alt": alt}
+
+
+def name_of(law: str) -> str:
+    """A contact model or an effect as text, which breaks where words do."""
+    return law.replace("_", " ")
+
+
+def source(caption: str, text: str) -> Block:
+    """Text as it stands in a file."""
+    return {"kind": "source", "caption": caption, "text": text.strip("\n")}
+
+
+def evenly(count: int, most: int) -> list[int]:
+    """Places of at most so many of ``count`` rows, evenly spread, first and last among them."""
+    if count <= most:
+        return list(range(count))
+    return sorted({round(place * (count - 1) / (most - 1)) for place in range(most)})
+
+
+def _cell(value: Cell | str) -> Cell:
+    return {"text": value} if isinstance(value, str) else value

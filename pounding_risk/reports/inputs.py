@@ -1,0 +1,215 @@
+"""What was asked: the buildings, what stands between them, the grid, what is assumed; and the records."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pounding_risk.figures_report import report_spectra, svg_text
+from pounding_risk.reports.content import (
+    KEPT,
+    Block,
+    Cell,
+    amount,
+    facts,
+    figure,
+    head,
+    heading,
+    listing,
+    name_of,
+    number,
+    paragraph,
+    rounded,
+    table,
+)
+from pounding_risk.reports.material import Material
+
+SHARING = 3  # records that share a doubt and are named
+ASSUMED = (
+    "Each building is linear, with viscous damping, and moves as one mass; it stands on rigid ground.",
+    "The buildings touch at one point, at the height of their masses.",
+    "The ground acceleration is linear between the samples of a record.",
+)
+
+
+def scene(material: Material) -> list[Block]:
+    """The pair, its interface, the grid of cases and what is assumed of them."""
+    results = material.results
+    sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
+    rows = []
+    for name in map(str, results["building"].values):
+        one = results.sel(building=name)
+        values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
+        rows.append([name, *(number(one[each], unit) for each, unit in values)])
+    rigid = [
+        str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
+    ]
+    note = f"{' and '.join(rigid)}: rigid, moves with the ground." if rigid else ""
+    blocks = [
+        table("Buildings, left to right.", sides, rows),
+        *([paragraph(note)] if note else []),
+        facts("Between them.", _interface(material)),
+        facts("The grid of cases.", _grid(material)),
+        heading("Assumptions", "assumptions"),
+        listing([*ASSUMED, *_assumed(material)]),
+    ]
+    return blocks
+
+
+def _interface(material: Material) -> list[tuple[str, Cell | str]]:
+    """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
+    told: list[tuple[str, Cell | str]] = []
+    for key, value in material.scene["interface"][0].items():
+        if key == "gap":
+            told.append(("gap", amount(material.scene_gap, "m")))
+        elif key == "yield_force":
+            told.append(("yield force F_E", _force(float(str(value).split()[0]))))
+        else:
+            told.append((key.replace("_", " "), _said(value)))
+    return told
+
+
+def _said(value: Any) -> str:
+    """A value of a resolved scene in words; quantities are in SI there."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key.replace('_', ' ')} {_said(each)}" for key, each in value.items()) or "no options"
+    if isinstance(value, list):
+        return ", ".join(map(_said, value))
+    first, _, unit = str(value).partition(" ")
+    try:
+        return f"{rounded(float(first))} {unit}".strip()
+    except ValueError:
+        return str(value).replace("_", " ")
+
+
+def _force(value: float) -> Cell:
+    return {"text": "none: never yields", "raw": None} if np.isinf(value) else amount(value, "N")
+
+
+def _grid(material: Material) -> list[tuple[str, Cell | str]]:
+    results = material.results
+    told: list[tuple[str, Cell | str]] = [("cases", number(results["status"].size))]
+    told.append(("records", number(results.sizes["record"])))
+    told.append(("polarity", ", ".join(map(str, results["polarity"].values))))
+    for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", "gap", "m"), ("yield_force", "F_E", "N")):
+        if name in results.coords:
+            told.append((words, _span(np.atleast_1d(results[name].values), unit)))
+    told.append(("contact models", ", ".join(map(name_of, material.laws))))
+    return told
+
+
+def _span(values: Any, unit: str) -> Cell:
+    finite = values[np.isfinite(values)]
+    ends = [amount(each, unit) for each in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
+    text = " to ".join(end["text"] for end in ends)
+    if len(finite) > 1:
+        text += f", {len(finite)} values"
+    if len(finite) < len(values):
+        text = f"{text}, and never yielding" if text else "never yields"
+    return {"text": text, "parts": [end["raw"] for end in ends]}
+
+
+def _assumed(material: Material) -> list[str]:
+    """What else is taken for granted, as far as this scene's own keys tell."""
+    told = []
+    effects = material.scene.get("effects", {})
+    if "wave_passage" not in effects:
+        told.append("Both buildings stand on the same motion at the same time.")
+    if "permanent_set" not in effects and np.isfinite(material.results["yield_force"].values).any():
+        told.append(
+            "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
+            "permanent_set is named."
+        )
+    held = int((material.results["restitution_held"] > 0).sum()) if "restitution_held" in material.results else 0
+    if held:
+        told.append(
+            f"In {held} cases contacts are faster than the range of the restitution relation, which is held at its end."
+        )
+    return told
+
+
+def records(material: Material) -> list[Block]:
+    """The records with their facts and the gap that each needs, their spectra, and the doubts about them."""
+    results = material.results
+    spectra, periods = results["record_spectral_acceleration"], results["period"].values
+    names = list(map(str, results["building"].values))
+    known = [
+        (name, float(period))
+        for name, period in zip(names, results["building_period"].values, strict=True)
+        if np.isfinite(period)
+    ]
+    values = spectra.transpose("record", "period").values
+    at = [
+        f"{rounded(float(np.median(_at(values, periods, period))) / 9.80665)} g at {period:.3g} s"
+        for _, period in known
+    ]
+    median = f" The median is {' and '.join(at)}." if at else ""
+    blocks = [
+        figure(
+            "spectra",
+            svg_text(report_spectra(periods, values, known)),
+            "Response spectra of the records, damping 5 %, before the grid's amplitude.",
+            f"Spectral acceleration against period of {len(values)} records, with their median and the periods of the "
+            f"buildings.{median}",
+        ),
+        _records_table(material),
+    ]
+    doubts = _doubts(material)
+    if doubts:
+        blocks += [heading("Doubts about the records", "doubts"), listing(doubts)]
+    return blocks
+
+
+def _at(values: Any, periods: Any, period: float) -> Any:
+    return values[:, int(np.abs(np.log(periods / period)).argmin())]
+
+
+def _records_table(material: Material) -> Block:
+    results = material.results
+    needed = results["peak_closing_free"]
+    at = ""
+    if "pga" in needed.dims:
+        at = f" at the largest amplitude, {amount(needed['pga'].values[-1], 'm/s2')['text']}"
+        needed = needed.isel(pga=-1)
+    polarities = list(map(str, results["polarity"].values))
+    heads = [(words, "l") for words in ("record", "earthquake", "date")]
+    heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r"), (head("PGA", "m/s2"), "r")]
+    heads += [(f"gap needed, {words} [mm]", "r") for words in polarities]
+    rows = []
+    for name in map(str, results["record"].values):
+        one = material.records.get(name, {})
+        said = [str(one.get(key) or "–") for key in ("event", "date")]
+        rows.append(
+            [
+                name,
+                *said,
+                number(one.get("magnitude") or np.nan),
+                str(one.get("station") or "–"),
+                str(one.get("state") or "–"),
+                number(one.get("dt", np.nan)),
+                number(results["record_pga"].sel(record=name), "m/s2"),
+                *(number(needed.sel(record=name, polarity=each), "m") for each in polarities),
+            ]
+        )
+    widest = np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]
+    return table(
+        f"Records. PGA is that before the grid's amplitude; a smaller gap than the one needed leads to contact{at}.",
+        heads,
+        rows,
+        keep=sorted(map(int, widest)),
+        note="the records that need the widest gaps",
+    )
+
+
+def _doubts(material: Material) -> list[str]:
+    """A line for each doubt, with the records that share it; then what was left out."""
+    sharing: dict[str, list[str]] = {}
+    for record, sentences in material.facts("flags", {}).items():
+        for sentence in sentences:
+            sharing.setdefault(sentence, []).append(record)
+    told = []
+    for sentence, who in sharing.items():
+        named = ", ".join(who) if len(who) <= SHARING else f"{who[0]} and {len(who) - 1} others"
+        told.append(f"{named}: {sentence}.")
+    return told + [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]

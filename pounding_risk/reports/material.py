@@ -1,0 +1,176 @@
+"""What a report is written from: a scan's dataset, its assessment, and what other commands found of the same scene."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment import interfaces
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports.content import amount
+from pounding_risk.results import open_results
+from pounding_risk.separations import code_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
+ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
+# A variable that only the dataset of this command has.
+KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips"}
+COMPLETE = 0  # of ``status``
+
+
+class Pair(NamedTuple):
+    """One interface: what was found of it, what codes ask there, and its part of the dataset."""
+
+    name: str
+    anchor: str
+    found: Any
+    codes: Any
+    results: xr.Dataset
+
+    @property
+    def shown(self) -> xr.Dataset:
+        """The dataset at the amplitude that is assessed."""
+        if "pga" not in self.results.dims:
+            return self.results
+        place = int(np.abs(self.results["pga"].values - self.found.amplitude).argmin())
+        return self.results.isel(pga=place)
+
+    @property
+    def at(self) -> str:
+        """The amplitude in words, where the dataset has several."""
+        return f" at {amount(self.found.amplitude, 'm/s2')['text']}" if "pga" in self.results.dims else ""
+
+    @property
+    def closing(self) -> NDArray[np.float64]:
+        """The gap that each motion needs [m], of those with a finite one."""
+        values = self.shown["peak_closing_free"].values.ravel()
+        return np.asarray(values[np.isfinite(values)])
+
+
+@dataclass(frozen=True)
+class Material:
+    """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
+
+    results: xr.Dataset
+    assessment: Any
+    others: Mapping[str, xr.Dataset]
+    checksum: str = ""  # of the results file
+
+    @cached_property
+    def pairs(self) -> tuple[Pair, ...]:
+        """Every interface, in order."""
+        return tuple(
+            Pair(name, f"interface-{place}", found, code_table(each), each)
+            for place, (found, (name, each)) in enumerate(
+                zip(self.assessment.interfaces, interfaces(self.results), strict=True), start=1
+            )
+        )
+
+    @cached_property
+    def scene(self) -> dict[str, Any]:
+        """The scene with every value stated, as its file would be read."""
+        return tomllib.loads(self.results.attrs["scene_resolved"])
+
+    def facts(self, name: str, default: Any) -> Any:
+        """An attribute that holds JSON."""
+        return json.loads(self.results.attrs[name]) if name in self.results.attrs else default
+
+    @cached_property
+    def records(self) -> dict[str, dict[str, Any]]:
+        """What is known of each record, by its name."""
+        return {each["name"]: each for each in self.facts("records", [])}
+
+    @cached_property
+    def gap(self) -> float:
+        """The gap of the grid that is nearest to the scene's own [m]."""
+        gaps = self.results["gap"].values
+        return float(gaps[np.abs(gaps - self.scene_gap).argmin()])
+
+    @property
+    def scene_gap(self) -> float:
+        """The gap that the scene's interface has [m]; a resolved scene is in SI."""
+        return float(str(self.scene["interface"][0]["gap"]).split()[0])
+
+    @property
+    def yield_force(self) -> float:
+        """The yield force of the grid that is nearest to the scene's own, where it yields, or the smallest [N]."""
+        forces = self.results["yield_force"].values
+        own = float(str(self.scene["interface"][0].get("yield_force", "inf")).split()[0])
+        return float(forces[np.abs(forces - own).argmin()] if np.isfinite(own) else forces.min())
+
+    @property
+    def law(self) -> str:
+        """The scene's own contact model where the grid has it, or the grid's first."""
+        own, known = str(self.scene["interface"][0]["contact_model"]), self.laws
+        return own if own in known else known[0]
+
+    @property
+    def laws(self) -> list[str]:
+        """The grid's contact models."""
+        return list(map(str, self.results["contact_model"].values))
+
+    @property
+    def complete(self) -> xr.DataArray:
+        """True for each case that ended as it should."""
+        return self.results["status"] == COMPLETE
+
+
+def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
+    """A scan's dataset, and the checksum of its file where it is one.
+
+    Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
+    """
+    if not isinstance(results, str | Path):
+        _check(results, "the dataset")
+        return results, ""
+    dataset = open_results(results)
+    _check(dataset, str(results))
+    return dataset, hashlib.sha256(Path(results).read_bytes()).hexdigest()
+
+
+def _check(dataset: xr.Dataset, whose: str) -> None:
+    missing = [name for name in NEEDED if name not in dataset]
+    if missing or "scene_resolved" not in dataset.attrs:
+        kind = kind_of(dataset)
+        found = f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
+        raise PoundingError(
+            f"{whose}: is {found}; a report is written from what `pounding-risk scan` writes"
+            + (f": name the scan first, and this one with --with {whose}" if kind else "")
+        )
+    late = [name for name in ADDED if name not in dataset.variables]
+    if late:
+        raise PoundingError(
+            f"{whose}: has no {', '.join(late)}: it was written by an older version; run the scan again"
+        )
+
+
+def kind_of(dataset: xr.Dataset) -> str:
+    """The command that wrote a dataset beside a scan; "" where none of `KINDS` did."""
+    return next((kind for kind, name in KINDS.items() if name in dataset.variables), "")
+
+
+def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
+    """Datasets of other commands by the command's name; raises PoundingError for another, or two of one kind."""
+    found: dict[str, xr.Dataset] = {}
+    for each in also:
+        dataset = open_results(each) if isinstance(each, str | Path) else each
+        whose = str(each) if isinstance(each, str | Path) else "a dataset"
+        kind = kind_of(dataset)
+        if not kind:
+            raise PoundingError(f"{whose}: was written by none of {', '.join(KINDS)}; leave it out")
+        if kind in found:
+            raise PoundingError(f"{whose}: is the second dataset of `pounding-risk {kind}`; name one of each kind")
+        found[kind] = dataset
+    return found

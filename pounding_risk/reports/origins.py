@@ -1,0 +1,82 @@
+"""Where laws and rules are from, and what it takes to run the study again."""
+
+from __future__ import annotations
+
+from pounding_risk.reports.content import Block, Cell, facts, heading, listing, paragraph, source, table
+from pounding_risk.reports.material import Material
+from pounding_risk.separation_rules import RULES
+
+
+def references(material: Material) -> list[Block]:
+    """The sources of the contact laws and effects that took part, and of the rules of codes."""
+    found = [each.strip() for each in str(material.results.attrs.get("references", "")).split(";")]
+    return [
+        paragraph("Contact laws and effects of this study:"),
+        listing(dict.fromkeys(each for each in found if each)),
+        paragraph("Rules of codes: clause, formula, and whether the clause was read or derived here:"),
+        listing(_rules()),
+    ]
+
+
+def _rules() -> list[str]:
+    told = []
+    for rule in RULES.values():
+        verified = "verified" if rule.verified else "NOT verified"
+        told.append(f"{rule.title}: {rule.clause}; {rule.formula}; {verified}: {rule.source}.")
+    return told
+
+
+def provenance(material: Material) -> list[Block]:
+    """The scene as written and as resolved, how it was run, versions, record files and what was done to them."""
+    told = material.results.attrs
+    blocks = [
+        paragraph(
+            "To run this study again, save the scene below as scene.toml, give the commands, and compare the checksums "
+            "of the record files."
+        ),
+        source("Commands.", "\n".join(_commands(material))),
+        source("The scene, as written.", str(told.get("scene", ""))),
+        facts("Versions.", sorted(material.facts("versions", {}).items())),
+        _files(material),
+        heading("Processing", "processing"),
+        listing(_steps(material)),
+        source("The scene, every value stated.", str(told["scene_resolved"])),
+    ]
+    if material.checksum:
+        blocks.append(facts("This report was written from", [("results file, sha256", material.checksum)]))
+    return blocks
+
+
+def _commands(material: Material) -> list[str]:
+    """The command that made the dataset, where one did, or one that makes the same."""
+    told = material.results.attrs
+    if told.get("command"):
+        scan = str(told["command"])
+    else:
+        changed = "".join(f" --set '{each}'" for each in material.facts("overrides", []))
+        scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
+    return [scan, "pounding-risk report results.nc -o report.html"]
+
+
+def _files(material: Material) -> Block:
+    heads = [(words, "l") for words in ("record", "file", "format", "origin and terms", "sha256")]
+    rows: list[list[Cell | str]] = []
+    for name, one in material.records.items():
+        told = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
+        rows.append(
+            [
+                name,
+                *(str(one.get(key) or "–") for key in ("file", "format")),
+                told or "–",
+                str(one.get("sha256") or "–"),
+            ]
+        )
+    return table("Record files.", heads, rows)
+
+
+def _steps(material: Material) -> list[str]:
+    """What was done to each record; records treated alike share a line."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for name, steps in material.facts("processing", {}).items():
+        alike.setdefault(tuple(steps), []).append(name)
+    return [f"{', '.join(names)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]

@@ -1,0 +1,55 @@
+"""A report as one HTML file: no script, no network, figures inline, tables that repeat their heads in print."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+    from markupsafe import Markup
+
+    from pounding_risk.reports.model import Model
+
+LONGEST_WORD = 26  # letters
+_CODE, _FORCE = re.compile(r"`([^`]*)`"), re.compile(r"\bF_E\b")
+# Where an SVG names or points at one of its own parts. A colour such as #0072b2 is none of these.
+_NAMES = re.compile(r"""(\bid="|\bhref="#|url\(#)""")
+
+
+def page(model: Model) -> str:
+    """The HTML of a report's model."""
+    return _template().render(report=model, own_parts=own_parts, words=words, is_long=is_long)
+
+
+def words(text: str) -> Markup:
+    """Text as HTML: what stands in backquotes is code, F_E has its index; everything else is escaped."""
+    from markupsafe import Markup, escape
+
+    plain = str(escape(text))
+    return Markup(_FORCE.sub("F<sub>E</sub>", _CODE.sub(r"<code>\1</code>", plain)))
+
+
+def is_long(text: str) -> bool:
+    """True where a word is so long that it may be broken anywhere, such as a checksum."""
+    return max(map(len, text.split()), default=0) > LONGEST_WORD
+
+
+def own_parts(svg: str, name: str) -> str:
+    """An SVG whose parts are named after the figure: several stand in one page, where a name may stand once."""
+    return _NAMES.sub(rf"\1{name}-", svg)
+
+
+@lru_cache(maxsize=1)
+def _template() -> Template:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment: Any = Environment(
+        loader=PackageLoader("pounding_risk.reports", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2")

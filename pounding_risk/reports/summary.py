@@ -1,0 +1,88 @@
+"""The first page: the verdict on each gap, the numbers and sentences behind it, and what to keep in mind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pounding_risk.reports.content import (
+    Block,
+    Cell,
+    amount,
+    between,
+    facts,
+    heading,
+    listing,
+    number,
+)
+from pounding_risk.reports.material import Material, Pair
+
+
+def summary(material: Material) -> list[Block]:
+    """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
+    blocks: list[Block] = []
+    for pair in material.pairs:
+        verdict = pair.found.verdict
+        blocks += [
+            {"kind": "verdict", "name": pair.name, "word": verdict.word, "sentence": verdict.sentence},
+            listing(verdict.evidence),
+            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(material, pair)),
+        ]
+    caveats = _caveats(material)
+    if caveats:
+        blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
+    return blocks
+
+
+def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
+    found, asked = pair.found, material.assessment
+    here = found.contact_at_gap()
+    told: list[tuple[str, Cell | str]] = [
+        ("gap assessed", amount(found.gap, "m")),
+        ("motions with contact", number(here.count)),
+        ("motions", number(here.runs)),
+        ("probability of contact [%]", number(here.probability, "%", 3)),
+        (f"its {100 * asked.confidence:g} % bounds [%]", between(here.low, here.high, "%", 3)),
+        ("probability allowed [%]", number(asked.target, "%", 3)),
+        *_required(found, asked.percentile),
+        ("motions that need most", _governing(found.verdict)),
+        ("cases of the dataset", number(asked.cases)),
+        ("of these failed, counted neither way", number(asked.failed)),
+        ("made again at a tighter tolerance", number(asked.checked)),
+        ("of these sensitive", number(asked.sensitive)),
+    ]
+    return told
+
+
+def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
+    one = next(each for each in found.required if each.percentile == percentile)
+    return [
+        (f"gap that {percentile:g} % of the motions need", amount(one.gap, "m")),
+        ("its bounds [mm]", between(one.low, one.high, "m")),
+        ("gap over that", number(found.verdict.margin, digits=3)),
+    ]
+
+
+def _governing(verdict: Any) -> Cell:
+    """The motions that close most, with the gap that each needs."""
+    cells = [amount(each.closing, "m") for each in verdict.governing]
+    told = [
+        f"{each.record} {each.polarity} ({cell['text']})" for each, cell in zip(verdict.governing, cells, strict=True)
+    ]
+    return {"text": ", ".join(told), "parts": [cell["raw"] for cell in cells]}
+
+
+def _caveats(material: Material) -> list[str]:
+    found, told = material.assessment, []
+    if found.failed:
+        told.append(f"{found.failed} of {found.cases} cases failed and are counted neither as contact nor as none.")
+    if found.sensitive:
+        told.append(f"{found.sensitive} of the {found.checked} runs made again are sensitive to the tolerance.")
+    if not found.checked:
+        told.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
+    if material.facts("flags", {}):
+        told.append("There are doubts about some records; they stand with the records.")
+    if material.facts("left_out", []):
+        told.append("Some files that the scene names were left out; they stand with the records.")
+    if any(not each.row.verified for pair in material.pairs for each in pair.codes.rules):
+        told.append("Some rules of codes are marked as not verified: their clauses were not read; see there.")
+    return told

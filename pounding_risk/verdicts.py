@@ -1,0 +1,176 @@
+"""Adequate, inadequate, or it depends: the rule, and the sentences that go with it.
+
+A gap is adequate where the upper bound of the probability of contact is no more than the target, inadequate where the
+lower bound is above it, and depends otherwise: the motions cannot tell. Bounds are those by recording. Motions whose
+response failed count as contact against "adequate", and as none against "inadequate". Where each polarity alone would
+lie on another side of the target, it depends as well: which way a record points is no property of the buildings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk.assessed_data import Motions
+from pounding_risk.influences import CONTACT, Influence
+from pounding_risk.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
+from pounding_risk.quantities import GAP, say
+from pounding_risk.required_gaps import RequiredGap
+
+ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
+GOVERNING = 3  # motions that are named
+
+
+@dataclass(frozen=True)
+class Governing:
+    """One of the motions that close most."""
+
+    record: str
+    polarity: str
+    closing: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on one gap, and what stands behind it.
+
+    ``margin`` is the gap over the required one at the percentile, NaN where nothing is required. ``runs`` are the
+    cases of the dataset, of which some are ``sensitive``, in so far as they were made again, or ``failed``.
+    """
+
+    word: str
+    sentence: str
+    margin: float
+    governing: tuple[Governing, ...]
+    motions: int
+    recordings: int
+    independent: float
+    runs: int
+    sensitive: int
+    failed: int
+    evidence: tuple[str, ...]
+
+
+class Asked(NamedTuple):
+    """What the gap is held against."""
+
+    gap: float
+    target: float
+    confidence: float
+    percentile: float
+
+
+class Seen(NamedTuple):
+    """What the motions show at the gap."""
+
+    motions: Motions  # those of the assessed amplitude, with a finite closing
+    at: str  # the amplitude in words
+    contact: Share
+    required: RequiredGap
+    independent: float
+    lost: int  # motions without a finite response
+    polarity: Influence
+    counts: dict[str, int]
+
+
+def judge(asked: Asked, seen: Seen) -> Verdict:
+    """The verdict; see the head of this module for the rule."""
+    word = _word(asked, seen)
+    closing = seen.motions.closing[:, 0]
+    order = np.argsort(-closing, kind="stable")[:GOVERNING]
+    governing = tuple(
+        Governing(seen.motions.records[place], seen.motions.polarities[place], float(closing[place])) for place in order
+    )
+    return Verdict(
+        word=word,
+        sentence=f"{word.capitalize()}: {_finding(asked, seen)}{_why(word, asked, seen)}",
+        margin=asked.gap / seen.required.gap if seen.required.gap > 0.0 else nan,
+        governing=governing,
+        motions=closing.size,
+        recordings=int(seen.motions.recordings.max()) + 1,
+        independent=seen.independent,
+        runs=seen.counts["cases"],
+        sensitive=seen.counts["sensitive"],
+        failed=seen.counts["failed"],
+        evidence=tuple(_evidence(asked, seen, governing)),
+    )
+
+
+def _word(asked: Asked, seen: Seen) -> str:
+    share = seen.contact
+    one = seen.independent / share.runs
+    whole = (share.runs + seen.lost) * one
+    _, high = exact_bounds((share.count + seen.lost) * one, whole, asked.confidence)
+    low, _ = exact_bounds(share.count * one, whole, asked.confidence)
+    if seen.polarity.what == CONTACT and seen.polarity.turns:
+        return DEPENDS
+    return ADEQUATE if high <= asked.target else INADEQUATE if low > asked.target else DEPENDS
+
+
+def _finding(asked: Asked, seen: Seen) -> str:
+    share = seen.contact
+    who = f"{share.count or 'none'} of {share.runs} motions {seen.at} {'closes' if share.count < 2 else 'close'}"
+    bounds = (
+        f"{100 * asked.confidence:g} % bounds {_percent(share.low_recordings)} to {_percent(share.high_recordings)}"
+    )
+    return f"{who} a gap of {say(asked.gap, GAP, 3)}: P(contact) {_percent(share.probability)} ({bounds})"
+
+
+def _why(word: str, asked: Asked, seen: Seen) -> str:
+    target = f"the target of {_percent(asked.target)}"
+    if word == ADEQUATE:
+        return f", all of them within {target}."
+    if word == INADEQUATE:
+        return f", all of them above {target}."
+    if seen.polarity.turns:
+        return f". Each polarity alone would answer otherwise to {target}: {seen.polarity.words}."
+    if not seen.contact.count and least_upper_bound(seen.independent, asked.confidence) > asked.target:
+        return f". So few motions cannot show that a gap keeps {target}, were there no contact at all."
+    if seen.lost:
+        return f". That many motions, {seen.lost} of them failed, leave open on which side of {target} it is."
+    return f". That many motions leave open on which side of {target} it is."
+
+
+def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> list[str]:
+    required, counts = seen.required, seen.counts
+    told = [_margin(asked, required), _number(asked, seen)]
+    named = "; ".join(f"{each.record} {each.polarity} {say(each.closing, GAP, 3)}" for each in governing)
+    told.append(f"The motions that close most: {named}.")
+    runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
+    checked = (
+        f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
+    )
+    told.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
+    told.append("The contact model, F_E and sensitive runs have no say in whether there is contact.")
+    if seen.lost:
+        told.append(f"{seen.lost} motions have no finite response and count against the verdict.")
+    return told
+
+
+def _margin(asked: Asked, required: RequiredGap) -> str:
+    needs = f"{required.percentile:g} % of the motions need no more than {say(required.gap, GAP, 3)}"
+    bounds = f"bounds {say(required.low, GAP, 3)} to {say(required.high, GAP, 3)}"
+    if not required.bounded:
+        bounds += ", the upper one only the largest seen: so few recordings do not bound it"
+    ratio = f"{asked.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
+    return f"{needs} ({bounds}); the gap is {ratio if asked.gap > 0.0 else 'closed'}."
+
+
+def _number(asked: Asked, seen: Seen) -> str:
+    """What so many motions can show at all."""
+    recordings = int(seen.motions.recordings.max()) + 1
+    least = least_upper_bound(seen.independent, asked.confidence)
+    many = f"{seen.contact.runs} motions of {recordings} recording{'s' if recordings > 1 else ''}"
+    worth = (
+        f"{many}, whose components and polarities are not independent, say as much as {seen.independent:.0f} that are"
+    )
+    can = f"without any contact they would show P(contact) below {_percent(least)} and no less"
+    needed = motions_to_show(asked.target, asked.confidence)
+    return f"{worth}: {can}; a target of {_percent(asked.target)} takes {needed}."
+
+
+def _percent(value: float) -> str:
+    return f"{100.0 * value:.3g} %" if value < 0.1 else f"{100.0 * value:.0f} %"
