@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 NONE: list[str] = []
 NO_NUMBERS: list[float] = []
 ROW_HEADS, ROW_SIDES = ("rule", "clause", "verified", "separation", "note"), "lllrl"
-UNVERIFIED = "Rules marked NO are repeated from memory of the profession: read the clause before you rely on one."
-
-Left = "left, then right."
+SIDES = "left, then right"
 
 
 def separations(
@@ -29,16 +27,21 @@ def separations(
         Path | None, typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc).", show_default="list the rules")
     ] = None,
     percentile: Annotated[float, typer.Option(min=0.0, max=100.0, help="Percentile of the gap needed.")] = 84.0,
-    height: Annotated[list[str], typer.Option(help=f"Height of a building; twice: {Left}", show_default=False)] = NONE,
+    height: Annotated[
+        list[str], typer.Option(help=f"Height of a building; twice: {SIDES}.", show_default=False)
+    ] = NONE,
     factor: Annotated[
         list[float],
-        typer.Option(help=f"Code's displacement over the linear one, such as Cd / R; twice: {Left}", show_default="1"),
+        typer.Option(
+            help=f"Code's displacement over the linear one, such as Cd / R; twice: {SIDES}.", show_default="1"
+        ),
     ] = NO_NUMBERS,
     aligned: Annotated[bool, typer.Option("--aligned", help="Floors are at the same levels.")] = False,
     alike: Annotated[bool, typer.Option("--alike", help="Same height and kind of structure too.")] = False,
     zone: Annotated[str | None, typer.Option(help="Of Mexico City: I, II or III.", show_default=False)] = None,
     intensity: Annotated[int | None, typer.Option(help="In China: 6 to 9.", show_default=False)] = None,
     structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
+    ground: Annotated[str | None, typer.Option(help="Design acceleration a_g S, in Italy.", show_default=False)] = None,
     figure: Figure = None,
 ) -> None:
     """Separations of building codes, beside those needed."""
@@ -48,10 +51,12 @@ def separations(
             raise PoundingError("--figure: needs a dataset to draw; name one, such as results.nc")
         print_rules()
         return
+    from pounding_risk.quantities import PGA
     from pounding_risk.results import open_results
     from pounding_risk.separations import Site, code_table
 
-    site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure)
+    surface = None if ground is None else read_option("--ground", ground, PGA)
+    site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure, surface)
     table = code_table(open_results(results), percentile, site)
     print_code_table(table)
     if figure_file is not None:
@@ -84,7 +89,7 @@ def _factors(values: Sequence[float]) -> tuple[float, float]:
 
 def print_rules() -> None:
     """Every rule: clause, year, whether it was verified, what it needs and its formula; then how each was verified."""
-    from pounding_risk.separations import RULES
+    from pounding_risk.separations import NOT_VERIFIED, RULES, SHARED
 
     heads = ("rule", "clause", "year", "verified", "needs", "what it is and how it is found")
     lines = [
@@ -99,15 +104,30 @@ def print_rules() -> None:
         for rule in RULES.values()
     ]
     print_table(heads, lines, "llrlll")
-    print(f"\n{UNVERIFIED} The others by:\n")
+    print(f"\n{SHARED[NOT_VERIFIED]}. The others by:\n")
     print_pairs((rule.name, rule.source) for rule in RULES.values() if rule.verified)
 
 
 def separation_rows(rows: Sequence[SeparationRow]) -> list[tuple[str, ...]]:
     """Lines under `ROW_HEADS`: what each rule asks for, by its clause."""
     return [
-        (row.rule, row.clause, verified_words(row.verified), _length(row.separation), row.note or "–") for row in rows
+        (row.rule, row.clause, verified_words(row.verified), _length(row.separation), _own_note(row)) for row in rows
     ]
+
+
+def footnotes(rows: Sequence[SeparationRow]) -> list[str]:
+    """What `separation_rows` leaves out of its notes because many rows share it, as sentences to print below them."""
+    from pounding_risk.separations import SHARED
+
+    told = [words for note, words in SHARED.items() if any(note in row.note for row in rows)]
+    return [f"{words}." for words in told]
+
+
+def _own_note(row: SeparationRow) -> str:
+    """A row's note without what `footnotes` says."""
+    from pounding_risk.separations import SHARED
+
+    return "; ".join(part for part in row.note.split("; ") if part not in SHARED) or "–"
 
 
 def verified_words(verified: bool) -> str:
@@ -121,7 +141,10 @@ def print_code_table(table: CodeTable) -> None:
     asked = f"{table.percentile:g} %"
     heads = ("rule", "verified", "median", asked, "over the gap needed", "falls short in", "note")
     print_table(heads, [_line(each, table.motions) for each in table.rules], "llrrrrl")
-    print(f"\n{UNVERIFIED} `pounding-risk separations` lists clauses and formulas.\n")
+    print()
+    for sentence in (*footnotes([each.row for each in table.rules]), "`pounding-risk separations` lists the clauses."):
+        print(sentence)
+    print()
     peak = "" if table.amplitude is None else f" at {engineering(table.amplitude, 'm/s2')}"
     still = f"; {table.without} more close no gap" if table.without else ""
     correlation = "–, one is rigid" if table.correlation is None else f"{table.correlation:.3f}"
@@ -142,10 +165,10 @@ def _line(comparison: Comparison, motions: int) -> tuple[str, ...]:
     row = comparison.row
     facts = (row.rule, verified_words(row.verified))
     if comparison.exceeded is None:
-        return (*facts, _length(row.separation), "–", "–", "–", row.note)
+        return (*facts, _length(row.separation), "–", "–", "–", _own_note(row))
     ratio = f"{comparison.ratio_median:.2f} ({comparison.ratio_low:.2f} to {comparison.ratio_high:.2f})"
     short = f"{round(comparison.exceeded * motions)} of {motions}"
-    return (*facts, _length(comparison.middle), _length(comparison.upper), ratio, short, row.note or "–")
+    return (*facts, _length(comparison.middle), _length(comparison.upper), ratio, short, _own_note(row))
 
 
 def _length(value: float | None) -> str:

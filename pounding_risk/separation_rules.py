@@ -21,6 +21,7 @@ from pounding_risk.combinations import Pair, abs_sum, cqc, srss
 
 ZONES = ("I", "II", "III")
 INTENSITIES = (6, 7, 8, 9)
+HALF_GRAVITY = 0.5 * 9.80665  # m/s²
 STRUCTURES = ("frame", "frame and walls", "walls")
 
 
@@ -34,6 +35,7 @@ class Site(NamedTuple):
     zone: str | None = None  # of Mexico City: I, II or III
     intensity: int | None = None  # of seismic fortification in China: 6 to 9
     structure: str = "frame"  # of the building that asks for more: frame, frame and walls, or walls
+    ground: float | None = None  # m/s², design acceleration a_g S at the surface
 
 
 class Case(NamedTuple):
@@ -82,6 +84,12 @@ def _china(case: Case) -> float:
     step = {6: 5.0, 7: 4.0, 8: 3.0, 9: 2.0}[case.site.intensity or 0]
     frame = 0.1 + 0.02 * max(case.lower - 15.0, 0.0) / step
     return max(0.1, {"frame": 1.0, "frame and walls": 0.7, "walls": 0.5}[case.site.structure] * frame)
+
+
+def _turkey(case: Case) -> Any:
+    """SRSS of the displacements that forces not reduced would cause, halved or quartered, and the least by height."""
+    least = 0.03 + 0.01 * max(case.lower - 6.0, 0.0) / 3.0
+    return np.maximum(least, (0.25 if case.site.aligned else 0.5) * srss(*case.design))
 
 
 def _capped(case: Case) -> Any:
@@ -182,8 +190,21 @@ _RULES = (
         lambda case: np.maximum(max(0.03, 0.006 * case.lower), abs_sum(*case.design) * 2.0 / 3.0),
     ),
     Rule(
-        "iran", "Iran", "Standard 2800", 2014, "0.005 h1 + 0.005 h2, at the level of the lower roof", False, "not read",
+        "iran", "Iran, to 8 storeys", "Standard 2800, 4th edition", 2014,
+        "0.005 h1 + 0.005 h2: each storey set back by 0.005 of its height; at the level of the lower roof", True,
+        "the requirement in a summary of the standard (tavana-group.com 17)",
         ("heights",), (), lambda case: 0.01 * case.lower,
+    ),
+    Rule(
+        "turkey", "Turkey", "TBDY 2018, seismic joints", 2018,
+        "α √(Δ1² + Δ2²), α = 0.5 R / I, 0.25 R / I where floors are at the same levels; at least 30 mm to 6 m of "
+        "height and 10 mm more for each 3 m, in proportion", True,
+        "the conditions quoted in full (insapedia.com, deprem derzleri)", ("heights",), ("factors", "aligned"), _turkey,
+    ),
+    Rule(
+        "italy", "Italy", "NTC 2008, 7.2.2", 2008, "d1 + d2, and at least h / 100 · ag S / 0.5 g", True,
+        "the clause quoted in full (risponde.promolegno.com 11764)", ("heights", "ground"), ("factors",),
+        lambda case: np.maximum(abs_sum(*case.design), 0.01 * case.lower * (case.site.ground or 0.0) / HALF_GRAVITY),
     ),
     Rule(
         "asce41", "ASCE 41, existing buildings", "ASCE/SEI 41-13, 7.2.13", 2013,
@@ -201,4 +222,10 @@ TAKEN = {
     "aligned": "floors not at the same levels",
     "alike": "buildings not alike",
     "structure": "frames",
+}
+# Notes that many rows share, and the sentence that says the same once below a table.
+NOT_VERIFIED, NOT_REDUCED = "clause not verified", TAKEN["factors"]
+SHARED = {
+    NOT_VERIFIED: "Rules not verified are repeated from memory of the profession: read the clause before relying on it",
+    NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
 }

@@ -21,14 +21,26 @@ from numpy.typing import NDArray
 
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
-from pounding_risk.separation_rules import COMBINATIONS, INTENSITIES, RULES, STRUCTURES, TAKEN, ZONES, Case, Rule, Site
+from pounding_risk.separation_rules import (
+    COMBINATIONS,
+    INTENSITIES,
+    NOT_VERIFIED,
+    RULES,
+    SHARED,
+    STRUCTURES,
+    TAKEN,
+    ZONES,
+    Case,
+    Rule,
+    Site,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "COMBINATIONS", "RULES", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow", "Site", "abs_sum",
-    "code_table", "cqc", "separations", "srss", "white_noise_correlation",
+    "COMBINATIONS", "NOT_VERIFIED", "RULES", "SHARED", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow",
+    "Site", "abs_sum", "code_table", "cqc", "separations", "srss", "white_noise_correlation",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -99,8 +111,10 @@ class CodeTable:
         """In words: how the three combinations do in these motions."""
         if not self.motions:
             return "No motion closes any gap between these buildings"
-        told = [_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS]
-        return f"Rule over gap needed, {self.motions} motions: {', '.join(told)}"
+        first, *others = (_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS)
+        start = f"Of {self.motions} motions {first[0]} falls short in {first[1]}"
+        start += f" ({first[2]} times the gap needed in the median)"
+        return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers, words and lists, for JSON."""
@@ -133,7 +147,7 @@ def _row(rule: Rule, case: Case) -> SeparationRow:
 def _taken(rule: Rule, site: Site) -> str:
     """What the rule took for granted, and that it is not verified."""
     told = [TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
-    return "; ".join([*(() if rule.verified else ("clause not verified",)), *told])
+    return "; ".join([*(() if rule.verified else (NOT_VERIFIED,)), *told])
 
 
 def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
@@ -142,9 +156,12 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
     for value in np.concatenate([np.ravel(np.asarray(each, float)) for each in displacements]):
         if not (isfinite(value) and value >= 0.0):
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
-    pairs: tuple[tuple[str, Any, str], ...] = (("height", site.heights, " m"), ("factor", site.factors, ""))
-    for what, pair, unit in pairs:
-        for value in pair or ():
+    ground = None if site.ground is None else (site.ground,)
+    positive: tuple[tuple[str, Any, str], ...] = (
+        ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
+    )  # fmt: skip
+    for what, values, unit in positive:
+        for value in values or ():
             if not (isfinite(value) and value > 0.0):
                 raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
     choices: dict[str, tuple[Any, ...]] = {"zone": ZONES, "intensity": INTENSITIES, "structure": STRUCTURES}
@@ -158,7 +175,8 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
     """Each rule, from the spectral displacements of each motion, beside the gap that this motion needs.
 
     A motion is a record in a polarity. Of several amplitudes the largest is taken; select one to see another. Works on
-    one pair: of a row of buildings, select two neighbours and their interface first.
+    one pair: of a row of buildings, select two neighbours and their interface first. Where a wave passes along the row
+    the ground itself moves apart: that is in the gap needed, and in no rule.
 
     Raises PoundingError where the dataset lacks what `scan` writes, or has more than two buildings.
     """
@@ -251,8 +269,7 @@ def _percentile(values: Array, percentile: float) -> float:
     return float(np.percentile(values, percentile)) if values.size else 0.0
 
 
-def _judged(comparison: Comparison, count: int) -> str:
-    """A combination in words: its ratio in the median, and in how many motions it falls short."""
+def _judged(comparison: Comparison, count: int) -> tuple[str, str, str]:
+    """A combination, in how many motions it falls short, and its ratio in the median."""
     short = round((comparison.exceeded or 0.0) * count)
-    told = f"falls short in {short}" if short else "holds in all"
-    return f"{comparison.row.rule.upper()} {comparison.ratio_median:.2f} ({told})"
+    return comparison.row.rule.upper(), str(short) if short else "none", f"{comparison.ratio_median:.2f}"
