@@ -25,6 +25,7 @@ _HOMES = {
     "read_scene": "scenario",
     "read_motion": "motions",
     "code_table": "separations",
+    "assess": "assessment",
     "report": "reports",
     "open_results": "results",
     "save": "results",

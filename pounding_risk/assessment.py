@@ -25,6 +25,7 @@ from pounding_risk.influences import Influence, Yielding, of_contact, of_yieldin
 from pounding_risk.proportions import Share, independent_motions, labels, shares
 from pounding_risk.quantities import PGA, say
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.separations import Comparison, code_table
 from pounding_risk.verdicts import Asked, Seen, Verdict, judge
 
 if TYPE_CHECKING:
@@ -39,15 +40,17 @@ __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 class InterfaceAssessment:
     """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
-    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None: as recorded);
-    ``yielding`` is at every gap of the grid. ``fragility`` of contact is at the grid's gaps and the assessed one, of
-    yielding at ``yield_gap``, the grid's nearest. ``rates`` go with ``fragility``, where a hazard curve is given.
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None: as recorded),
+    as is ``closing``, what each motion closes, in rising order. ``yielding`` is at every gap of the grid. ``fragility``
+    of contact is at these and the assessed one, of yielding at ``yield_gap``, the grid's nearest. ``rates`` go with
+    ``fragility``, where a hazard curve is given; ``separations`` are those of codes, beside the motions.
     """
 
     name: str
     gap: float
     amplitude: float | None
     yield_gap: float
+    closing: tuple[float, ...]
     contact: tuple[Share, ...]
     yielding: tuple[Share, ...]
     required: tuple[RequiredGap, ...]
@@ -55,6 +58,7 @@ class InterfaceAssessment:
     rates: tuple[Rate, ...]
     sensitivity: tuple[Influence, ...]
     what_matters: str
+    separations: tuple[Comparison, ...]
     verdict: Verdict
 
     def contact_at_gap(self) -> Share:
@@ -197,6 +201,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         gap=gap,
         amplitude=every.amplitudes[level],
         yield_gap=yield_gap,
+        closing=tuple(np.sort(motions.closing[:, 0]).tolist()),
         contact=contact,
         yielding=_yield_shares(results, level, weight, options.confidence),
         required=required,
@@ -204,6 +209,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         rates=rates,
         sensitivity=sensitivity,
         what_matters=ranked(sensitivity),
+        separations=code_table(_one_amplitude(results, level), options.percentile).rules,
         verdict=judge(Asked(gap, options.target, options.confidence, options.percentile), seen),
     )
 
@@ -217,6 +223,10 @@ def _level(amplitudes: tuple[float | None, ...], asked: float | None) -> int:
             return place
     known = ", ".join(say(each, PGA) for each in amplitudes if each is not None) or "none: its motions are as recorded"
     raise PoundingError(f"pga {say(asked, PGA)} is not in the dataset, which has {known}")
+
+
+def _one_amplitude(results: xr.Dataset, level: int) -> xr.Dataset:
+    return results.isel(pga=level) if "pga" in results.dims else results
 
 
 def _at_level(motions: Motions, level: int) -> Motions:

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from pounding_risk.cli_assess import assess
 from pounding_risk.cli_input import (
     FIGURES,
     Blow,
@@ -376,4 +377,5 @@ def stability(
 
 app.command()(models)
 app.command()(separations)
+app.command()(assess)
 app.command()(report)

@@ -73,6 +73,14 @@ class Fragility:
     note: str
     stripes: tuple[Stripe, ...] = field(repr=False)
 
+    @property
+    def errors(self) -> tuple[float, float]:
+        """The larger standard error of ln θ and of β: few recordings show too little of how alike they are."""
+        return (
+            max(self.se_median, self.se_median_recordings),
+            max(self.se_dispersion, self.se_dispersion_recordings),
+        )
+
     def probability(self, im: Array) -> Array:
         """P(failure) at these intensities; NaN where nothing could be fitted."""
         return fragility_curve(im, self.median, self.dispersion)

@@ -43,7 +43,7 @@ class Hazard:
 class Rate:
     """Annual rate and 50-year probability of a failure at one gap [m], over the intensities of the table.
 
-    ``low`` and ``high`` carry the fragility's standard errors, by recording, and nothing of the hazard's own
+    ``low`` and ``high`` carry the fragility's standard errors, the larger ones, and nothing of the hazard's own
     uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out. ``above`` is the
     rate of motions stronger than the table: they add at most that.
     """
@@ -151,8 +151,9 @@ def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
 
 
 def _bounds(hazard: Hazard, fragility: Fragility, confidence: float) -> tuple[float, float]:
-    """Bounds of the rate from draws of (ln θ, ln β), normal with the fragility's errors by recording."""
-    spread = np.array([fragility.se_median_recordings, fragility.se_dispersion_recordings / fragility.dispersion])
+    """Bounds of the rate from draws of (ln θ, ln β), normal with the larger errors of the fragility."""
+    of_median, of_dispersion = fragility.errors
+    spread = np.array([of_median, of_dispersion / fragility.dispersion])
     if not np.isfinite([*spread, fragility.correlation]).all():
         return nan, nan
     together = np.outer(spread, spread) * [[1.0, fragility.correlation], [fragility.correlation, 1.0]]

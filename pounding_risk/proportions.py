@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+LIKENESS_CONFIDENCE = 0.95
+
 
 @dataclass(frozen=True)
 class Share:
@@ -99,12 +101,16 @@ def motions_to_show(target: float, confidence: float) -> int:
 
 
 def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
-    """Intraclass correlation of ``values`` within recordings, 0 to 1, from the analysis of variance.
+    """Upper bound, at 95 %, of the intraclass correlation of ``values`` within recordings, 0 to 1.
 
-    ρ = (MSB − MSW)/(MSB + (m₀ − 1) MSW), m₀ = (N − Σm²/N)/(R − 1) for R recordings of m motions, N in all; 0 where no
-    recording has two motions, 1 where there is one recording only. Source: Donner, Int. Stat. Rev. 54 (1986).
+    ρ = (f − 1)/(f + m₀ − 1), f = F/F₀.₀₅, F = MSB/MSW of the analysis of variance, F₀.₀₅ the 5 % quantile of its
+    distribution with R − 1 and N − R degrees of freedom, m₀ = (N − Σm²/N)/(R − 1), for R recordings of m motions, N in
+    all. A bound, since few recordings do not show how alike their motions are: it is 1 for one recording. 0 where no
+    recording has two motions. Source: Donner, Int. Stat. Rev. 54 (1986).
     """
-    sizes, sums = _sizes(recordings), np.bincount(recordings, values)
+    from scipy.stats import f as ratio
+
+    sizes, sums = np.bincount(recordings), np.bincount(recordings, values)
     total, groups = values.size, sizes.size
     if groups == total:
         return 0.0
@@ -114,8 +120,9 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
     between = float((sizes * (means - values.mean()) ** 2).sum()) / (groups - 1)
     within = float(((values - means[recordings]) ** 2).sum()) / (total - groups)
     usual = (total - float((sizes**2).sum()) / total) / (groups - 1)
-    whole = between + (usual - 1.0) * within
-    return float(np.clip((between - within) / whole, 0.0, 1.0)) if whole > 0.0 else 1.0
+    raised = between / float(ratio.ppf(1.0 - LIKENESS_CONFIDENCE, groups - 1, total - groups))
+    whole = raised + (usual - 1.0) * within
+    return float(np.clip((raised - within) / whole, 0.0, 1.0)) if whole > 0.0 else 1.0
 
 
 def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
@@ -124,14 +131,10 @@ def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
     ``values`` tell how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
     no, that follow from them are no more alike. Between the number of recordings and that of motions.
     """
-    sizes = _sizes(recordings)
+    sizes = np.bincount(recordings)
     total = float(values.size)
     effect = 1.0 + (float((sizes**2).sum()) / total - 1.0) * likeness(values, recordings)
     return max(total / effect, 1.0)
-
-
-def _sizes(recordings: NDArray[np.int64]) -> NDArray[Any]:
-    return np.bincount(recordings)
 
 
 def labels(names: list[Any]) -> NDArray[np.int64]:

@@ -122,9 +122,9 @@ def _finding(asked: Asked, seen: Seen) -> str:
 def _why(word: str, asked: Asked, seen: Seen) -> str:
     target = f"the target of {_percent(asked.target)}"
     if word == ADEQUATE:
-        return f", all of them within {target}."
+        return f", within {target} throughout."
     if word == INADEQUATE:
-        return f", all of them above {target}."
+        return f", above {target} throughout."
     if seen.polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {seen.polarity.words}."
     if not seen.contact.count and least_upper_bound(seen.independent, asked.confidence) > asked.target:

@@ -1,0 +1,255 @@
+"""What `assess` prints: the verdict with its evidence, and the tables behind it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pounding_risk.cli_input import FIGURES, Figure, read_option, writable
+from pounding_risk.cli_output import draw, engineering, print_table
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.assessment import Assessment, InterfaceAssessment
+    from pounding_risk.fragility import Fragility
+
+MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
+MOST_CURVES = 8  # fragilities of yielding that are listed
+WORDS = {"contact": "contact", "yield": "yielding"}
+KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
+
+
+def assess(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc).", show_default=False)],
+    gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
+    percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
+    confidence: Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")] = 0.95,
+    target: Annotated[float, typer.Option(help="Probability of contact that is accepted.")] = 0.1,
+    intensity: Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")] = "pga",
+    pga: Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")] = None,
+    hazard: Annotated[
+        Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write it all (.json).", show_default=False)] = None,
+    figure: Figure = None,
+) -> None:
+    """Is this gap enough? Probabilities, required gaps, a verdict."""
+    out_file, figure_file = writable("-o", out, (".json",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.assessment import assess as run
+    from pounding_risk.quantities import GAP, PGA
+
+    found = run(
+        results,
+        gap=None if gap is None else read_option("--gap", gap, GAP),
+        hazard=hazard,
+        confidence=confidence,
+        percentile=percentile,
+        intensity=intensity,
+        target=target,
+        pga=None if pga is None else read_option("--pga", pga, PGA),
+    )
+    print_assessment(found)
+    if out_file is not None:
+        _write(found, out_file)
+    if figure_file is not None:
+        from pounding_risk.figures_assess import assessment_figure
+
+        draw(assessment_figure(found), figure_file)
+
+
+def _write(found: Assessment, target: Path) -> None:
+    """JSON under a temporary name, moved into place."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(json.dumps(found.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+        os.replace(partial, target)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    print(f"written: {target}")
+
+
+def print_assessment(found: Assessment) -> None:
+    """The verdict on each interface, and the tables that it rests on."""
+    print(found.title)
+    for one in found.interfaces:
+        print(f"\n{one.name}\n\n{one.verdict.sentence}\n")
+        for sentence in one.verdict.evidence:
+            print(f"  {sentence}")
+        print(f"  In short: {one.what_matters}.\n")
+        _print_required(one)
+        _print_contact(one, found.confidence)
+        _print_yielding(one, found.confidence)
+        _print_influences(one)
+        _print_curves(one, found)
+        _print_rates(one, found)
+        _print_separations(one, found.percentile)
+
+
+def _print_required(one: InterfaceAssessment) -> None:
+    heads = ("gap required by", "of the sample", "bounds by recording", "lognormal", "the gap over it")
+    rows = [
+        (
+            f"{each.percentile:g} % of the motions",
+            _length(each.gap),
+            f"{_length(each.low)} to {_length(each.high)}{'' if each.bounded else ' *'}",
+            _length(each.fitted),
+            f"{one.gap / each.gap:.2f}" if each.gap > 0.0 else "–",
+        )
+        for each in one.required
+    ]
+    print_table(heads, rows, "lrrrr")
+    if not all(each.bounded for each in one.required):
+        print("* the upper one is the largest seen: so few recordings do not bound this percentile")
+    print()
+
+
+def _print_contact(one: InterfaceAssessment, confidence: float) -> None:
+    heads = ("gap", "contact in", "P(contact)", f"{100 * confidence:g} % bounds", "by recording")
+    rows = [(_length(each.gap), *_share(each)) for each in _thinned(one)]
+    print_table(heads, rows, "rrrrr")
+    print("bounds take every motion for independent; those by recording count components and polarities together\n")
+
+
+def _thinned(one: InterfaceAssessment) -> list[Any]:
+    """The shares at some of the gaps, from the widest that all close to the narrowest that none does, and the gap's."""
+    some = [place for place, each in enumerate(one.contact) if 0 < each.count < each.runs]
+    first, last = (max(some[0] - 1, 0), min(some[-1] + 2, len(one.contact))) if some else (0, len(one.contact))
+    step = -(-(last - first) // MOST_GAPS)
+    kept = {*range(first, last, step), last - 1}
+    return [each for place, each in enumerate(one.contact) if place in kept or each.gap == one.gap]
+
+
+def _share(each: Any) -> tuple[str, str, str, str]:
+    return (
+        f"{each.count} of {each.runs}",
+        _part(each.probability),
+        f"{_part(each.low)} to {_part(each.high)}",
+        f"{_part(each.low_recordings)} to {_part(each.high_recordings)}",
+    )
+
+
+def _print_yielding(one: InterfaceAssessment, confidence: float) -> None:
+    shown = [each for each in one.yielding if each.gap == one.yield_gap]
+    if not shown:
+        return
+    print(f"The force reaches F_E, at a gap of {_length(one.yield_gap)}\n")
+    heads = (
+        "contact model",
+        "F_E",
+        "reached in",
+        "P(yield)",
+        f"{100 * confidence:g} % bounds",
+        "by recording",
+        "left out",
+    )
+    rows = [
+        (str(each.contact_model), engineering(each.yield_force or 0.0, "N"), *_share(each), str(each.left_out or "–"))
+        for each in shown
+    ]
+    print_table(heads, rows, "lrrrrrr")
+    print()
+
+
+def _print_influences(one: InterfaceAssessment) -> None:
+    rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity]
+    print_table(("influence of", "on", "from one level to another"), rows, "lll")
+    print()
+
+
+def _print_curves(one: InterfaceAssessment, found: Assessment) -> None:
+    heads = (
+        "fragility of",
+        "gap",
+        "F_E",
+        f"median {found.intensity}",
+        "dispersion",
+        "s.e. ln median",
+        "s.e. disp.",
+        "by",
+    )
+    shown = list(_curves(one))
+    print_table(heads, [_curve(each) for each in shown if not each.fault], "lrrrrrrl")
+    print("standard errors: as if motions were independent, then by recording")
+    for fault in dict.fromkeys(each.fault for each in shown if each.fault):
+        what = " and ".join(dict.fromkeys(WORDS[each.what] for each in shown if each.fault == fault))
+        print(f"not fitted, {what}: {fault}")
+    print()
+
+
+def _curves(one: InterfaceAssessment) -> Iterator[Fragility]:
+    yield from (each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
+    yields = [each for each in one.fragility if each.what == "yield"]
+    yield from ([each for each in yields if not each.fault] or yields)[:MOST_CURVES]
+
+
+def _curve(each: Fragility) -> tuple[str, ...]:
+    model = f"yielding, {each.contact_model}" if each.what == "yield" else each.what
+    force = "–" if each.yield_force is None else engineering(each.yield_force, "N")
+    about = (model, _length(each.gap), force)
+    return (
+        *about,
+        engineering(each.median, "m/s2"),
+        f"{each.dispersion:.3f}",
+        f"{each.se_median:.3f}, {each.se_median_recordings:.3f}",
+        f"{each.se_dispersion:.3f}, {each.se_dispersion_recordings:.3f}",
+        each.method,
+    )
+
+
+def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
+    if not one.rates:
+        return
+    shown = {each for each in _curves(one) if not each.fault}
+    heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "P at the weakest", "stronger add at most")
+    rows = []
+    for each, rate in zip(one.fragility, one.rates, strict=True):
+        if each not in shown:
+            continue
+        force = "–" if rate.yield_force is None else engineering(rate.yield_force, "N")
+        values = (
+            f"{rate.annual:.3g}",
+            f"{rate.low:.2g} to {rate.high:.2g}",
+            _part(rate.fifty_years),
+            f"{rate.below:.2g}",
+            f"{rate.above:.2g} a year",
+        )
+        rows.append((rate.what, _length(rate.gap), force, *values))
+    print(f"Annual rates over the range of {found.hazard}; what is weaker is left out\n")
+    print_table(heads, rows, "lrrrrrrr")
+    print("bounds carry the fragility's standard errors, the larger ones, and none of the hazard's\n")
+
+
+def _print_separations(one: InterfaceAssessment, percentile: float) -> None:
+    rows = [each for each in one.separations if each.middle is not None]
+    heads = ("code rule", "verified", "asks for", "short in", f"over the gap of {percentile:g} %", "the gap over it")
+    needed = next(each.gap for each in one.required if each.percentile == percentile)
+    lines = [
+        (
+            each.row.title,
+            "yes" if each.row.verified else "NO",
+            _length(each.upper),
+            f"{round((each.exceeded or 0.0) * len(one.closing))} of {len(one.closing)}",
+            f"{each.upper / needed:.2f}" if needed > 0.0 and each.upper is not None else "–",
+            f"{one.gap / each.upper:.2f}" if each.upper else "–",
+        )
+        for each in rows
+    ]
+    print_table(heads, lines, "llrrrr")
+    print(f"asks for: no more in {percentile:g} % of the motions, from their own displacements; short in: motions that")
+    print("need more than it asks for from them; NO: the clause is not verified; `separations` shows more")
+
+
+def _length(value: float | None) -> str:
+    return "–" if value is None or isnan(value) else engineering(value, "m", 3)
+
+
+def _part(value: float) -> str:
+    return "–" if isnan(value) else f"{value:.3f}"

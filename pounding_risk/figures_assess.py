@@ -1,0 +1,149 @@
+"""Figure of an assessment: P(contact) against the gap with its bounds, and fragilities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, law_words, title
+from pounding_risk.fragility import SCALED, Fragility, fragility_curve
+from pounding_risk.proportions import exact_bounds
+from pounding_risk.separations import COMBINATIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pounding_risk.assessment import Assessment, InterfaceAssessment
+
+Array = NDArray[np.float64]
+
+BLUE, ORANGE, GREEN = STYLES[0][0], STYLES[1][0], STYLES[2][0]
+POINTS = 400
+BAND = "one standard error to either side"
+MOST_YIELD_CURVES = 4
+
+
+def assessment_figure(found: Assessment, note: str = "") -> Figure:
+    """One row an interface: P(contact) against the gap on the left, fragilities at the gap on the right."""
+    rows = len(found.interfaces)
+    figure, axes = blank(rows, 2, (13.0, 1.0 + 5.0 * rows))
+    for row, one in enumerate(found.interfaces):
+        _adequacy(axes[row, 0], one, found)
+        _fragilities(axes[row, 1], one, found)
+        if rows > 1:
+            axes[row, 0].set_title(one.name, fontsize=10, loc="left")
+    first = found.interfaces[0]
+    told = "; ".join(_finding(one, rows > 1) for one in found.interfaces)
+    peak = "as recorded" if first.amplitude is None else f"at {first.amplitude / STANDARD_GRAVITY:.2g} g"
+    motions = f"{first.verdict.motions} motions of {first.verdict.recordings} recordings {peak}"
+    title(figure, told, f"{found.title}: {motions}", note)
+    return figure
+
+
+def _finding(one: InterfaceAssessment, named: bool) -> str:
+    share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
+    word = {"depends": "not settled"}.get(one.verdict.word, one.verdict.word)
+    return f"{name}{1e3 * one.gap:.3g} mm is {word}: {share.count} of {share.runs} motions close it"
+
+
+def _adequacy(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
+    """The exact share of the motions that close each gap, bounds, the target, the gap, required gaps, code rules."""
+    closing = np.array(one.closing)
+    widest = 1.15 * max(closing.max(), one.gap, 1e-6)
+    gaps = np.linspace(0.0, widest, POINTS)
+    count = (closing[:, None] > gaps).sum(axis=0)
+    weight = one.verdict.independent / closing.size
+    low, high = exact_bounds(weight * count, weight * np.full(POINTS, closing.size), found.confidence)
+    # The step curve falls at each motion's own closing.
+    steps, heights = np.concatenate([[0.0], closing, [widest]]), 1.0 - np.arange(closing.size + 1) / closing.size
+    bounds = f"{100 * found.confidence:g} % bounds, {one.verdict.independent:.0f} independent motions"
+    axis.fill_between(1e3 * gaps, low, high, color=BLUE, alpha=0.15, linewidth=0.0, label=bounds)
+    axis.stairs(heights, 1e3 * steps, baseline=None, color=BLUE, linewidth=1.8, label="motions that close the gap")
+    axis.axhline(found.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {found.target:g}")
+    axis.axvline(1e3 * one.gap, color="black", linewidth=1.4, label=f"the gap, {1e3 * one.gap:.3g} mm")
+    needed = next(each for each in one.required if each.percentile == found.percentile)
+    told = f"required by {needed.percentile:g} %: {1e3 * needed.gap:.3g} mm (bar: bounds)"
+    axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=told)
+    axis.plot([1e3 * needed.low, 1e3 * needed.high], [1.04, 1.04], color=ORANGE, linewidth=3.0, solid_capstyle="butt")
+    _rules(axis, one, widest)
+    axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.12))
+    _legend(axis, 2)
+
+
+def _legend(axis: Any, columns: int) -> None:
+    """Below the axis, where it covers nothing."""
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": columns}
+    axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **place)
+
+
+def _rules(axis: Any, one: InterfaceAssessment, widest: float) -> None:
+    """What the combinations ask for, as marks along the top; one beyond the axis stands at its end."""
+    rules = {each.row.rule: each.upper for each in one.separations if each.row.rule in COMBINATIONS}
+    for marker, name in zip("v^D", COMBINATIONS, strict=False):
+        asked = rules.get(name)
+        if asked is None:
+            continue
+        label = f"{name.upper()}: {1e3 * asked:.3g} mm"
+        axis.plot(1e3 * min(asked, widest), 1.08, marker, color=GREEN, markersize=6, clip_on=False, label=label)
+
+
+def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
+    contact = next(each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
+    yields = [each for each in one.fragility if each.what == "yield" and not each.fault]
+    # Those of the grid's last contact model.
+    yields = [each for each in yields if each.contact_model == yields[-1].contact_model][:MOST_YIELD_CURVES]
+    if yields:
+        axis.set_title(f"yielding: {law_words(str(yields[0].contact_model))}", fontsize=9.5)
+    drawn = [each for each in (contact, *yields) if not each.fault]
+    axis.set(xlabel=f"{found.intensity} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
+    if not drawn:
+        from textwrap import fill
+
+        words = fill(f"No fragility at this gap: {contact.fault}", 46)
+        axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=9.5, color=QUIET)
+        return
+    most = max(max(each.median * np.exp(2.2 * each.dispersion), each.stripes[-1].im) for each in drawn)
+    im = np.linspace(most / POINTS, most, POINTS)
+    for (colour, dash), each in zip(STYLES, drawn, strict=False):
+        _curve(axis, im, each, (colour, dash))
+    _capacities(axis, one, contact)
+    axis.set_xlim(0.0, most / STANDARD_GRAVITY)
+    _legend(axis, 1)
+
+
+def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None:
+    """One fragility with the band of its standard errors, and the shares seen at its intensities."""
+    colour, dash = look
+    about = "contact" if each.yield_force is None else f"$F_E$ {each.yield_force / 1e3:.0f} kN"
+    about += f", gap {1e3 * each.gap:.3g} mm"
+    label = f"{about}: median {each.median / STANDARD_GRAVITY:.2g} g, dispersion {each.dispersion:.2f}"
+    axis.plot(im / STANDARD_GRAVITY, each.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
+    if each.what == "contact":
+        low, high = _band(im, each)
+        axis.fill_between(im / STANDARD_GRAVITY, low, high, color=colour, alpha=0.15, linewidth=0.0, label=BAND)
+    if each.method != SCALED:
+        where = [stripe.im / STANDARD_GRAVITY for stripe in each.stripes]
+        shares = [stripe.count / stripe.runs for stripe in each.stripes]
+        sizes = [12.0 + 40.0 * stripe.runs / max(other.runs for other in each.stripes) for stripe in each.stripes]
+        axis.scatter(where, shares, sizes, color=colour, alpha=0.55, linewidths=0.0, zorder=3)
+
+
+def _band(im: Array, each: Fragility) -> tuple[Array, Array]:
+    """One standard error to either side, in the argument of the curve (delta method)."""
+    argument = np.log(im / each.median) / each.dispersion
+    first, second = each.errors[0], each.errors[1] * argument
+    variance = first**2 + second**2 + 2.0 * each.correlation * first * second
+    spread = np.sqrt(np.maximum(variance, 0.0)) / each.dispersion
+    low, high = (fragility_curve(np.exp(argument + side * spread), 1.0, 1.0) for side in (-1.0, 1.0))
+    return low, high
+
+
+def _capacities(axis: Any, one: InterfaceAssessment, contact: Fragility) -> None:
+    """Where the curve is from scaling: the intensity at which each motion closes the gap, as a step curve."""
+    if contact.method != SCALED or contact.fault or contact.intensity != "pga" or one.amplitude is None:
+        return
+    reach = np.sort(one.amplitude * one.gap / np.array(one.closing)) / STANDARD_GRAVITY
+    shares = np.arange(1, reach.size + 1) / reach.size
+    axis.plot(reach, shares, ".", color=BLUE, markersize=6, label="motions, scaled until they close the gap")
