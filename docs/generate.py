@@ -10,12 +10,14 @@ import os
 import re
 import subprocess
 import sys
+from functools import lru_cache
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path[:0] = [str(HERE), str(ROOT)]
 
+from generation.assessment import assessment_page  # noqa: E402
 from generation.commands import commands_page, python_page  # noqa: E402
 from generation.markdown import fence  # noqa: E402
 from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
@@ -38,6 +40,7 @@ def pages() -> dict[str, str]:
         "steps.md": steps_page(),
         "checks.md": checks_page(),
         "separations.md": rules_page(),
+        "assessment.md": assessment_page(),
         "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
     found |= {f"readme/{slug(name)}.md": text for name, text in readme_sections().items()}
@@ -107,6 +110,7 @@ print(json.dumps({{"variables": about(found.data_vars), "coordinates": about(fou
 """
 
 
+@lru_cache(maxsize=1)
 def smallest_dataset() -> dict[str, dict]:
     """Variables, coordinates and attributes of a scan, from the smallest one that there is."""
     scene = ROOT / "pounding_risk" / "scenes" / "paper.toml"

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib import resources
 from pathlib import Path
 from types import ModuleType
 
@@ -95,6 +96,7 @@ def test_every_command_and_option_is_on_its_page(pages):
         ("effects.md", set(EFFECTS)),
         ("steps.md", set(STEPS)),
         ("python.md", {name for name in pounding_risk.__all__ if name[0] != "_"}),
+        ("assessment.md", {"Assessment", "Verdict", "Share", "RequiredGap", "Fragility", "Rate", "CodeTable"}),
         ("formats.md", {each.words.partition(" (")[0] for each in formats()}),
     ],
 )
@@ -173,11 +175,15 @@ for heading, body in zip(parts[1::2], parts[2::2], strict=True):
 """
 
 
-def test_the_examples_of_extending_run():
+def test_the_examples_of_extending_run(tmp_path):
     """Interpreted, as compiling a law takes ten seconds; in a process of their own, as they add to registries."""
+    (tmp_path / "scene.toml").write_text(
+        (resources.files("pounding_risk") / "scenes" / "paper.toml").read_text("utf-8")
+    )
     environment = {**os.environ, "PYTHONPATH": str(DOCS.parent), "NUMBA_DISABLE_JIT": "1"}
     run = subprocess.run(
         [sys.executable, "-c", EXAMPLES, str(DOCS / "extending.md")],
+        cwd=tmp_path,
         env=environment,
         capture_output=True,
         text=True,
