@@ -37,7 +37,7 @@ html_copy_source = False
 
 
 def _generate(app: Any) -> None:
-    generate.write(HERE / "generated")
+    generate.write(HERE / "generated", run=generate.asked())
 
 
 def setup(app: Any) -> None:

@@ -1,6 +1,7 @@
 """Pages that are read off the package: what it says of itself is what the site says.
 
-``python docs/generate.py`` writes them to docs/generated; ``conf.py`` does so at every build.
+``python docs/generate.py`` writes them to docs/generated; ``conf.py`` does so at every build. With the environment's
+RUN_NOTEBOOKS=1 the notebooks are run, which takes minutes, and their figures stand in the tutorials.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ sys.path[:0] = [str(HERE), str(ROOT)]
 
 from generation.assessment import assessment_page  # noqa: E402
 from generation.commands import commands_page, python_page  # noqa: E402
-from generation.markdown import fence  # noqa: E402
 from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
+from generation.notebooks import notebook_pages  # noqa: E402
 from generation.records import checks_page, formats_page, steps_page  # noqa: E402
 from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 
 
-def pages() -> dict[str, str]:
-    """Every generated page by its file."""
-    found = {
+def pages(run: bool = False) -> dict[str, str | bytes]:
+    """Every generated page by its file, and with ``run`` the pictures that the notebooks draw."""
+    found: dict[str, str | bytes] = {
         "scene.md": scene_page(),
         "outputs.md": outputs_page(smallest_dataset()),
         "commands.md": commands_page(),
@@ -44,20 +45,27 @@ def pages() -> dict[str, str]:
         "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
     found |= {f"readme/{slug(name)}.md": text for name, text in readme_sections().items()}
-    return found | {f"notebooks/{path.stem}.md": notebook_page(path) for path in notebooks()}
+    for path in notebooks():
+        found |= notebook_pages(path, run)
+    return found
 
 
-def write(folder: Path) -> None:
+def write(folder: Path, run: bool = False) -> None:
     """Write every page that has changed, and remove those that are no more."""
-    wanted = pages()
-    for old in folder.rglob("*.md"):
-        if old.relative_to(folder).as_posix() not in wanted:
+    wanted = {name: text.encode() if isinstance(text, str) else text for name, text in pages(run).items()}
+    for old in folder.rglob("*.*"):
+        if old.is_file() and old.relative_to(folder).as_posix() not in wanted:
             old.unlink()
-    for name, text in wanted.items():
+    for name, content in wanted.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        if not path.exists() or path.read_text("utf-8") != text:
-            path.write_text(text, "utf-8")
+        if not path.exists() or path.read_bytes() != content:
+            path.write_bytes(content)
+
+
+def asked() -> bool:
+    """Whether the notebooks are to be run."""
+    return os.environ.get("RUN_NOTEBOOKS", "0") not in ("", "0")
 
 
 def slug(heading: str) -> str:
@@ -81,19 +89,6 @@ def _from_here(text: str) -> str:
 def notebooks() -> list[Path]:
     """The notebooks of the repository."""
     return sorted((ROOT / "notebooks").glob("*.ipynb"))
-
-
-def notebook_page(path: Path) -> str:
-    """A notebook as a page to read: its text and its cells. It is stored without results."""
-    cells = json.loads(path.read_text("utf-8"))["cells"]
-    body = [_cell(cell["cell_type"], "".join(cell["source"])) for cell in cells]
-    told = f"This is `notebooks/{path.name}` of the repository, without what it prints and draws: run it to see that.\n"
-    title, rest = body[0].split("\n", 1)
-    return "\n\n".join([title, told, rest, *body[1:]])
-
-
-def _cell(kind: str, source: str) -> str:
-    return source + "\n" if kind == "markdown" else fence(source, "python")
 
 
 SMALLEST = """
@@ -128,4 +123,4 @@ def smallest_dataset() -> dict[str, dict]:
 
 
 if __name__ == "__main__":
-    write(HERE / "generated")
+    write(HERE / "generated", run=asked())

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import closed_forms as forms
+import nbformat
 import pytest
 
 import pounding_risk
@@ -130,8 +131,26 @@ def test_notebooks_are_pages_without_results(generate, pages):
         assert path.name in page
 
 
+def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_path):
+    from generation.notebooks import notebook_pages
+
+    drawn = "from matplotlib.figure import Figure\nfigure = Figure()\nfigure.add_subplot().plot([1, 2])\n"
+    shown = "from IPython.display import Image, display\nfigure.savefig('a.png')\ndisplay(Image('a.png'))"
+    cells = [nbformat.v4.new_markdown_cell("# Title\n\nWords."), *map(nbformat.v4.new_code_cell, [
+        "print(6 * 7)", drawn + shown, "'a value'",
+    ])]  # fmt: skip
+    nbformat.write(nbformat.v4.new_notebook(cells=cells), tmp_path / "some.ipynb")
+    found = notebook_pages(tmp_path / "some.ipynb", run=True)
+    page = found["notebooks/some.md"]
+    assert page.startswith("# Title\n")
+    assert "```text\n42\n```" in page
+    assert "```text\n'a value'\n```" in page
+    assert "](/generated/notebooks/some-1.png)" in page
+    assert found["notebooks/some-1.png"].startswith(b"\x89PNG")
+
+
 def test_pages_are_written_where_they_changed_and_removed_where_they_are_no_more(generate, monkeypatch, tmp_path):
-    monkeypatch.setattr(generate, "pages", lambda: {"a.md": "one\n", "in/b.md": "two\n"})
+    monkeypatch.setattr(generate, "pages", lambda run: {"a.md": "one\n", "in/b.md": "two\n"})
     generate.write(tmp_path)
     old = (tmp_path / "a.md").stat().st_mtime_ns
     (tmp_path / "gone.md").write_text("three\n")

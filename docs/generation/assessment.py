@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from generation.markdown import docstring, plain, table
+from generation.markdown import docstring, plain
 from pounding_risk import assessment, fragility, hazard, influences, proportions, required_gaps, separations, verdicts
 
 HEAD = """# Assessment
@@ -40,5 +40,5 @@ def assessment_page() -> str:
 
 
 def _part(kind: Any) -> str:
-    rows = [(f"`{each.name}`", plain(str(each.type))) for each in fields(kind)]
-    return f"## {kind.__name__}\n\n{docstring(kind)}\n{table(('field', 'type'), rows)}\n"
+    told = ", ".join(f"`{each.name}` {plain(str(each.type))}" for each in fields(kind))
+    return f"## {kind.__name__}\n\n{docstring(kind)}\nFields: {told}.\n\n"
