@@ -23,8 +23,8 @@ myst_enable_extensions = ["dollarmath"]
 smartquotes = False
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
-# Pieces of the README that pages take in; no pages by themselves.
-exclude_patterns = ["generated/readme"]
+# Pieces that pages take in; no pages by themselves.
+exclude_patterns = ["generated/pieces"]
 source_suffix = {".md": "markdown"}
 nitpicky = True
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -20,6 +22,7 @@ sys.path[:0] = [str(HERE), str(ROOT)]
 
 from generation.assessment import assessment_page  # noqa: E402
 from generation.commands import commands_page, python_page  # noqa: E402
+from generation.markdown import fence  # noqa: E402
 from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
 from generation.notebooks import notebook_pages  # noqa: E402
 from generation.records import checks_page, formats_page, steps_page  # noqa: E402
@@ -44,7 +47,8 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "assessment.md": assessment_page(),
         "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
-    found |= {f"readme/{slug(name)}.md": text for name, text in readme_sections().items()}
+    found |= {f"pieces/{slug(name)}.md": text for name, text in readme_sections().items()}
+    found |= isolated_impacts()
     for path in notebooks():
         found |= notebook_pages(path, run)
     return found
@@ -91,9 +95,9 @@ def notebooks() -> list[Path]:
     return sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 
+# A third of a second without contact.
 SMALLEST = """
-import json, os
-os.environ["NUMBA_DISABLE_JIT"] = "1"  # a third of a second, without contact: nothing is worth compiling
+import json
 import pounding_risk as pr
 scene = pr.read_scene({scene!r}, ['records.window=["0 s", "0.3 s"]', 'interface.gap="1 m"'])
 found = pr.scan(scene, check_fraction=1.0)
@@ -109,17 +113,38 @@ print(json.dumps({{"variables": about(found.data_vars), "coordinates": about(fou
 def smallest_dataset() -> dict[str, dict]:
     """Variables, coordinates and attributes of a scan, from the smallest one that there is."""
     scene = ROOT / "pounding_risk" / "scenes" / "paper.toml"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    run = subprocess.run(
-        [sys.executable, "-c", SMALLEST.format(scene=str(scene))],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    told = interpreted("-c", SMALLEST.format(scene=str(scene)))
+    return json.loads(told.splitlines()[-1])
+
+
+IMPACT = (
+    *("--law kelvin_voigt", "--law kelvin_voigt_tension_cut", "--law modified_kelvin_voigt", "--law hertz_damp"),
+    *("--law jankowski", "--law viscous_elastoplastic", '--stiffness "9.35e7 N/m"', '--stiffness "2.75e9 N/m^1.5"'),
+    *('--yield-force "70 kN"',),
+)
+LAWS_SHOWN = "Contact force against time and against penetration under six contact laws"
+
+
+def isolated_impacts() -> dict[str, str | bytes]:
+    """One impact under six laws: the command, what it prints and the figure that it draws."""
+    with TemporaryDirectory() as folder:
+        target = Path(folder) / "laws.png"
+        printed = interpreted("-m", "pounding_risk", "impact", *shlex.split(" ".join(IMPACT)), "--figure", str(target))
+        picture = target.read_bytes()
+    command = " \\\n    ".join(["pounding-risk impact", *IMPACT, "--figure laws.png"])
+    table = printed.rpartition("written:")[0]
+    text = f"{fence(command, 'sh')}\n{fence(table)}\n![{LAWS_SHOWN}](/generated/laws.png)\n"
+    return {"laws.png": picture, "pieces/isolated-impacts.md": text}
+
+
+def interpreted(*arguments: str) -> str:
+    """What Python prints with these arguments, nothing compiled: it would take longer than it saves."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "Agg"}
+    command = [sys.executable, *arguments]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
     if run.returncode:
-        raise RuntimeError(f"the smallest scan failed:\n{run.stderr}")
-    return json.loads(run.stdout.splitlines()[-1])
+        raise RuntimeError(f"{' '.join(command)} failed:\n{run.stderr}")
+    return run.stdout
 
 
 if __name__ == "__main__":
