@@ -24,7 +24,7 @@ from generation.assessment import assessment_page  # noqa: E402
 from generation.commands import commands_page, python_page  # noqa: E402
 from generation.markdown import fence  # noqa: E402
 from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
-from generation.notebooks import notebook_pages  # noqa: E402
+from generation.notebooks import notebook_pages, reading_order, tutorials  # noqa: E402
 from generation.records import checks_page, formats_page, steps_page  # noqa: E402
 from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
@@ -51,6 +51,7 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
     found |= isolated_impacts()
     for path in notebooks():
         found |= notebook_pages(path, run)
+    found["pieces/tutorials.md"] = tutorials(notebooks())
     return found
 
 
@@ -91,8 +92,8 @@ def _from_here(text: str) -> str:
 
 
 def notebooks() -> list[Path]:
-    """The notebooks of the repository."""
-    return sorted((ROOT / "notebooks").glob("*.ipynb"))
+    """The notebooks of the repository, in the order in which they are best read."""
+    return sorted((ROOT / "notebooks").glob("*.ipynb"), key=reading_order)
 
 
 # A third of a second without contact.

@@ -140,6 +140,7 @@ def test_notebooks_are_pages_without_results(generate, pages):
         assert page.startswith("# ")
         assert "```python\n" in page
         assert path.name in page
+        assert f"](generated/notebooks/{path.stem}.md)" in pages["pieces/tutorials.md"]
 
 
 def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_path):

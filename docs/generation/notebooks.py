@@ -4,23 +4,45 @@ from __future__ import annotations
 
 import json
 from base64 import b64decode
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from generation.markdown import fence
 
+FIRST = ("paper", "gap_adequacy", "comparing_models", "accuracy_against_time")  # others come after these
 TIME_LIMIT = 900  # s a cell: the first run of a law compiles it
+
+
+def reading_order(path: Path) -> tuple[int, str]:
+    """What to sort notebooks by."""
+    return FIRST.index(path.stem) if path.stem in FIRST else len(FIRST), path.stem
+
+
+def tutorials(paths: Sequence[Path]) -> str:
+    """Each notebook by its title and its first paragraph."""
+    told = []
+    for path in paths:
+        title, _, rest = "".join(_cells(path)[0]["source"]).partition("\n")
+        first = rest.strip().partition("\n\n")[0]
+        told.append(f"## [{title.lstrip('# ')}](generated/notebooks/{path.stem}.md)\n\n{first}\n")
+    listed = "\n".join(f"generated/notebooks/{path.stem}" for path in paths)
+    return "\n".join([*told, f"```{{toctree}}\n:hidden:\n\n{listed}\n```\n"])
 
 
 def notebook_pages(path: Path, run: bool = False) -> dict[str, str | bytes]:
     """The page of a notebook by its file, and its pictures by theirs. It is stored without results."""
-    cells = _executed(path) if run else json.loads(path.read_text("utf-8"))["cells"]
+    cells = _executed(path) if run else _cells(path)
     pictures: dict[str, str | bytes] = {}
     body = [_cell(cell, path.stem, pictures) for cell in cells]
     told = f"This is `notebooks/{path.name}` of the repository{'' if run else ', without what it prints and draws'}.\n"
     title, rest = body[0].split("\n", 1)
     return {f"notebooks/{path.stem}.md": "\n\n".join([title, told, rest, *body[1:]]), **pictures}
+
+
+def _cells(path: Path) -> list[Any]:
+    return json.loads(path.read_text("utf-8"))["cells"]
 
 
 def _executed(path: Path) -> list[Any]:
