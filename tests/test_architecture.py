@@ -169,7 +169,10 @@ def test_kernels_do_not_import_in_circles():
         above = {name: needs for name, needs in above.items() if name not in lowest}
 
 
-ASSESSED = r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|verdicts\.py"
+ASSESSED = (
+    r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py"
+    r"|verdicts\.py"
+)
 DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|reports/.*|{ASSESSED}", name)]
 
 
