@@ -118,7 +118,7 @@ def report_spectra(periods: Array, spectra: Array, buildings: Sequence[tuple[str
 
 
 def report_probabilities(lines: Sequence[Line], gap: float, words: str) -> Figure:
-    """Probabilities against the gap with their bounds, and a mark at the scene's gap."""
+    """Probabilities against the gap with their bounds, and a mark at the assessed gap."""
     figure, axes = blank(1, 1, SIZE)
     axis = axes[0, 0]
     for line, (colour, dash) in zip(lines, styles(len(lines)), strict=True):
@@ -153,7 +153,7 @@ def report_required(needed: Array, gap: float, marks: Sequence[Mark]) -> Figure:
 
 def _mark_gap(axis: Axes, gap: float) -> None:
     axis.axvline(
-        gap * 1e3, color=MARK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=f"the scene's gap, {gap * 1e3:.4g} mm"
+        gap * 1e3, color=MARK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=f"gap assessed, {gap * 1e3:.4g} mm"
     )
 
 

@@ -390,7 +390,7 @@ def test_the_same_dataset_gives_the_same_bytes_without_a_solver(results, html, p
 
 def test_two_interfaces_have_a_report_each(made):
     """A dataset of a row: every interface has its verdict, its figures and its tables."""
-    first, second = made(4, seed=1), made(4, seed=2)
+    first, second = made(4, laws=1, seed=1), made(4, laws=1, seed=2)
     names = ["building", "building_mass", "building_period", "building_damping", "peak_displacement_free"]
     kept = ["record_spectral_acceleration", "period", "record_pga"]
     parts = [each.drop_vars([*names, *kept]) for each in (first, second)]
@@ -411,6 +411,23 @@ def test_two_interfaces_have_a_report_each(made):
     assert page.page(built).count("B | C") > 8
 
 
+def test_another_gap_and_amplitude_may_be_asked_of(made, tmp_path):
+    """A study of two amplitudes: the tables are those of the one asked for, at the gap asked for."""
+    kept = ["record_spectral_acceleration", "period", "record_pga"]
+    weak, strong = made(3, laws=1, seed=1), made(3, laws=1, seed=2)
+    parts = [each.drop_vars(kept).assign_coords(pga=pga) for each, pga in ((weak, 1.0), (strong, 3.0))]
+    both = xr.concat(parts, dim="pga", combine_attrs="override").merge(weak[kept])
+    for pga, one in ((None, strong), (1.0, weak)):
+        out = pr.report(both, tmp_path / "report.html", gap=0.02, pga=pga)
+        read = Page(out.read_text(encoding="utf-8"))
+        told = {row[0][0]: row[1] for row in read.table("the numbers behind the verdict")}
+        assert told["gap assessed"][0] == "20 mm"
+        assert float(told["motions with contact"][0]) == int((one["peak_closing_free"] > 0.02).sum())
+        force = one["peak_contact_force"].sel(gap=0.02, yield_force=2e5, contact_model="jankowski")
+        row = read.table("contact models side by side")[0]
+        assert float(row[5][1][0]) == np.median(force.where(force > 0.0).values[(force > 0.0).values])
+
+
 @pytest.mark.parametrize("missing", ["impact_count", "peak_closing_free"])
 def test_what_is_no_scan_is_refused(scan, missing, tmp_path):
     with pytest.raises(PoundingError, match=missing):
@@ -429,6 +446,16 @@ def test_a_dataset_of_another_command_is_named(scan, tmp_path):
     with pytest.raises(PoundingError, match=r"must end in \.html or \.pdf"):
         pr.report(scan, tmp_path / "report.doc")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_letters_that_no_font_has_are_named(built):
+    """U+0378 is no letter yet: no box stands for it in silence. Greek and Cyrillic come along."""
+    pytest.importorskip("typst")
+    strange = {**built, "sections": [{**built["sections"][0], "title": "Σ Жук \u0378"}]}
+    with pytest.raises(PoundingError, match=r"could not be displayed.*install a font"):
+        document.document(strange)
+    strange["sections"][0]["title"] = "Σ Жук ≤ √"
+    assert squeezed("Σ Жук ≤ √") in pdf_text(document.document(strange))
 
 
 def test_a_pdf_without_typst_is_told_how(built, monkeypatch):

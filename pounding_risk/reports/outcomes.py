@@ -62,7 +62,7 @@ def models(material: Material) -> list[Block]:
 
 
 def _by_model(material: Material, pair: Pair) -> list[Block]:
-    here = pair.shown.sel(gap=pair.grid_gap, yield_force=material.yield_force)
+    here = pair.results.sel(gap=pair.grid_gap, yield_force=material.yield_force)
     # A count of −1 is none: the run failed.
     touching = here["impact_count"] > 0
     force = amount(here["yield_force"], "N")["text"]
