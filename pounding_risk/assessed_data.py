@@ -112,13 +112,13 @@ def _hashable(value: Any) -> Any:
 def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
     """Values as (motions, ...), the axes ``rest`` in this order."""
     ordered = values.transpose("record", "polarity", *rest).values
-    return np.asarray(ordered.reshape(-1, *ordered.shape[2:]))
+    return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))
 
 
 def _by_amplitude(values: xr.DataArray) -> Array:
     """Values as (motions, amplitudes), whether or not there is an axis of amplitudes."""
     found = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
-    return found.reshape(len(found), -1)
+    return found.reshape(len(found), values.sizes.get("pga", 1))
 
 
 def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:

@@ -264,7 +264,10 @@ def _contact_shares(closing: Array, gaps: Array, weight: float, confidence: floa
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
-    """The share of the motions whose force reaches F_E, by gap, contact model and finite F_E."""
+    """The share of the motions whose force reaches F_E, by gap, contact model and finite F_E.
+
+    The motions of a recording are taken to be as alike in their forces as in what they close.
+    """
     found: list[Share] = []
     forces, models = data.finite_forces(results), _models(results)
     if not forces.size:

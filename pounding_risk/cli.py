@@ -30,6 +30,7 @@ from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
 from pounding_risk.cli_separations import separations
+from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
@@ -45,6 +46,11 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except PoundingError as error:
             typer.echo(f"pounding-risk: {error}", err=True)
+            raise typer.Exit(BAD_INPUT) from None
+        except OSError as error:  # a name too long, a full disk: a fault of no code, wherever it shows
+            if error.filename is None:
+                raise
+            typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             typer.echo("pounding-risk: stopped by Ctrl-C; no file was left half written", err=True)
@@ -171,7 +177,7 @@ def simulate(
     figure: Figure = None,
     strict: Strict = False,
 ) -> None:
-    """Run one case of a scene in full: outputs, contacts, histories."""
+    """Run one case in full: outputs, contacts, histories."""
     dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_tables import print_run
     from pounding_risk.history import simulate as run
@@ -307,7 +313,7 @@ def accuracy(
     scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
     figure: Figure = None,
 ) -> None:
-    """What each digit of a scene's answers costs in time, by method."""
+    """What each digit of the answers costs in time, by method."""
     out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     from pounding_risk.cli_accuracy import print_accuracy
     from pounding_risk.cli_output import Watch
@@ -378,4 +384,5 @@ def stability(
 app.command()(models)
 app.command()(separations)
 app.command()(assess)
+app.command()(view)
 app.command()(report)

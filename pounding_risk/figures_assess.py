@@ -91,9 +91,7 @@ def _rules(axis: Any, one: InterfaceAssessment, widest: float) -> None:
 
 def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
     contact = next(each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
-    yields = [each for each in one.fragility if each.what == "yield" and not each.fault]
-    # Those of the grid's last contact model.
-    yields = [each for each in yields if each.contact_model == yields[-1].contact_model][:MOST_YIELD_CURVES]
+    yields = _some([each for each in one.fragility if each.what == "yield" and not each.fault])
     if yields:
         axis.set_title(f"yielding: {law_words(str(yields[0].contact_model))}", fontsize=9.5)
     drawn = [each for each in (contact, *yields) if not each.fault]
@@ -113,12 +111,20 @@ def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None
     _legend(axis, 1)
 
 
+def _some(yields: list[Fragility]) -> list[Fragility]:
+    """Those of the grid's last contact model, a few F_E from the first to the last."""
+    same = [each for each in yields if each.contact_model == yields[-1].contact_model]
+    places = np.linspace(0, len(same) - 1, min(MOST_YIELD_CURVES, len(same))).round().astype(int)
+    return [same[place] for place in places]
+
+
 def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None:
     """One fragility with the band of its standard errors, and the shares seen at its intensities."""
     colour, dash = look
     about = "contact" if each.yield_force is None else f"$F_E$ {each.yield_force / 1e3:.0f} kN"
     about += f", gap {1e3 * each.gap:.3g} mm"
     label = f"{about}: median {each.median / STANDARD_GRAVITY:.2g} g, dispersion {each.dispersion:.2f}"
+    label += f" ({SCALED})" if each.method == SCALED else ""
     axis.plot(im / STANDARD_GRAVITY, each.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
     if each.what == "contact":
         low, high = _band(im, each)

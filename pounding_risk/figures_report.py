@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.figures_style import NAMELESS, QUIET, STANDARD_GRAVITY, STYLES, blank, styles
+from pounding_risk.figures_style import NAMELESS, QUIET, STANDARD_GRAVITY, STYLES, blank, plain, styles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,7 +108,7 @@ def report_spectra(periods: Array, spectra: Array, buildings: Sequence[tuple[str
             axis.plot(periods, np.percentile(values, level, axis=0), "--", color=OURS, linewidth=1.3, label=label)
     for (name, period), (colour, dash) in zip(buildings, styles(len(buildings) + 1)[1:], strict=True):
         if periods[0] <= period <= periods[-1]:
-            axis.axvline(period, color=colour, linestyle=dash, linewidth=1.6, label=f"{name}, {period:.3g} s")
+            axis.axvline(period, color=colour, linestyle=dash, linewidth=1.6, label=f"{plain(name)}, {period:.3g} s")
     axis.set(xscale="log", yscale="log", xlabel="period [s]", ylabel="spectral acceleration [g]")
     axis.set_xlim(periods[0], periods[-1])
     for scale in (axis.xaxis, axis.yaxis):
@@ -205,7 +205,7 @@ def report_models(panels: Sequence[tuple[str, Sequence[Spread]]]) -> Figure:
             axis.plot(each.middle, place, "o", color=OURS, markersize=6)
         axis.set_xlabel(fill(words, 20), fontsize=9.5)
         axis.set_xlim(left=0.0)
-    axes[0, 0].set_yticks(range(rows), [each.name for each in panels[0][1]], fontsize=9)
+    axes[0, 0].set_yticks(range(rows), [plain(each.name) for each in panels[0][1]], fontsize=9)
     axes[0, 0].set_ylim(rows - 0.5, -0.5)
     axes[0, 0].tick_params(axis="y", colors=QUIET, labelcolor="black")
     return figure

@@ -77,3 +77,15 @@ def force_words(force: float) -> str:
 def motion_words(facts: Mapping[Any, Any]) -> str:
     """Record, polarity and amplitude of one run."""
     return f"{facts['record']} {facts['polarity']} at {facts['pga'] / STANDARD_GRAVITY:.2f} g"
+
+
+def plain(text: str) -> str:
+    """A user's words as they are: a dollar sign would start a formula."""
+    return text.replace("$", r"\$")
+
+
+def font_files() -> list[Path]:
+    """The fonts of Matplotlib's own letters, DejaVu, which have most alphabets."""
+    from matplotlib import get_data_path
+
+    return sorted(Path(get_data_path(), "fonts", "ttf").glob("DejaVuSans*.ttf"))

@@ -9,10 +9,8 @@ from __future__ import annotations
 import csv
 import re
 from dataclasses import dataclass, field
-from itertools import pairwise
 from math import nan
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +22,8 @@ from pounding_risk.quantities import PGA, QuantityError, parse
 Array = NDArray[np.float64]
 
 YEARS = 50.0
-NODES = 64  # of the integral between two rows of the table
 DRAWS, SEED = 400, 20110314
+WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
 
 
@@ -108,30 +106,33 @@ def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
     return im, rate
 
 
-class _Nodes(NamedTuple):
-    """The hazard curve, finely."""
-
-    im: Array
-    rate: Array
-
-
-def _nodes(hazard: Hazard) -> _Nodes:
-    """Between two rows, log λ is linear in log im."""
-    logs = np.log(hazard.im)
-    places = np.concatenate([np.linspace(a, b, NODES, endpoint=False) for a, b in pairwise(logs)])
-    fine = np.append(places, logs[-1])
-    return _Nodes(np.exp(fine), np.exp(np.interp(fine, logs, np.log(hazard.rate))))
-
-
 def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:
     """∫ Φ(ln(im/θ)/β) |dλ| over the table; an array of medians and dispersions gives one of rates.
 
-    For a power law λ = k₀ im^−k over all intensities it is k₀ θ^−k exp(k²β²/2) (Cornell 1996).
+    Exact between two rows, where λ = A im^−k: [−λ Φ(z)] + A θ^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(im/θ)/β, each bracket
+    its upper end less its lower one. Over all intensities that is Cornell's (1996) k₀ θ^−k exp(k²β²/2).
     """
-    nodes = _nodes(hazard)
-    curves = fragility_curve(nodes.im, np.asarray(median)[..., None], np.asarray(dispersion)[..., None])
-    middle = 0.5 * (curves[..., 1:] + curves[..., :-1])
-    return np.asarray((middle * -np.diff(nodes.rate)).sum(axis=-1))
+    from scipy.special import ndtr
+
+    x, level = np.log(hazard.im), np.log(hazard.rate)
+    steep = -np.diff(level) / np.diff(x)
+    middle, spread = np.log(np.asarray(median))[..., None], np.asarray(dispersion)[..., None]
+    z = (x - middle) / spread
+    falls = -np.diff(hazard.rate * ndtr(z), axis=-1)
+    moved = steep * spread
+    height = level[:-1] + steep * (x[:-1] - middle) + 0.5 * moved**2
+    rest = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
+    return np.asarray(np.maximum(falls + rest, 0.0).sum(axis=-1))
+
+
+def _log_between(low: Array, high: Array) -> Array:
+    """ln(Φ(high) − Φ(low)), in the tail where the difference keeps its digits."""
+    from scipy.special import log_ndtr
+
+    upper = low + high > 0.0
+    less, more = log_ndtr(np.where(upper, -high, low)), log_ndtr(np.where(upper, -low, high))
+    with np.errstate(divide="ignore"):  # nothing between them: −inf, which is meant
+        return np.asarray(more + np.log(-np.expm1(less - more)))
 
 
 def in_years(annual: float, years: float = YEARS) -> float:
@@ -158,7 +159,8 @@ def _bounds(hazard: Hazard, fragility: Fragility, confidence: float) -> tuple[fl
         return nan, nan
     together = np.outer(spread, spread) * [[1.0, fragility.correlation], [fragility.correlation, 1.0]]
     middle = np.log([fragility.median, fragility.dispersion])
-    draws = np.exp(np.random.default_rng(SEED).multivariate_normal(middle, together, DRAWS, method="eigh"))
+    draws = np.random.default_rng(SEED).multivariate_normal(middle, together, DRAWS, method="eigh")
+    draws = np.exp(np.clip(draws, middle - WIDEST, middle + WIDEST))
     tail = 50.0 * (1.0 - confidence)
     low, high = np.percentile(annual_rate(hazard, draws[:, 0], draws[:, 1]), (tail, 100.0 - tail))
     return float(low), float(high)

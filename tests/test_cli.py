@@ -35,6 +35,9 @@ COMMANDS = (
     "stability",
     "models",
     "separations",
+    "assess",
+    "view",
+    "report",
 )
 SCENE = """\
 [scene]

@@ -41,6 +41,7 @@ from pounding_risk.reports.material import Material, Pair
 MOST_LINES = 5  # of one figure
 MOST_CURVES = 3  # of contact, and as many of yielding
 SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
+SHARE_LINE = ("gap", "probability", "low_recordings", "high_recordings")  # what is drawn of a share
 ACCELERATION = "m/s2"
 
 
@@ -70,7 +71,7 @@ def contact(material: Material, pair: Pair) -> list[Block]:
     shares = pair.found.contact
     heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
     rows = [[number(each.gap, "m"), *_counted(each)] for each in shares]
-    caption = f"{pair.name}: probability of contact against the gap{pair.at}, with its bounds"
+    caption = f"{pair.name}: probability of contact against the gap{pair.at}, with its bounds by recording"
     first, last = ([cell["text"] for cell in rows[place]] for place in (0, -1))
     return [
         figure(
@@ -79,7 +80,12 @@ def contact(material: Material, pair: Pair) -> list[Block]:
             f"{caption}.",
             f"{caption}: {first[3]} % at {first[0]} mm, {last[3]} % at {last[0]} mm; the table has the numbers.",
         ),
-        table(f"{caption}.", heads, rows, keep=_near(shares, pair.found.gap)),
+        table(
+            f"{pair.name}: motions with contact against the gap{pair.at}.",
+            heads,
+            rows,
+            keep=_near(shares, pair.found.gap),
+        ),
     ]
 
 
@@ -91,7 +97,7 @@ def _counted(one: Any) -> list[Cell]:
 
 
 def _line(words: str, shares: Sequence[Any]) -> Line:
-    columns = [[getattr(each, name) for each in shares] for name in ("gap", "probability", "low", "high")]
+    columns = [[getattr(each, name) for each in shares] for name in SHARE_LINE]
     return Line(words, *columns)
 
 
@@ -145,7 +151,7 @@ def codes(material: Material, pair: Pair) -> list[Block]:
     ]
     caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
     blocks = [
-        paragraph(" ".join(f"{each[:1].upper()}{each[1:]}." for each in (found.finding, *common))),
+        paragraph(" ".join([f"{found.finding}.", *(f"Everywhere {each}." for each in common)])),
         table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
     ]
     if drawn:
@@ -215,8 +221,8 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
         faults = dict.fromkeys(each.fault for each in pair.found.fragility if each.fault)
         return [paragraph(f"{pair.name}: no fragility: {'; '.join(faults)}.")] if faults else []
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
-    heads += [(head("median", ACCELERATION), "r"), ("error of its ln, by recording", "r"), ("dispersion", "r")]
-    heads += [("its error, by recording", "r"), ("from", "l")]
+    heads += [(head("median", ACCELERATION), "r"), ("error of its ln; by recording", "r"), ("dispersion", "r")]
+    heads += [("its error; by recording", "r"), ("from", "l")]
     rows = [_fitted(each) for each in found]
     words = _intensity(material.assessment.intensity)
     drawn = _drawn(found, material.law, pair.found)
@@ -253,7 +259,7 @@ def _fitted(one: Any) -> list[Cell | str]:
 
 def _error(plain: float, clustered: float) -> Cell:
     cells = [number(each, digits=2) for each in (plain, clustered)]
-    return {"text": f"{cells[0]['text']}, {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
+    return {"text": f"{cells[0]['text']}; {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
 
 
 def _drawn(found: Sequence[Any], law: str, one: Any) -> list[Any]:

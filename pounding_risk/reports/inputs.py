@@ -46,28 +46,33 @@ def scene(material: Material) -> list[Block]:
         str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
     ]
     note = f"{' and '.join(rigid)}: rigid, moves with the ground." if rigid else ""
-    blocks = [
+    pairs = enumerate(material.pairs)
+    return [
         table("Buildings, left to right.", sides, rows),
         *([paragraph(note)] if note else []),
-        facts("Between them.", _interface(material)),
+        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(material, place)) for place, pair in pairs),
         facts("The grid of cases.", _grid(material)),
         heading("Assumptions", "assumptions"),
         listing([*ASSUMED, *_assumed(material)]),
     ]
-    return blocks
 
 
-def _interface(material: Material) -> list[tuple[str, Cell | str]]:
+def _interface(material: Material, place: int) -> list[tuple[str, Cell | str]]:
     """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
     told: list[tuple[str, Cell | str]] = []
-    for key, value in material.scene["interface"][0].items():
+    for key, value in material.scene["interface"][place].items():
         if key == "gap":
-            told.append(("gap", amount(material.scene_gap, "m")))
+            told.append(("gap", amount(_si(value), "m")))
         elif key == "yield_force":
-            told.append(("yield force F_E", _force(float(str(value).split()[0]))))
+            told.append(("yield force F_E", _force(_si(value))))
         else:
             told.append((key.replace("_", " "), _said(value)))
     return told
+
+
+def _si(value: Any) -> float:
+    """The number of a quantity of a resolved scene, which is in SI."""
+    return float(str(value).split()[0])
 
 
 def _said(value: Any) -> str:
@@ -168,6 +173,8 @@ def _at(values: Any, periods: Any, period: float) -> Any:
 def _records_table(material: Material) -> Block:
     results = material.results
     needed = results["peak_closing_free"]
+    if "interface" in needed.dims:
+        needed = needed.max("interface")
     at = ""
     if "pga" in needed.dims:
         at = f" at the largest amplitude, {amount(needed['pga'].values[-1], 'm/s2')['text']}"

@@ -27,7 +27,6 @@ NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "sta
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
 # A variable that only the dataset of this command has.
 KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips"}
-COMPLETE = 0  # of ``status``
 
 
 class Pair(NamedTuple):
@@ -51,6 +50,12 @@ class Pair(NamedTuple):
     def at(self) -> str:
         """The amplitude in words, where the dataset has several."""
         return f" at {amount(self.found.amplitude, 'm/s2')['text']}" if "pga" in self.results.dims else ""
+
+    @property
+    def grid_gap(self) -> float:
+        """The gap of the grid that is nearest to the assessed one [m]."""
+        gaps = self.results["gap"].values
+        return float(gaps[np.abs(gaps - self.found.gap).argmin()])
 
     @property
     def closing(self) -> NDArray[np.float64]:
@@ -92,17 +97,6 @@ class Material:
         """What is known of each record, by its name."""
         return {each["name"]: each for each in self.facts("records", [])}
 
-    @cached_property
-    def gap(self) -> float:
-        """The gap of the grid that is nearest to the scene's own [m]."""
-        gaps = self.results["gap"].values
-        return float(gaps[np.abs(gaps - self.scene_gap).argmin()])
-
-    @property
-    def scene_gap(self) -> float:
-        """The gap that the scene's interface has [m]; a resolved scene is in SI."""
-        return float(str(self.scene["interface"][0]["gap"]).split()[0])
-
     @property
     def yield_force(self) -> float:
         """The yield force of the grid that is nearest to the scene's own, where it yields, or the smallest [N]."""
@@ -120,11 +114,6 @@ class Material:
     def laws(self) -> list[str]:
         """The grid's contact models."""
         return list(map(str, self.results["contact_model"].values))
-
-    @property
-    def complete(self) -> xr.DataArray:
-        """True for each case that ended as it should."""
-        return self.results["status"] == COMPLETE
 
 
 def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pounding_risk.reports.content import Block, Cell, facts, heading, listing, paragraph, source, table
+from pounding_risk.reports.content import MISSING, Block, facts, heading, listing, paragraph, source, table
 from pounding_risk.reports.material import Material
 from pounding_risk.separation_rules import RULES
 
@@ -31,13 +31,15 @@ def provenance(material: Material) -> list[Block]:
     told = material.results.attrs
     blocks = [
         paragraph(
-            "To run this study again, save the scene below as scene.toml, give the commands, and compare the checksums "
-            "of the record files."
+            "To run this study again, save the scene below under the name that the first command has for it, give the "
+            "commands, and compare the checksums of the record files."
         ),
         source("Commands.", "\n".join(_commands(material))),
         source("The scene, as written.", str(told.get("scene", ""))),
         facts("Versions.", sorted(material.facts("versions", {}).items())),
         _files(material),
+        heading("Origin and terms of the records", "origins"),
+        listing(_origins(material)),
         heading("Processing", "processing"),
         listing(_steps(material)),
         source("The scene, every value stated.", str(told["scene_resolved"])),
@@ -59,19 +61,21 @@ def _commands(material: Material) -> list[str]:
 
 
 def _files(material: Material) -> Block:
-    heads = [(words, "l") for words in ("record", "file", "format", "origin and terms", "sha256")]
-    rows: list[list[Cell | str]] = []
+    heads = [(words, "l") for words in ("record", "file", "format", "sha256")]
+    rows = [
+        [name, *(str(one.get(key) or MISSING) for key in ("file", "format", "sha256"))]
+        for name, one in material.records.items()
+    ]
+    return table("Record files.", heads, rows)
+
+
+def _origins(material: Material) -> list[str]:
+    """Where records are from and on what terms; those from one place share a line."""
+    alike: dict[str, list[str]] = {}
     for name, one in material.records.items():
         told = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
-        rows.append(
-            [
-                name,
-                *(str(one.get(key) or "–") for key in ("file", "format")),
-                told or "–",
-                str(one.get("sha256") or "–"),
-            ]
-        )
-    return table("Record files.", heads, rows)
+        alike.setdefault(told or "not told by the file", []).append(name)
+    return [f"{', '.join(names)}: {told}" for told, names in alike.items()]
 
 
 def _steps(material: Material) -> list[str]:

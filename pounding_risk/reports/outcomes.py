@@ -24,7 +24,7 @@ from pounding_risk.reports.content import (
     rounded,
     table,
 )
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.material import Material, Pair
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,24 +54,26 @@ def models(material: Material) -> list[Block]:
             told += " Whether another changes the conclusions: `pounding-risk compare`."
         blocks.append(paragraph(told))
     else:
-        blocks += _by_model(material)
+        for pair in material.pairs:
+            blocks += _by_model(material, pair)
     if "compare" in material.others:
         blocks += _compared(material.others["compare"])
     return blocks
 
 
-def _by_model(material: Material) -> list[Block]:
-    here = material.results.sel(gap=material.gap, yield_force=material.yield_force)
-    touching = (here["impact_count"] > 0) & (here["status"] == 0)
+def _by_model(material: Material, pair: Pair) -> list[Block]:
+    here = pair.shown.sel(gap=pair.grid_gap, yield_force=material.yield_force)
+    # A count of −1 is none: the run failed.
+    touching = here["impact_count"] > 0
     force = amount(here["yield_force"], "N")["text"]
-    where = f"at a gap of {amount(material.gap, 'm')['text']}, F_E {force}"
+    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, F_E {force}{pair.at}"
     heads = [("contact model", "l"), ("cases", "r"), ("with contact", "r"), ("reach F_E", "r")]
     heads += [(f"{head(words, unit)}: median (16 to 84 %)", "r") for words, unit in BY_MODEL.values()]
     rows: list[list[Cell | str]] = []
     panels: dict[str, list[Spread]] = {name: [] for name in BY_MODEL}
     for law in material.laws:
         one, mine = here.sel(contact_model=law), touching.sel(contact_model=law).values
-        ended = one["status"].values == 0
+        ended = one["impact_count"].values >= 0
         cells: list[Cell | str] = [name_of(law), number(ended.sum()), number(mine.sum())]
         cells.append(number((one["yield_exceedance"].values == 1).sum()))
         for name, (_, unit) in BY_MODEL.items():
@@ -79,15 +81,16 @@ def _by_model(material: Material) -> list[Block]:
             panels[name].append(Spread(name_of(law), *spread))
             cells.append(_middle(spread, unit))
         rows.append(cells)
-    note = f"Over all motions {where}; the spread is over those with contact."
+    note = f"All motions {where}; the spread is over those with contact."
     drawn = [(head(words, unit), _in_units(panels[name], unit)) for name, (words, unit) in BY_MODEL.items()]
     known = [(words, spreads) for words, spreads in drawn if any(np.isfinite(each.middle) for each in spreads)]
-    blocks = [table(f"Contact models side by side. {note}", heads, rows)]
+    blocks = [table(f"{pair.name}: contact models side by side. {note}", heads, rows)]
     if known:
-        said = f"Median and middle 68 % of {', '.join(words for words, _ in known)} under {len(rows)} contact models"
+        outputs = ", ".join(words for words, _ in known)
+        said = f"{pair.name}: median and middle 68 % of {outputs} under {len(rows)} contact models"
         blocks.append(
             figure(
-                "models",
+                f"{pair.anchor}-models",
                 svg_text(report_models(known)),
                 f"{said}, {where}.",
                 f"{said}, {where}; the table above has the numbers.",
@@ -212,8 +215,8 @@ def _residuals(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         return []
     words = "energy that a run's contacts leave unaccounted for, over the largest energy"
     return [
-        (f"{words}: median", number(np.median(values), digits=2)),
-        ("the same: largest", number(values.max(), digits=2)),
+        (f"{words}, median", number(np.median(values), digits=2)),
+        ("the same, largest", number(values.max(), digits=2)),
     ]
 
 

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
     from pounding_risk.reports.model import Model
 
-LONGEST_WORD = 26  # letters
+LONGEST_WORD = 26  # letters; a longer one may be broken anywhere
+SHORTEST_BROKEN = 12  # letters; a shorter text is never broken
 _CODE, _FORCE = re.compile(r"`([^`]*)`"), re.compile(r"\bF_E\b")
 # Where an SVG names or points at one of its own parts. A colour such as #0072b2 is none of these.
 _NAMES = re.compile(r"""(\bid="|\bhref="#|url\(#)""")
@@ -20,7 +21,7 @@ _NAMES = re.compile(r"""(\bid="|\bhref="#|url\(#)""")
 
 def page(model: Model) -> str:
     """The HTML of a report's model."""
-    return _template().render(report=model, own_parts=own_parts, words=words, is_long=is_long)
+    return _template().render(report=model, own_parts=own_parts, words=words, fit=fit)
 
 
 def words(text: str) -> Markup:
@@ -31,9 +32,11 @@ def words(text: str) -> Markup:
     return Markup(_FORCE.sub("F<sub>E</sub>", _CODE.sub(r"<code>\1</code>", plain)))
 
 
-def is_long(text: str) -> bool:
-    """True where a word is so long that it may be broken anywhere, such as a checksum."""
-    return max(map(len, text.split()), default=0) > LONGEST_WORD
+def fit(text: str) -> str:
+    """The class of a cell that is never broken, such as a date, or anywhere, such as a checksum."""
+    if len(text) <= SHORTEST_BROKEN:
+        return " short"
+    return " long" if max(map(len, text.split())) > LONGEST_WORD else ""
 
 
 def own_parts(svg: str, name: str) -> str:

@@ -35,13 +35,14 @@ def summary(material: Material) -> list[Block]:
 
 def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
     found, asked = pair.found, material.assessment
-    here = found.contact_at_gap()
+    here, bounds = found.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
     told: list[tuple[str, Cell | str]] = [
         ("gap assessed", amount(found.gap, "m")),
         ("motions with contact", number(here.count)),
         ("motions", number(here.runs)),
         ("probability of contact [%]", number(here.probability, "%", 3)),
-        (f"its {100 * asked.confidence:g} % bounds [%]", between(here.low, here.high, "%", 3)),
+        (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
+        (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
         ("probability allowed [%]", number(asked.target, "%", 3)),
         *_required(found, asked.percentile),
         ("motions that need most", _governing(found.verdict)),

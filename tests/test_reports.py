@@ -1,0 +1,463 @@
+"""Reports: every number is the dataset's, in the page and in the PDF; pages stand alone, and are the same on any day.
+
+The datasets are made, not solved (`benchmarks/made_scan.py`): what is checked is what a report says of its dataset.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+import unicodedata
+from html.parser import HTMLParser
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pounding_risk as pr
+from pounding_risk.assessment import assess
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports import document, model, page
+from pounding_risk.reports.content import KEPT, LONG, SHOWN, number, rounded
+from pounding_risk.reports.material import Material
+from pounding_risk.results import save
+from pounding_risk.separations import code_table
+
+SIZE = {"m": 1e3, "N": 1e-3, "%": 1e2, "m/s2": 1.0 / 9.80665, "kg": 1e-3}  # by hand, beside SHOWN
+STRANGE = 'A <b>pair</b> & "co." #panic("x") $ \\ `code` 1*2_3_'
+
+
+@pytest.fixture(scope="module")
+def made(root):
+    """The maker of datasets, beside the benchmarks."""
+    sys.path.insert(0, str(root / "benchmarks"))
+    from made_scan import made_scan
+
+    yield made_scan
+    sys.path.remove(str(root / "benchmarks"))
+
+
+@pytest.fixture(scope="module")
+def scan(made) -> xr.Dataset:
+    """Twenty-one gaps, so that the table of contact is a long one, and five failed runs."""
+    return made(7, np.linspace(0.0, 0.1, 21), (2e5, 5e5, np.inf), 3, failed=5)
+
+
+@pytest.fixture(scope="module")
+def results(scan, tmp_path_factory) -> Path:
+    """The dataset on disk."""
+    return save(scan, tmp_path_factory.mktemp("results") / "results.nc")
+
+
+@pytest.fixture(scope="module")
+def built(scan, results) -> model.Model:
+    checksum = hashlib.sha256(results.read_bytes()).hexdigest()
+    return model.build(Material(scan, assess(scan), {}, checksum))
+
+
+@pytest.fixture(scope="module")
+def pdf(results) -> Path:
+    """The PDF of the dataset on disk, as a user has it written."""
+    pytest.importorskip("typst")
+    return pr.report(results, results.with_name("report.pdf"))
+
+
+class Page(HTMLParser):
+    """Tables by caption as rows of (words, values), figures, ids, and everything that names another place."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.tables: dict[str, list[list[tuple[str, list[str]]]]] = {}
+        self.ids: list[str] = []
+        self.places: list[str] = []
+        self.tags: list[str] = []
+        self.alts: list[str] = []
+        self.scopes = 0
+        self.lang = ""
+        self._rows: list[list[tuple[str, list[str]]]] = []
+        self._caption, self._words, self._values = "", "", []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        told = dict(attrs)
+        self.tags.append(tag)
+        self.ids += [told["id"]] if "id" in told else []
+        self.places += [told[key] for key in ("href", "xlink:href", "src", "action") if key in told]
+        self.scopes += "scope" in told
+        self.lang = told.get("lang", self.lang) if tag == "html" else self.lang
+        if told.get("role") == "img":
+            self.alts.append(told["aria-label"])
+        if tag == "table":
+            self._rows = []
+        elif tag == "tr":
+            self._rows.append([])
+        elif tag in ("td", "th", "caption"):
+            self._words, self._values = "", []
+        elif tag == "data":
+            self._values += told["value"].split()
+
+    def handle_data(self, data):
+        self._words += data
+
+    def handle_endtag(self, tag):
+        if tag == "caption":
+            self._caption = re.sub(r"^Table \d+\. ", "", self._words)
+        elif tag in ("td", "th"):
+            self._rows[-1].append((self._words, self._values))
+        elif tag == "table":
+            self.tables[self._caption] = self._rows
+        elif tag == "thead":
+            self._rows = []
+
+    def table(self, words: str) -> list[list[tuple[str, list[str]]]]:
+        """The last table whose caption has these words: the whole one, where the text has only some rows."""
+        return self.tables[[caption for caption in self.tables if words in caption][-1]]
+
+
+@pytest.fixture(scope="module")
+def html(built) -> str:
+    return page.page(built)
+
+
+@pytest.fixture(scope="module")
+def read(html) -> Page:
+    return Page(html)
+
+
+def column(rows, place: int) -> list[float]:
+    return [float(row[place][1][0]) for row in rows]
+
+
+@given(st.floats(-1e300, 1e300), st.integers(2, 6))
+def test_a_number_is_rounded_to_half_a_unit_of_its_last_digit(value, digits):
+    """What is shown is within half a unit of the digits asked for, and reads as a number without padding."""
+    text = rounded(value, digits)
+    assert not re.search(r"e[+]|e-?0", text)
+    unit = 10.0 ** (np.floor(np.log10(abs(value))) - digits + 1) if value and abs(value) > 1e-300 else 1e-300
+    assert abs(float(text) - value) <= 0.5000001 * unit
+
+
+@pytest.mark.parametrize("unit", SIZE)
+def test_units_are_those_of_engineers(unit):
+    """The table of units against one written by hand."""
+    assert SHOWN[unit][1] == SIZE[unit]
+    assert float(number(3.0, unit)["text"]) == pytest.approx(3.0 * SIZE[unit], rel=5e-4)
+
+
+def test_what_is_not_there_is_a_dash():
+    assert [rounded(value) for value in (np.nan, np.inf, -np.inf, -0.0)] == ["–", "∞", "-∞", "0"]
+    assert number(np.nan)["raw"] is None
+
+
+def test_the_table_of_contact_is_the_datasets(scan, read):
+    """Counts, runs and probabilities at every gap, straight from the gap that each motion needs."""
+    rows = read.table("motions with contact against the gap")
+    needed = scan["peak_closing_free"].values.ravel()
+    gaps = scan["gap"].values
+    assert column(rows, 0) == pytest.approx(gaps, abs=0.0)
+    counts = [(needed > gap).sum() for gap in gaps]
+    assert column(rows, 1) == counts
+    assert column(rows, 2) == [needed.size] * gaps.size
+    assert column(rows, 3) == pytest.approx(np.array(counts) / needed.size, rel=1e-15)
+
+
+def test_the_table_of_yielding_is_the_datasets(scan, read):
+    """At the scene's gap, by model and F_E; failed runs are counted in no column."""
+    here = scan["yield_exceedance"].sel(gap=0.04)
+    rows = read.table("probability of reaching")
+    assert len(rows) == 3 * 2
+    for row in rows:
+        law, force = row[0][0].replace(" ", "_"), float(row[1][1][0])
+        values = here.sel(contact_model=law, yield_force=force).values
+        assert float(row[2][1][0]) == (values == 1).sum()
+        assert float(row[3][1][0]) == (values >= 0).sum()
+
+
+def test_the_table_of_records_is_the_datasets(scan, read):
+    rows = read.table("Records. PGA")
+    assert [row[0][0] for row in rows] == list(scan["record"].values)
+    assert column(rows, 7) == list(scan["record_pga"].values)
+    assert np.array([column(rows, 8), column(rows, 9)]).T.tolist() == scan["peak_closing_free"].values.tolist()
+
+
+def test_contact_models_are_the_datasets(scan, read):
+    """Median and middle 68 % of the motions with contact, at the scene's gap and the smallest F_E."""
+    here = scan.sel(gap=0.04, yield_force=2e5)
+    for row in read.table("contact models side by side"):
+        one = here.sel(contact_model=row[0][0].replace(" ", "_"))
+        touching = one["impact_count"].values > 0
+        force = one["peak_contact_force"].values[touching]
+        assert column([row], 2) == [touching.sum()]
+        expected = np.percentile(force, (50.0, 16.0, 84.0))
+        assert [float(value) for value in row[5][1]] == pytest.approx(expected, rel=1e-15)
+
+
+def test_the_accuracy_statement_is_the_datasets(scan, read):
+    told = {row[0][0]: row[1][1] for row in read.table("Tolerance, runs made again")}
+    assert float(told["cases"][0]) == scan["status"].size
+    assert float(told["with a run of their own"][0]) == int(scan["simulated"].sum())
+    assert float(told["made again at a tighter tolerance"][0]) == int((scan["sensitive"] >= 0).sum())
+    largest = float(np.nanmax(scan["change_peak_contact_force"].values))
+    assert float(told["peak contact force moved by, largest"][0]) == largest
+    assert float(told["failed: too many contacts"][0]) == 5
+    own = (scan["impact_count"] > 0) & (scan["simulated"] == 1)
+    assert float(told["the same, largest"][0]) == float(scan["energy_residual"].where(own).max())
+
+
+def test_what_codes_ask_is_that_of_the_rules(scan, read):
+    """Each rule's median, and the motions in which it falls short; the unverified say so."""
+    found = code_table(scan)
+    rows = read.table("separations that rules ask")
+    for row, each in zip(rows, found.rules, strict=True):
+        assert row[2][0] == ("yes" if each.row.verified else "NO")
+        if each.exceeded is not None:
+            assert column([row], 3) == [each.middle]
+            assert row[6][0] == f"{round(each.exceeded * found.motions)} of {found.motions}"
+
+
+def test_the_summary_is_the_assessment(scan, html, read):
+    verdict = assess(scan).interfaces[0].verdict
+    plain = re.sub(r"<[^>]*>", "", html)
+    assert verdict.sentence in plain
+    assert verdict.word in plain
+    told = {row[0][0]: row[1] for row in read.table("the numbers behind the verdict")}
+    needed = np.percentile(scan["peak_closing_free"].values, 84.0)
+    assert told["gap that 84 % of the motions need"][0] == f"{1e3 * needed:.4g} mm"
+    assert f"{5} of {scan['status'].size} cases failed" in plain
+
+
+def cells(built: model.Model) -> list[dict]:
+    found = []
+    for section in built["sections"]:
+        for block in section["blocks"]:
+            found += [cell for row in block.get("rows", []) for cell in row if isinstance(cell, dict)]
+    return found
+
+
+def test_every_number_of_the_page_is_the_models(built, html):
+    """Each value in order, and beside it the same digits: nothing is rounded twice, nothing is left out."""
+    shown = re.findall(r'<data value="([^"]*)">([^<]*)</data>', html)
+    asked = []
+    for cell in cells(built):
+        if cell.get("raw") is not None:
+            asked.append((str(cell["raw"]), cell["text"]))
+        elif "parts" in cell:
+            asked.append((" ".join(map(str, cell["parts"])), cell["text"]))
+    assert len(asked) > 300
+    assert shown == asked
+
+
+def test_every_rounded_number_is_its_raw_value(built):
+    """By the unit in the cell: half a unit of the third digit at most."""
+    for cell in cells(built):
+        if cell.get("raw") is None or "unit" not in cell:
+            continue
+        value = cell["raw"] * SIZE.get(cell["unit"], 1.0)
+        assert float(cell["text"].split()[0]) == pytest.approx(value, rel=5.1e-2 if abs(value) < 1e-3 else 5.1e-3)
+
+
+def test_the_model_is_json(built):
+    """Without NaN or infinity, which JSON has not."""
+    assert json.loads(json.dumps(built, allow_nan=False)) == built
+
+
+def test_long_tables_stand_whole_in_the_appendix(built):
+    blocks = {section["name"]: section["blocks"] for section in built["sections"]}
+    cut = next(block for block in blocks["adequacy"] if "motions with contact" in block.get("caption", ""))
+    whole = next(block for block in blocks["appendix"] if block.get("anchor") == cut["more"]["anchor"])
+    assert len(whole["rows"]) == 21 > LONG
+    assert len(cut["rows"]) <= KEPT
+    assert all(row in whole["rows"] for row in cut["rows"])
+    # The scene's own gap is among the rows that stay.
+    assert "40" in [row[0]["text"] for row in cut["rows"]]
+
+
+def test_a_page_stands_alone(html, read):
+    """No script, nothing from elsewhere; ids once each, and every reference finds its id."""
+    assert not {"script", "link", "iframe", "img", "object", "form"} & set(read.tags)
+    assert "@import" not in html
+    assert all(place.startswith("#") for place in read.places)
+    assert len(read.ids) == len(set(read.ids))
+    inner = {place[1:] for place in read.places} | set(re.findall(r"url\(#([^)]*)\)", html))
+    assert inner <= set(read.ids)
+    assert set(re.findall(r"https?://[^\"' ]*", html)) <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+
+
+def test_a_page_can_be_read_out(html, read):
+    """A language, heads with scopes, captions, and a text for each figure that says more than its name."""
+    assert read.lang == "en"
+    assert read.scopes > 100
+    assert html.count("<caption>") == read.tags.count("table")
+    assert len(read.alts) == html.count("<figure id=") >= 6
+    assert all(len(alt) > 60 for alt in read.alts)
+
+
+def test_names_within_figures_are_told_apart_and_colours_stay():
+    """A colour is no reference: prefixing every # once painted a curve away."""
+    svg = '<svg id="a"><path id="m1" style="fill: #0072b2"/><use xlink:href="#m1" clip-path="url(#p#ff7f0e)"/></svg>'
+    told = page.own_parts(svg, "one")
+    assert told.count("#0072b2") == 1
+    assert '<path id="one-m1"' in told
+    assert 'xlink:href="#one-m1"' in told
+    assert "url(#one-p" in told
+
+
+def test_every_series_keeps_its_colour(built, html):
+    """Colours of each drawing as it was drawn, beside those of the page."""
+    drawn = [block["svg"] for section in built["sections"] for block in section["blocks"] if block["kind"] == "figure"]
+    assert sorted(re.findall(r"#[0-9a-f]{6}\b", "".join(drawn))) == sorted(
+        re.findall(r"#[0-9a-f]{6}\b", "".join(re.findall(r"<svg.*?</svg>", html, re.DOTALL)))
+    )
+
+
+def squeezed(text: str) -> str:
+    """Letters and digits alone: how a PDF sets spaces, hyphens and indices is its own."""
+    return re.sub(r"[\s\u200b_\u00ad-]", "", unicodedata.normalize("NFKC", text))
+
+
+def pdf_text(content: bytes) -> str:
+    reader = pytest.importorskip("pypdf").PdfReader(BytesIO(content))
+    return "".join(squeezed(each.extract_text()) for each in reader.pages)
+
+
+def test_every_number_of_the_pdf_is_the_models(built, pdf):
+    """Row by row: the cells of each row stand in the PDF one after the other."""
+    text = pdf_text(pdf.read_bytes())
+    rows = [row for section in built["sections"] for block in section["blocks"] for row in block.get("rows", [])]
+    numbers = [row for row in rows if any(isinstance(cell, dict) and "raw" in cell for cell in row)]
+    assert len(numbers) > 80
+    for row in numbers:
+        parts = [squeezed(cell["text"] if isinstance(cell, dict) else cell) for cell in row]
+        missing = [part for part in parts if part not in text]
+        assert missing == [], row
+        # A row of single lines is set in one go.
+        if all(len(part) < 12 for part in parts):
+            assert "".join(parts) in text, row
+
+
+def test_the_pdf_is_tagged_and_holds_its_fonts(pdf):
+    """Tags, which PDF/UA wants and typst refuses to write without a text for each figure; fonts within the file."""
+    reader = pytest.importorskip("pypdf").PdfReader(pdf)
+    root = reader.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"]
+    assert root["/Lang"] == "en"
+    assert reader.metadata.title == "Made, not solved"
+    fonts = [font.get_object() for each in reader.pages for font in each["/Resources"].get("/Font", {}).values()]
+    kinds = [font["/DescendantFonts"][0].get_object()["/FontDescriptor"].get_object() for font in fonts]
+    assert fonts
+    assert all({"/FontFile", "/FontFile2", "/FontFile3"} & set(each) for each in kinds)
+
+
+def test_words_of_a_user_are_words(built):
+    """What is markup to HTML or to typst stands as it was written."""
+    strange = {**built, "title": STRANGE, "sections": [{**built["sections"][0], "title": STRANGE}]}
+    text = page.page(strange)
+    assert "<b>pair</b>" not in text
+    assert text.count("A &lt;b&gt;pair&lt;/b&gt; &amp; ") >= 4
+    pytest.importorskip("typst")
+    assert pdf_text(document.document(strange)).count(squeezed(STRANGE)) >= 3
+
+
+ALONE = """
+import sys
+for name in ("numba", "obspy", "pydantic", "llvmlite"):
+    sys.modules[name] = None
+import pounding_risk
+for out in sys.argv[2:]:
+    pounding_risk.report(sys.argv[1], out)
+"""
+
+
+def test_the_same_dataset_gives_the_same_bytes_without_a_solver(results, html, pdf, tmp_path):
+    """From the netCDF alone, in another process, with other hashes of strings, and no library that solves or reads."""
+    names = [tmp_path / f"alone.{suffix}" for suffix in ("html", "pdf")]
+    environment = {**os.environ, "PYTHONPATH": str(Path(pr.__file__).parents[1]), "PYTHONHASHSEED": "7"}
+    run = subprocess.run(
+        [sys.executable, "-c", ALONE, *map(str, [results, *names])],
+        env=environment, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert [name.read_bytes() for name in names] == [html.encode(), pdf.read_bytes()]
+
+
+def test_two_interfaces_have_a_report_each(made):
+    """A dataset of a row: every interface has its verdict, its figures and its tables."""
+    first, second = made(4, seed=1), made(4, seed=2)
+    names = ["building", "building_mass", "building_period", "building_damping", "peak_displacement_free"]
+    kept = ["record_spectral_acceleration", "period", "record_pga"]
+    parts = [each.drop_vars([*names, *kept]) for each in (first, second)]
+    wide = xr.concat(parts, dim="interface", combine_attrs="override").merge(first[kept])
+    wide["building"] = ["A", "B", "C"]
+    for name in names[1:4]:
+        wide = wide.assign_coords({name: ("building", [*first[name].values, first[name].values[0]])})
+    free = np.concatenate([first[names[4]].values, second[names[4]].values[..., :1]], axis=-1)
+    wide[names[4]] = (first[names[4]].dims, free)
+    scene = first.attrs["scene_resolved"]
+    block = scene[scene.index("[[interface]]") : scene.index("[records]")]
+    wide.attrs["scene_resolved"] = scene.replace(block, 2 * block)
+    built = model.build(Material(wide, assess(wide), {}))
+    told = {section["name"]: section["blocks"] for section in built["sections"]}
+    assert [block["name"] for block in told["summary"] if block["kind"] == "verdict"] == ["A | B", "B | C"]
+    names = [block["name"] for section in built["sections"] for block in section["blocks"] if block["kind"] == "figure"]
+    assert len(names) == len(set(names)) > 8
+    assert page.page(built).count("B | C") > 8
+
+
+@pytest.mark.parametrize("missing", ["impact_count", "peak_closing_free"])
+def test_what_is_no_scan_is_refused(scan, missing, tmp_path):
+    with pytest.raises(PoundingError, match=missing):
+        pr.report(scan.drop_vars(missing), tmp_path / "report.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dataset_of_another_command_is_named(scan, tmp_path):
+    effects = xr.Dataset({"time_ratio": ("effects", [1.0])})
+    with pytest.raises(PoundingError, match=r"a dataset of `pounding-risk effects`.*--with"):
+        pr.report(effects, tmp_path / "report.html")
+    with pytest.raises(PoundingError, match="second dataset of `pounding-risk effects`"):
+        pr.report(scan, tmp_path / "report.html", also=[effects, effects])
+    with pytest.raises(PoundingError, match="written by none of accuracy, effects, compare"):
+        pr.report(scan, tmp_path / "report.html", also=[scan])
+    with pytest.raises(PoundingError, match=r"must end in \.html or \.pdf"):
+        pr.report(scan, tmp_path / "report.doc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_pdf_without_typst_is_told_how(built, monkeypatch):
+    monkeypatch.setitem(sys.modules, "typst", None)
+    with pytest.raises(PoundingError, match=re.escape('pip install "pounding-risk[pdf]"')):
+        document.document(built)
+
+
+def test_a_hazard_curve_adds_rates(made, tmp_path):
+    """The rates of the page are those of the assessment."""
+    curve = tmp_path / "hazard.csv"
+    curve.write_text("pga [g],annual rate [1/year]\n0.05,0.1\n0.2,0.01\n0.8,0.0005\n", encoding="utf-8")
+    scan = made(7, laws=1)
+    read = Page(pr.report(scan, tmp_path / "report.html", hazard=curve).read_text(encoding="utf-8"))
+    asked = [rate for rate in assess(scan, hazard=curve).interfaces[0].rates if np.isfinite(rate.annual)]
+    assert asked
+    assert column(read.table("annual rate under"), 4) == [rate.annual for rate in asked]
+
+
+def test_the_command_writes_and_replaces_nothing_unasked(made, tmp_path, monkeypatch):
+    from typer.testing import CliRunner
+
+    from pounding_risk.cli import app
+
+    monkeypatch.chdir(tmp_path)
+    save(made(2, laws=1), tmp_path / "results.nc")
+    first = CliRunner().invoke(app, ["report", "results.nc"])
+    assert (first.exit_code, first.output) == (0, "written: results.html\n")
+    again = CliRunner().invoke(app, ["report", "results.nc"])
+    assert again.exit_code == 2
+    assert "results.html exists already" in again.output
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["results.html", "results.nc"]
