@@ -22,8 +22,8 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import shown
+from pounding_risk.recordings import recording
 from pounding_risk.signals import Samples
-from pounding_risk.sources import recording
 
 SQUARE = 2.0  # degrees by which components called perpendicular may miss it
 LEAST_ANGLE = 10.0  # degrees between components: below, the motion across them is mostly noise

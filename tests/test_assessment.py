@@ -223,11 +223,23 @@ def test_few_motions_leave_it_open_and_say_why():
     (one,) = assess(made_up(values)).interfaces
     assert one.verdict.word == "depends"
     assert "So few motions cannot show that a gap keeps the target of 10 %" in one.verdict.sentence
+    assert one.verdict.sentence.endswith("it takes 36 independent ones.")
     assert one.verdict.independent == 1.0  # of one recording
     told = " ".join(one.verdict.evidence)
     assert "4 motions of 1 recording, " in told
     assert "below 98 % and no less; a target of 10 % takes 36." in told  # 1 − 0.025, and 36 as in test_proportions
     assert not any(each.bounded for each in one.required)
+
+
+def test_a_target_that_the_motions_can_show_is_named_and_holds():
+    """30 recordings of one motion: 1 − 0.025^(1/30) = 11.6 %, rounded up."""
+    values = 0.01 * np.linspace(0.9, 1.1, 30)[:, None]
+    results = made_up(values)
+    results.attrs["records"] = "[]"  # nothing is told of stations: each record is a recording of its own
+    (one,) = assess(results).interfaces
+    assert (one.verdict.word, one.verdict.independent) == ("depends", 30.0)
+    assert one.verdict.sentence.endswith("it takes 36 independent ones, or a target of 12 %.")
+    assert assess(results, target=0.12).interfaces[0].verdict.word == "adequate"
 
 
 def test_a_verdict_that_hangs_on_the_polarity_depends():
