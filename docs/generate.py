@@ -29,6 +29,9 @@ from generation.records import checks_page, formats_page, steps_page  # noqa: E4
 from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 
+# The site has better for these, and a reader of the site has no use for them.
+UNUSED = ("Test it", "Your own contact law", "Effects, only where a scene names them", "Where to go next")
+
 
 def pages(run: bool = False) -> dict[str, str | bytes]:
     """Every generated page by its file, and with ``run`` the pictures that the notebooks draw."""
@@ -47,7 +50,10 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "assessment.md": assessment_page(),
         "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
-    found |= {f"pieces/{slug(name)}.md": text for name, text in readme_sections().items()}
+    sections, elsewhere = readme_sections(), taken()
+    found |= {f"pieces/{slug(name)}.md": text for name, text in sections.items()}
+    rest = [name for name in sections if slug(name) not in elsewhere]
+    found["pieces/start.md"] = "".join(f"## {name}\n{sections[name]}" for name in rest)
     found |= isolated_impacts()
     for path in notebooks():
         found |= notebook_pages(path, run)
@@ -83,6 +89,12 @@ def readme_sections() -> dict[str, str]:
     text = (ROOT / "README.md").read_text("utf-8")
     parts = re.split(r"^## (.+)\n", text, flags=re.M)
     return {heading: _from_here(body) for heading, body in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def taken() -> set[str]:
+    """Sections of the README that a page of their subject takes in, and those that no page does."""
+    pages = " ".join(path.read_text("utf-8") for path in HERE.rglob("*.md") if "generated" not in path.parts)
+    return {*re.findall(r"generated/pieces/([a-z0-9-]+)\.md", pages), *map(slug, UNUSED)}
 
 
 def _from_here(text: str) -> str:

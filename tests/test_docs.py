@@ -191,6 +191,14 @@ def test_what_pages_take_in_and_show_is_there(pages):
             )
 
 
+def test_what_of_the_readme_no_page_takes_in_stands_at_the_start(generate, pages):
+    start = headings_of(pages["pieces/start.md"])
+    assert {"Run it", "A scene"} <= start
+    assert not {"Hard cases", "Records", "Test it"} & start
+    taken = {name for name in generate.readme_sections() if generate.slug(name) in generate.taken()}
+    assert taken | start >= set(generate.readme_sections())
+
+
 def test_no_page_stands_in_no_list_of_pages():
     listed = " ".join(path.read_text("utf-8") for path in DOCS.rglob("*.md") if "generated" not in path.parts)
     for path in DOCS.rglob("*.md"):
