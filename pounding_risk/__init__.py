@@ -26,6 +26,7 @@ _HOMES = {
     "read_motion": "motions",
     "code_table": "separations",
     "assess": "assessment",
+    "view": "explorer",
     "report": "reports",
     "open_results": "results",
     "save": "results",

@@ -30,6 +30,7 @@ from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
 from pounding_risk.cli_separations import separations
+from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
@@ -45,6 +46,11 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except PoundingError as error:
             typer.echo(f"pounding-risk: {error}", err=True)
+            raise typer.Exit(BAD_INPUT) from None
+        except OSError as error:  # a name too long, a full disk: a fault of no code, wherever it shows
+            if error.filename is None:
+                raise
+            typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             typer.echo("pounding-risk: stopped by Ctrl-C; no file was left half written", err=True)
@@ -378,4 +384,5 @@ def stability(
 app.command()(models)
 app.command()(separations)
 app.command()(assess)
+app.command()(view)
 app.command()(report)

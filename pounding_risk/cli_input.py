@@ -78,6 +78,14 @@ def check_folder(folder: Path) -> None:
         raise PoundingError(f"--out: the folder {existing} cannot be written to; choose another one")
 
 
+def make_folder(folder: Path) -> None:
+    """The folder, with those above it; raises PoundingError where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PoundingError(f"--out: {folder} cannot be made ({error.strerror}); choose another one") from None
+
+
 def floors(length: str | None, other_length: str | None, wave_speed: str) -> Floors:
     """The lengths of both floors, 0 where none is given, and their wave speed; raises PoundingError for the option."""
     from pounding_risk.quantities import FLOOR_LENGTH, WAVE_SPEED

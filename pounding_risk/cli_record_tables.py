@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -158,7 +159,7 @@ def _processed(motion: Motion) -> tuple[str, ...]:
     velocity, displacement = motion.velocity_displacement()
     return (
         motion.name,
-        engineering(motion.record["pga_recorded"], "m/s2"),
+        engineering(motion.record.get("pga_recorded", nan), "m/s2"),  # a turned motion was not recorded
         engineering(found.pga, "m/s2"),
         engineering(found.pgv, "m/s", 3),
         engineering(found.pgd, "m", 3),

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli_input import FIGURES, Figure, read_option, writable
+from pounding_risk.cli_input import FIGURES, Figure, make_folder, read_option, writable
 from pounding_risk.cli_output import draw
 from pounding_risk.errors import PoundingError
 
@@ -137,7 +137,7 @@ def process(
             motions.append(treated(how, group))
             watch(len(motions), len(found.groups))
     if any(targets) and not (out is None or out.suffix):
-        out.mkdir(parents=True, exist_ok=True)
+        make_folder(out)
     for motion, target in zip(motions, targets, strict=True):
         if target is not None:
             write_motion(motion, target)
@@ -224,6 +224,10 @@ def select(
         tuple[str, str] | None,
         typer.Option(metavar="LEAST MOST", help='Such as "180 m/s" "360 m/s".', show_default=False),
     ] = None,
+    pga: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="LEAST MOST", help='As recorded, such as "0.1 g" "0.5 g".', show_default=False),
+    ] = None,
     damping: Annotated[str, typer.Option(help="Damping ratio of the spectra.")] = "5 %",
     processing: Processing = None,
     unit: Unit = None,
@@ -243,7 +247,7 @@ def select(
     from pounding_risk.selection import select as run
 
     how = treatment(Options(processing, (), None, None, None, None))
-    choices = choices_of(range, distance, vs30)
+    choices = choices_of(range, distance, vs30, pga)
     choices |= {"count": count, "spectrum": spectrum, "limits": factor, "per_event": per_event, "magnitude": magnitude}
     goal = target_spectrum(target, read_option("--damping", damping, DAMPING))
     with Watch("select", "records") as watch:

@@ -97,7 +97,10 @@ def _step(text: str) -> dict[str, str]:
     """``bandpass low=0.1Hz high="25 Hz"`` as the table of a scene."""
     try:
         name, *options = shlex.split(text)
-        return {"step": name} | dict(_pair(option) for option in options)
+        pairs = [_pair(option) for option in options]
+        if len({key for key, _ in pairs}) < len(pairs):
+            raise ValueError(text)
+        return {"step": name, **dict(pairs)}
     except ValueError:
         raise PoundingError(
             f"--step: {text!r} is not a step with its options; write one such as 'bandpass low=0.1Hz high=25Hz'"
@@ -147,10 +150,13 @@ def target_spectrum(text: str, damping: float) -> Target:
 
 
 def choices_of(
-    periods: tuple[str, str], distance: tuple[str, str] | None, vs30: tuple[str, str] | None
+    periods: tuple[str, str],
+    distance: tuple[str, str] | None,
+    vs30: tuple[str, str] | None,
+    pga: tuple[str, str] | None,
 ) -> dict[str, Any]:
     """What a selection takes of options with units; raises PoundingError that names the option."""
-    from pounding_risk.quantities import PERIOD, Quantity
+    from pounding_risk.quantities import PERIOD, PGA, Quantity
 
     far = Quantity("m", 0.0, inf, "distance", example="10 km")
     soil = Quantity("m/s", 0.0, inf, "shear-wave velocity", example="360 m/s")
@@ -159,6 +165,8 @@ def choices_of(
         found["distance_km"] = tuple(read_option("--distance", text, far) / 1e3 for text in distance)
     if vs30 is not None:
         found["vs30"] = tuple(read_option("--vs30", text, soil) for text in vs30)
+    if pga is not None:
+        found["pga"] = tuple(read_option("--pga", text, PGA) for text in pga)
     return found
 
 
@@ -196,6 +204,7 @@ def find(
     if horizontal or in_pairs:
         sources = gather.horizontals(sources, left_out)
     sources += [] if set is None else [open_source(load(member)) for member in members(set)]
+    sources = list({(source.record["file"], source.name): source for source in sources}.values())
     if not sources:
         why = f"left out: {left_out[0]}" if left_out else "the folder is empty"
         raise PoundingError(f"{' '.join(words)}: holds no record; {why}")

@@ -9,6 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures_style import STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.sources import lowest_usable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +24,6 @@ BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
 TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
-CORNER_FACTOR = 1.25  # of a lower corner, from which on a spectrum is usable
 NAMED = (0.2, 1.0)  # s, told in the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
@@ -120,6 +120,8 @@ def _processing_finding(before: Motion, after: Motion, old: History, new: Sequen
 
 
 def _length(value: float) -> str:
+    if abs(value) >= 100.0:
+        return f"{value:.0f} m"
     return f"{value:.3g} m" if abs(value) >= 1.0 else f"{100.0 * value:.2g} cm"
 
 
@@ -191,11 +193,8 @@ def corners(motion: Motion) -> tuple[float, ...]:
 
 
 def longest_usable(motion: Motion) -> float | None:
-    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells.
-
-    That of its lowest usable frequency, or of 1.25 times the lower corner (PEER NGA-West2, Ancheta et al. 2013).
-    """
-    lowest = motion.record.get("lowest_usable_frequency") or CORNER_FACTOR * float(motion.record.get("low_corner") or 0)
+    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells."""
+    lowest = lowest_usable(motion.record)
     return 1.0 / lowest if lowest else None
 
 
@@ -217,18 +216,25 @@ def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemb
 
     Raises PoundingError for no motion, and for one of zeros, which a logarithmic scale cannot show.
     """
-    from pounding_risk.measures import LEAST_PERIOD, response_spectra
+    from pounding_risk.measures import response_spectra
 
     if not motions:
         raise PoundingError("there is no motion to draw spectra of; give one at least")
     still = [motion.name for motion in motions if not motion.acceleration.any()]
     if still:
         raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
-    steps = [motion.dt for motion in motions]
-    periods = np.geomspace(max(SHORTEST, LEAST_PERIOD * max(steps)), LONGEST, PERIODS)
-    periods = np.union1d(periods, [period for period in NAMED if period > periods[0]])
+    steps, periods = [motion.dt for motion in motions], ensemble_periods(motions)
     found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
     return Ensemble(periods, found.pseudo_acceleration, damping)
+
+
+def ensemble_periods(motions: Sequence[Motion]) -> Samples:
+    """Periods [s] from 0.02 to 10 s, or from the shortest that every time step allows, evenly in the logarithm."""
+    from pounding_risk.measures import LEAST_PERIOD
+
+    shortest = max(SHORTEST, LEAST_PERIOD * max(motion.dt for motion in motions))
+    periods = np.geomspace(shortest, LONGEST, PERIODS)
+    return np.union1d(periods, [period for period in NAMED if period > periods[0]])
 
 
 def spectra_figure(
@@ -266,9 +272,9 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
     _target(axis, target, periods)
 
 
-def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float]) -> None:
+def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of: str = "") -> None:
     for place, level in enumerate(levels):
-        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %"
+        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %{of}"
         share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
         axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
 
@@ -303,15 +309,16 @@ def selection_figure(
     rows, wanted = selection.rows, selection.wanted
     figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
     left, right = axes[0]
-    ensemble = ensemble_spectra(selection.motions(), selection.target.damping)
+    periods = ensemble_periods(selection.motions())
+    ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
+    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
     for place, each in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
-        words = "" if place else f"{len(ensemble.acceleration)} components, scaled"
+        words = "" if place else f"{len(rows)} {what}, scaled"
         left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
-    if len(ensemble.acceleration) > 2:
-        _percentiles(left, ensemble, percentiles)
+    if len(rows) > 2:
+        _percentiles(left, ensemble, percentiles, f" of the {what}")
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
-    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
     _target(left, selection.target, ensemble.periods)
     _usable(left, selection.motions())

@@ -6,9 +6,9 @@ pattern, a folder and a file of several components stand for their horizontals; 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isclose
+from math import isclose, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +24,16 @@ from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
-from pounding_risk.sources import RAW, Source, components, is_vertical, open_source, parted
+from pounding_risk.sources import (
+    RAW,
+    Source,
+    components,
+    file_name,
+    is_vertical,
+    lowest_usable,
+    open_source,
+    parted,
+)
 from pounding_risk.study import Study
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -74,7 +83,7 @@ def _for_buildings(motion: Motion, study: Study) -> Motion:
         motion.dt,
         shortest_period=min(periods),
         longest_period=max(periods),
-        usable=motion.record.get("lowest_usable_frequency"),
+        usable=lowest_usable(motion.record),
         checks=OF_BUILDINGS,
     )
     return replace(motion, flags=(*motion.flags, *failed(findings)))
@@ -157,7 +166,11 @@ def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
     """The records of a manifest with their factors; raises RecordError where one is not what the manifest says."""
     path = folder / request.manifest
-    for number, row in enumerate(read_manifest(path), start=2):
+    rows = read_manifest(path)
+    if not rows:
+        raise RecordError(f"{path}: names no record; choose again")
+    for number, row in enumerate(rows, start=2):
+        _check_row(f"{path}, line {number}", row)
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
@@ -179,6 +192,15 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
         yield motion.with_tail(request.tail) if request.tail else motion
 
 
+def _check_row(place: str, row: Mapping[str, Any]) -> None:
+    """Refuse a row of a manifest without a name or a PGA, or with a factor that scales nothing."""
+    empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
+    if empty:
+        raise RecordError(f"{place}: {' and '.join(empty)} left empty; choose again")
+    if not (isfinite(row["factor"]) and row["factor"] > 0.0):
+        raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
+
+
 def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
     """The two horizontals of each recording; raises RecordError where there are not two."""
     recordings: dict[Any, list[Source]] = {}
@@ -186,7 +208,7 @@ def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
     for found in recordings.values():
         if len(found) != 2:
-            listed = ", ".join(source.record["id"] for source in found)
+            listed = ", ".join(file_name(source) for source in found)
             raise RecordError(
                 f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
                 "horizontal components of each recording: name both, or leave direction out"
@@ -224,21 +246,28 @@ def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     """Both horizontals, processed alike, in the direction of the row."""
     assert request.direction is not None
     processing: Any = request.processing
+    words: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
     if processing == "auto" and all(source.record["state"] == RAW for source in pair):
-        processing = _one_band(pair)
+        processing, words, flags = _one_band(pair)
     first, second = (read_motion(source, processing=processing) for source in pair)
-    return rotated(first, second, request.direction)
+    motion = rotated(first, second, request.direction)
+    return replace(motion, processing=(*motion.processing, *words), flags=tuple(dict.fromkeys((*motion.flags, *flags))))
 
 
-def _one_band(pair: tuple[Source, ...]) -> list[dict[str, Any]]:
-    """The default chain with the stricter corners of both components, so that both keep the same frequencies."""
+def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
+    """The default chain with the stricter corners of both components, so that both keep the same frequencies.
+
+    With a sentence that says why the corners are where they are, and doubts.
+    """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
     before = [read_motion(source, processing=steps[:at]) for source in pair]
-    if before[0].dt == before[1].dt:  # `rotated` refuses others
-        found = shared_corners([motion.acceleration for motion in before], before[0].dt)
-        steps[at] |= {"low": found.low, "high": found.high}
-    return steps
+    if before[0].dt != before[1].dt:  # `rotated` refuses them
+        return steps, (), ()
+    found = shared_corners([motion.acceleration for motion in before], before[0].dt)
+    steps[at] |= {"low": found.low, "high": found.high}
+    return steps, (f"corners of the band-pass: {found.words}",), found.flags
 
 
 def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion]:

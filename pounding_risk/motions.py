@@ -23,17 +23,17 @@ from pounding_risk.processing import (
     window,
 )
 from pounding_risk.quality import AT_REST, FIRST_OF_PEAK, LASTING, LONGEST_STEP, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.quantities import PGA, SCALE, TAIL, TIME, shown
+from pounding_risk.quantities import PGA, SCALE, STEP, TAIL, TIME, shown
 from pounding_risk.record_request import AS_RECORDED, REVERSED
+from pounding_risk.resampling import MOST
 from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
-from pounding_risk.sources import RAW, Source, check_samples, components, open_source
+from pounding_risk.sources import RAW, USABLE, Source, check_samples, components, lowest_usable, open_source
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
-USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
@@ -130,7 +130,7 @@ def read_motion(
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
     unit: str | None = None,
-    dt: float | None = None,
+    dt: float | str | None = None,
 ) -> Motion:
     """The ground motion of a record: read, processed, cut, scaled.
 
@@ -173,8 +173,9 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
     if isinstance(source, Stream):
         return Stream([read_trace(trace, **choices) for trace in source])
     if isinstance(source, str | Path) and Path(source).is_file():
-        stated = {key: choices.pop(key) for key in ("unit", "dt") if key in choices}
-        return Stream([read_trace(each, **choices) for each in components(Path(source), **stated)])
+        unit, dt = choices.pop("unit", None), choices.pop("dt", None)
+        step = None if dt is None else asked("dt", dt, STEP)
+        return Stream([read_trace(each, **choices) for each in components(Path(source), unit=unit, dt=step)])
     return Stream([read_trace(source, **choices)])
 
 
@@ -188,7 +189,7 @@ def _prepared(
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
     unit: str | None = None,
-    dt: float | None = None,
+    dt: float | str | None = None,
 ) -> tuple[Trace, dict[str, Any], tuple[str, ...]]:
     """The processed trace, the record it is of, and the doubts about it."""
     target = None if pga is None else asked("pga", pga, PGA)
@@ -199,7 +200,7 @@ def _prepared(
         raise RecordError("pga and scale are both given; a record is scaled by one of them: leave one out")
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    found = open_source(source, unit=unit, dt=dt)
+    found = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
     chain = _chain(processing, found.record["state"])
     log = _Log(found)
     _process(log, chain)
@@ -254,7 +255,7 @@ class _Log:
         (low, high), facts = self.band, {}
         if low > 0.0:
             low = max(low, self._record.get("low_corner") or 0.0)
-            usable = max(USABLE * low, self._record.get("lowest_usable_frequency") or 0.0)
+            usable = max(USABLE * low, lowest_usable(self._record) or 0.0)
             facts = {"low_corner": low, "lowest_usable_frequency": usable}
         if high < inf:
             facts["high_corner"] = min(high, self._record.get("high_corner") or inf)
@@ -326,6 +327,8 @@ def _reverse(samples: Samples) -> Done:
 
 def _extend(samples: Samples, dt: float, seconds: float) -> Done:
     count = round(seconds / dt)
+    if count > MOST:
+        raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
     return Done(np.pad(samples, (0, count)), f"tail: {count * dt:g} s of zeros added")
 
 

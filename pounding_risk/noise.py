@@ -111,10 +111,10 @@ def corners_from_noise(samples: Samples, dt: float) -> Corners:
         flag = f"at {CENTRE:g} Hz the earthquake is less than {LEAST_RATIO:g} times the noise: the record tells little"
         return default_corners(dt, "by default, as no band stands out of the noise")._replace(flags=(flag,))
     lowest = max(band[0], 1.0 / ((len(samples) - 1) * dt))
-    low, drifts = _without_drift(samples, dt, lowest)
+    low, drifts = _without_drift(samples, dt, lowest)  # a doubt where every corner drifts
     high = min(band[1], _highest(dt))
     words = f"signal-to-noise is at least {LEAST_RATIO:g} from {band[0]:.3g} to {band[1]:.3g} Hz"
-    if low > lowest:
+    if low > lowest and not drifts:
         words += f", and the displacement drifts below {low:.3g} Hz"
     return Corners(low, high, words, (*_weak(spectra), *drifts))
 

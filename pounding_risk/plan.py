@@ -202,6 +202,9 @@ def _effect(effect: Effect) -> str:
 def _amplitude(study: Study, count: int) -> str:
     asked, pgas = study.records, study.grid.pgas
     scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
+    if asked.manifest:
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each times its factor of {asked.manifest}{common}"
     if asked.sa is not None and asked.sa.value is not None:
         scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
     if asked.to_median is not None:

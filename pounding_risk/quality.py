@@ -101,6 +101,7 @@ def check(
             result = function(seen)
             return None if result is None else Finding(name, *result)
 
+        told.__doc__ = function.__doc__
         CHECKS[name] = Check(told, states)
         return told
 

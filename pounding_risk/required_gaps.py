@@ -69,6 +69,16 @@ def lognormal_percentiles(closing: Array, percentiles: Array) -> Array:
     return np.asarray(np.exp(logs.mean() + ndtri(percentiles / 100.0) * logs.std(ddof=1)))
 
 
+def lognormal_share(closing: Array, gap: float) -> float:
+    """1 − Φ((ln gap − m)/s), the share that closes more than ``gap`` [m], as `lognormal_percentiles`."""
+    from scipy.special import ndtr
+
+    if closing.size < 2 or closing.min() <= 0.0 or gap <= 0.0 or np.ptp(closing) == 0.0:
+        return nan
+    logs = np.log(closing)
+    return float(ndtr((logs.mean() - np.log(gap)) / logs.std(ddof=1)))
+
+
 def _resampled(
     closing: Array, recordings: NDArray[np.int64], percentiles: Array, confidence: float
 ) -> tuple[Array, Array]:

@@ -17,9 +17,12 @@ from datetime import datetime
 from math import cos, isfinite, radians, sin
 from typing import Any
 
+import numpy as np
+
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import shown
+from pounding_risk.recordings import recording
 from pounding_risk.signals import Samples
 
 SQUARE = 2.0  # degrees by which components called perpendicular may miss it
@@ -33,6 +36,7 @@ KEPT = (
     "distance_km",
     "vs30",
     "station",
+    "sensor",
     "state",
     "format",
     "file",
@@ -40,6 +44,8 @@ KEPT = (
     "terms",
     "polarity",
 )
+# Of what filters left of the components, both have only the narrower band.
+NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": min}
 
 
 def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[float, float] | None = None) -> Motion:
@@ -77,6 +83,8 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
     )
     if not _is_square(angle):
         sentence += f"; the components are {angle:g}° apart and were solved for as such"
+    if recording(first.record, "") != recording(second.record, ""):
+        doubts += (f"{first.name} and {second.name} are not of one event, date and station",)
     if not known:
         doubts += (f"the azimuths are unknown: {direction:g}° counts from {first.name}",)
     return Motion(
@@ -90,7 +98,7 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool) and isfinite(value)
 
 
 def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -180,4 +188,8 @@ def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, A
             record[key] = " + ".join(parts)
     if one.get("start") and other.get("start"):
         record["start"] = max(one["start"], other["start"])
+    for key, stricter in NARROWER.items():
+        corners = [each[key] for each in (one, other) if each.get(key)]
+        if corners:
+            record[key] = stricter(corners)
     return {**record, "azimuth": None if azimuth is None else azimuth % 360.0}

@@ -50,6 +50,7 @@ def labelled(study: Study, scanned: Scanned) -> xr.Dataset:
     flags = {
         "flag_values": np.array(codes, dtype=np.int8),
         "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
+        "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
     }
     variables["status"] = (dims, raw[..., STATUS].astype(np.int8), {"long_name": "how the run ended", **flags})
     variables["simulated"] = (

@@ -65,6 +65,7 @@ from pounding_risk.scene_text import (
     read_text,
     sentences,
 )
+from pounding_risk.scene_words import described, facts
 from pounding_risk.study import (
     EQUAL_TERMS,
     NO_RESTITUTION,
@@ -104,12 +105,12 @@ def measured(quantity: Quantity) -> Reads:
     """A quantity: text with a unit, or a plain number where it is dimensionless."""
     plain = quantity.unit == "1"
     kind = {"type": ["number", "string"]} if plain else {"type": "string"}
-    return Reads(partial(parse, quantity=quantity), {**kind, "description": f"{quantity.words} [{quantity.unit}]"})
+    return Reads(partial(parse, quantity=quantity), {**kind, **facts(quantity)})
 
 
 def gridded(quantity: Quantity) -> Reads:
     """The values of a grid key."""
-    return Reads(scene_keys.axis(quantity), {"type": ["array", "object"], "description": quantity.words})
+    return Reads(scene_keys.axis(quantity), {"type": ["array", "object"], **facts(quantity)})
 
 
 _STRINGS = {"type": "array", "items": {"type": "string"}}
@@ -269,8 +270,11 @@ def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequ
 
 
 def scene_schema() -> dict[str, Any]:
-    """JSON schema of a scene file, for the completion of an editor; it knows keys and kinds, not units."""
-    return SceneTables.model_json_schema()
+    """JSON schema of a scene file, for the completion of an editor: keys, kinds, units and ranges, in words.
+
+    ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` tell what a JSON schema has no keyword for.
+    """
+    return described(SceneTables.model_json_schema())
 
 
 def _study(raw: dict[str, Any], origin: _Origin) -> Study:

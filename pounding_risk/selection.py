@@ -32,7 +32,7 @@ from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
 from pounding_risk.scaling import USUAL_FACTORS, asked, by_factor, period_range, spectral_accelerations
 from pounding_risk.signals import Samples
-from pounding_risk.sources import is_vertical
+from pounding_risk.sources import is_vertical, lowest_usable
 from pounding_risk.targets import Target
 
 NODES = 30  # periods in the range, evenly in the logarithm, ends included
@@ -68,7 +68,7 @@ class Wanted:
             raise RecordError(f"spectrum: {shown(self.spectrum)} is not one; it may be {', '.join(SPECTRA)}")
         for key in ("count", "per_event"):
             value = getattr(self, key)
-            if not (value is None and key == "per_event") and not (isinstance(value, int) and value >= 1):
+            if not (value is None and key == "per_event") and not (isinstance(value, int | np.integer) and value >= 1):
                 raise RecordError(f"{key}: {shown(value)} is no number of records; write a whole number from 1 up")
         if self.pga is not None:
             object.__setattr__(self, "pga", tuple(asked("pga", bound, PGA) for bound in self.pga))
@@ -124,6 +124,14 @@ class Selection:
     def spectra(self) -> Samples:
         """Sa of the scaled candidates [m/s²], shape (rows, periods)."""
         return np.array([row.factor * row.acceleration for row in self.rows])
+
+    def spectra_at(self, periods: Samples) -> Samples:
+        """What was compared (spectra of components, or of pairs as `Wanted.spectrum` has it), scaled, at other periods.
+
+        Sa [m/s²], shape (rows, periods).
+        """
+        found = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
+        return found * np.array([row.factor for row in self.rows])[:, None]
 
     @property
     def median_ratio(self) -> Samples:
@@ -293,11 +301,11 @@ def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
 
 def _doubts(parts: tuple[Motion, ...], wanted: Wanted) -> tuple[str, ...]:
     """A flag for a record that is compared at periods at which it is not usable."""
-    lowest = _known(parts, "lowest_usable_frequency")
-    if not lowest or wanted.periods[1] * float(lowest) <= 1.0:
+    lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
+    if wanted.periods[1] * lowest <= 1.0:
         return ()
-    longest = f"{1.0 / float(lowest):.3g} s"
-    return (f"compared up to {wanted.periods[1]:g} s, and usable up to {longest} ({lowest:g} Hz) only",)
+    longest = f"{1.0 / lowest:.3g} s"
+    return (f"compared up to {wanted.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
 
 
 def _doubted(motion: Motion, doubts: tuple[str, ...]) -> Motion:

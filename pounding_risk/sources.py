@@ -21,6 +21,8 @@ from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_component
 
 RAW, PROCESSED = "raw", "processed"
 IN_MEMORY = "ObsPy trace"
+USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
+LARGEST = 1e30  # m/s²: far above any motion, and its square is still a number
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
 
@@ -69,10 +71,18 @@ def file_name(source: Source) -> str:
 
 
 def is_vertical(record: Mapping[str, Any]) -> bool:
-    """True for the facts of a component that is vertical, by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ and the like."""
+    """True for a component that is vertical by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ, BHZ10 and the like."""
     name = str(record.get("component") or "").upper()
     ends = {name, re.split(r"[-_ .]", name)[-1]}
-    return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z", name))
+    return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z\d{0,2}", name))
+
+
+def lowest_usable(record: Mapping[str, Any]) -> float | None:
+    """The lowest frequency [Hz] at which a record is its own and not its filter's; None where nothing tells.
+
+    What the record says, or 1.25 times the lower corner of its filter (PEER NGA-West2, Ancheta et al. 2013).
+    """
+    return record.get("lowest_usable_frequency") or USABLE * float(record.get("low_corner") or 0.0) or None
 
 
 def _checked(found: Source) -> Source:
@@ -115,8 +125,11 @@ def _of_catalogue(id: str) -> Source:
 
 def _of_file(path: Path, read: FileRead) -> Source:
     name = f"{path}{COMPONENT}{read.component}" if read.component else str(path)
+    told = _told(read.trace)
     id = f"{path.stem}{COMPONENT}{read.component}" if read.component else path.stem
-    record = {**_told(read.trace), "id": id, "state": read.state, "format": read.format}
+    if path.suffix and path.suffix[1:].lower() == str(told["component"] or "").lower():
+        id = path.name  # K-NET names its files by their components
+    record = {**told, "id": id, "state": read.state, "format": read.format}
     record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
     return Source(name, read.trace, record, read.units)
 
@@ -132,6 +145,7 @@ def _of_trace(source: Any) -> Source:
         )
     state = source.stats.get("record", {}).get("state", PROCESSED)
     record = {**_told(source), "id": name, "state": state, "format": IN_MEMORY, "file": ""}
+    check_samples(source.data, source.stats.delta, name)
     digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
     record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
     return Source(name, source, record, "units: m/s², as given")
@@ -139,10 +153,10 @@ def _of_trace(source: Any) -> Source:
 
 def _told(trace: Any) -> dict[str, Any]:
     """What a trace's header says about the recording."""
-    plain = {"event": "", "date": str(trace.stats.starttime.date)}
-    plain |= {"station": trace.stats.station, "component": trace.stats.channel}
     record = dict(trace.stats.get("record", {}))
-    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0
+    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is told
+    plain = {"event": "", "date": str(trace.stats.starttime.date) if timed else ""}
+    plain |= {"station": trace.stats.station, "component": trace.stats.channel}
     start = {"start": trace.stats.starttime.isoformat()} if timed else {}
     for key in ("state", "units"):
         record.pop(key, None)
@@ -159,9 +173,16 @@ def check_samples(samples: Any, dt: float, name: str) -> None:
     if np.ndim(samples) != 1 or len(samples) < 2:
         count = np.size(samples)
         raise RecordError(f"{name}: has {count} sample{'s' if count != 1 else ''}; a record needs at least 2")
+    if np.iscomplexobj(samples):
+        raise RecordError(f"{name}: its samples are complex numbers; hand over the real part of them")
     wrong = np.flatnonzero(~np.isfinite(samples))
     if len(wrong):
         raise RecordError(
             f"{name}: {len(wrong)} sample{'s are' if len(wrong) > 1 else ' is'} not finite, the first at "
             f"index {wrong[0]} (t = {wrong[0] * dt:g} s); repair or replace the record"
+        )
+    peak = float(np.abs(samples).max())
+    if peak > LARGEST:
+        raise RecordError(
+            f"{name}: a sample of {peak:.3g} m/s² is no motion of the ground; check the unit, or the scaling"
         )

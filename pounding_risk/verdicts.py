@@ -18,10 +18,11 @@ from pounding_risk.assessed_data import Motions
 from pounding_risk.influences import CONTACT, Influence
 from pounding_risk.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
 from pounding_risk.quantities import GAP, say
-from pounding_risk.required_gaps import RequiredGap
+from pounding_risk.required_gaps import RequiredGap, lognormal_share
 
 ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
 GOVERNING = 3  # motions that are named
+LARGEST_TARGET = 0.3  # that anyone would accept
 
 
 @dataclass(frozen=True)
@@ -127,8 +128,12 @@ def _why(word: str, asked: Asked, seen: Seen) -> str:
         return f", above {target} throughout."
     if seen.polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {seen.polarity.words}."
-    if not seen.contact.count and least_upper_bound(seen.independent, asked.confidence) > asked.target:
-        return f". So few motions cannot show that a gap keeps {target}, were there no contact at all."
+    least = least_upper_bound(seen.independent, asked.confidence)
+    if not seen.contact.count and least > asked.target:
+        needed = motions_to_show(asked.target, asked.confidence)
+        reach = f", or a target of {np.ceil(100.0 * least):.0f} %" if least < LARGEST_TARGET else ""
+        repair = f"it takes {needed} independent ones{reach}"
+        return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
     if seen.lost:
         return f". That many motions, {seen.lost} of them failed, leave open on which side of {target} it is."
     return f". That many motions leave open on which side of {target} it is."
@@ -139,6 +144,11 @@ def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> lis
     told = [_margin(asked, required), _number(asked, seen)]
     named = "; ".join(f"{each.record} {each.polarity} {say(each.closing, GAP, 3)}" for each in governing)
     told.append(f"The motions that close most: {named}.")
+    tail = lognormal_share(seen.motions.closing[:, 0], asked.gap)
+    if not np.isnan(tail):
+        told.append(
+            f"Were what they close lognormal, P(contact) would be {_percent(tail)}: assumed of the tail, not counted."
+        )
     runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
     checked = (
         f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"

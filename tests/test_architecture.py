@@ -35,6 +35,7 @@ HOMES = {
     "matplotlib": r"figures.*",
     "xarray": r"(results|ensemble|scan_dataset|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
+    "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",
     "markupsafe": r"reports/page\.py",
     "typst": r"reports/document\.py",
@@ -170,10 +171,10 @@ def test_kernels_do_not_import_in_circles():
 
 
 ASSESSED = (
-    r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py"
-    r"|verdicts\.py"
+    r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|"
+    r"verdicts\.py"
 )
-DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|reports/.*|{ASSESSED}", name)]
+DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|explorer\.py|reports/.*|{ASSESSED}", name)]
 
 
 @pytest.mark.parametrize("name", DRAWN)

@@ -13,6 +13,7 @@ from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
+from pounding_risk.assessed_data import motions_of
 from pounding_risk.assessment import interfaces
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
@@ -135,6 +136,15 @@ def test_a_scan_is_assessed_as_its_numbers_say(dataset):
     assert {each.row.rule for each in one.separations} >= {"abs", "srss", "cqc"}
 
 
+def test_motions_know_their_recordings(dataset):
+    """Both components of one station and both polarities belong together, record by record."""
+    motions = motions_of(dataset)
+    assert motions.recordings.tolist() == [0, 0, 0, 0, 1, 1]
+    assert motions.records[::2] == ("RSN6-180", "RSN6-270", "RSN1690-090")
+    assert motions.polarities == ("as recorded", "reversed") * 3
+    assert motions.closing[3, 1] == dataset["peak_closing_free"].values[1, 1, 1]
+
+
 def test_a_gap_between_those_of_the_grid_is_known_exactly(dataset):
     closing = np.sort(dataset["peak_closing_free"].isel(pga=-1).values.ravel())
     between = float(closing[2:4].mean())
@@ -213,11 +223,23 @@ def test_few_motions_leave_it_open_and_say_why():
     (one,) = assess(made_up(values)).interfaces
     assert one.verdict.word == "depends"
     assert "So few motions cannot show that a gap keeps the target of 10 %" in one.verdict.sentence
+    assert one.verdict.sentence.endswith("it takes 36 independent ones.")
     assert one.verdict.independent == 1.0  # of one recording
     told = " ".join(one.verdict.evidence)
     assert "4 motions of 1 recording, " in told
     assert "below 98 % and no less; a target of 10 % takes 36." in told  # 1 − 0.025, and 36 as in test_proportions
     assert not any(each.bounded for each in one.required)
+
+
+def test_a_target_that_the_motions_can_show_is_named_and_holds():
+    """30 recordings of one motion: 1 − 0.025^(1/30) = 11.6 %, rounded up."""
+    values = 0.01 * np.linspace(0.9, 1.1, 30)[:, None]
+    results = made_up(values)
+    results.attrs["records"] = "[]"  # nothing is told of stations: each record is a recording of its own
+    (one,) = assess(results).interfaces
+    assert (one.verdict.word, one.verdict.independent) == ("depends", 30.0)
+    assert one.verdict.sentence.endswith("it takes 36 independent ones, or a target of 12 %.")
+    assert assess(results, target=0.12).interfaces[0].verdict.word == "adequate"
 
 
 def test_a_verdict_that_hangs_on_the_polarity_depends():

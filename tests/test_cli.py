@@ -36,6 +36,7 @@ COMMANDS = (
     "models",
     "separations",
     "assess",
+    "view",
     "report",
 )
 SCENE = """\

@@ -1,5 +1,6 @@
 """What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
 
+import csv
 import re
 import shutil
 
@@ -15,9 +16,11 @@ from pounding_risk.measures import measure, response_spectra
 from pounding_risk.motions import read_motion
 from pounding_risk.plan import validate
 from pounding_risk.record_request import RecordRequest, Spectral
+from pounding_risk.recordings import recording
 from pounding_risk.rotation import rotated
 from pounding_risk.scenario import parse_scene
 from pounding_risk.selection import select
+from pounding_risk.sources import open_source
 from pounding_risk.targets import read_target
 
 G = 9.80665
@@ -80,6 +83,18 @@ def test_records_of_one_name_are_told_apart(folder):
     assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
 
 
+def test_text_that_is_no_table_is_no_record_of_a_folder(folder):
+    """A README.txt lies beside the files of many archives; numbers without a unit are samples, and are asked after."""
+    (folder / "README.txt").write_text("Files of the archive:\none for each component\n")
+    found = gather(PLAIN._replace(files=(".",)), folder)
+    assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
+    assert f"{folder / 'README.txt'} is not a record" in found.left_out
+    for text, sentence in (("0.1\n0.2\n", "says neither the unit"), ("", "is empty")):
+        (folder / "README.txt").write_text(text)
+        with pytest.raises(RecordError, match=sentence):
+            gather(PLAIN._replace(files=(".",)), folder)
+
+
 def test_files_that_differ_by_their_suffix_are_told_apart(folder):
     shutil.copy(folder / "RSN6-180.AT2", folder / "x.N")
     shutil.copy(folder / "RSN6-270.AT2", folder / "x.E")
@@ -111,6 +126,24 @@ def test_two_components_are_turned_to_the_row():
     assert np.abs(turned.acceleration - by_hand).max() < 1e-14  # rounding of two products
     (along,) = gather(PAIR._replace(direction=180.0), None).motions
     assert np.allclose(along.acceleration, first.acceleration[:count], rtol=0.0, atol=1e-15)
+
+
+def test_stationxml_tells_where_the_components_of_a_file_point(folder):
+    """Its azimuths are those of the catalogue; the vertical of Napa has one too, and no dip."""
+    shutil.copy(catalogue.path("NAPA-HNN"), folder)
+    request = PLAIN._replace(files=("NAPA-*.mseed",), direction=30.0, processing="none")
+    (turned,) = gather(request, folder).motions
+    (known,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0, processing="none"), None).motions
+    assert np.allclose(turned.acceleration, known.acceleration, rtol=1e-9, atol=1e-12)
+    assert not any("azimuths are unknown" in flag for flag in turned.flags)
+
+
+def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
+    """The stricter corners of each raw component, by which the softest building is judged."""
+    (turned,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
+    assert turned.record["low_corner"] > 0.0
+    assert turned.record["lowest_usable_frequency"] == pytest.approx(1.25 * turned.record["low_corner"])
+    assert turned.record["high_corner"] == 40.0
 
 
 def test_a_component_without_its_partner_has_no_direction():
@@ -163,6 +196,8 @@ def test_a_choice_of_records_drives_a_scene_with_its_factors(folder, tmp_path):
     chosen = select(candidates, read_target("asce7:sds=1.0,sd1=0.6,tl=8"), count=3)
     write_manifest(chosen.motions(), tmp_path / "selected.csv")
     study = parse_scene(SCENE + 'manifest = "selected.csv"\ntail = "1 s"\n', str(tmp_path / "scene.toml"))
+    told = dict(validate(study).summary())["records"]
+    assert told.endswith(", each times its factor of selected.csv, 1 s of free vibration after")
     assert parse_scene(study.to_toml(), study.source) == study
     found = gathered(study).motions
     assert [motion.name for motion in found] == [motion.name for motion in chosen.motions()]
@@ -184,6 +219,21 @@ def test_a_manifest_whose_files_have_changed_is_refused(folder):
     shutil.copy(folder / "RSN6-270.AT2", folder / "RSN6-180.AT2")
     with pytest.raises(RecordError, match=r"line 2: RSN6-180 has another checksum than the manifest says"):
         gathered(study)
+    for values, sentence in (
+        ({"factor": ""}, "line 2: factor left empty"),
+        ({"name": "", "PGA [m/s2]": ""}, r"line 2: name and PGA \[m/s2\] left empty"),
+        ({"factor": "nan"}, "line 2: the factor is nan; it must be greater than 0 and finite"),
+        ({"factor": "-1"}, "line 2: the factor is -1; it must"),
+        (None, "selected.csv: names no record"),
+    ):
+        write_manifest([motion], path)
+        with path.open(encoding="utf-8", newline="") as file:
+            head, row = csv.reader(file)
+        row = [] if values is None else [{**dict(zip(head, row, strict=True)), **values}[key] for key in head]
+        with path.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([head, row] if row else [head])
+        with pytest.raises(RecordError, match=sentence):
+            gathered(study)
     write_manifest([motion.reversed()], path)
     with pytest.raises(RecordError, match="another checksum"):
         gathered(study)
@@ -217,3 +267,16 @@ def test_raw_components_of_a_row_pass_one_filter():
     alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
     own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
     assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))
+
+
+def test_two_earthquakes_of_one_day_at_one_station_are_two_recordings():
+    """Where no event is told, as of MiniSEED, the minute in which a record starts tells them apart."""
+    traces = [catalogue.load(name)[0] for name in ("NAPA-HNE", "NAPA-HNN")]
+    facts = [dict(open_source(trace).record) for trace in traces]
+    later = {**facts[0], "start": "2014-08-24T11:00:00"}
+    assert recording(facts[0], "a") == recording(facts[1], "b") != recording(later, "c")
+
+
+def test_a_turned_pair_says_why_its_corners_are_where_they_are():
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
 from pounding_risk.formats.geonet import _read_geonet
+from pounding_risk.motion_files import write_motion
 from pounding_risk.motions import Motion, read_motion, read_stream, read_trace
 from pounding_risk.processing import DEFAULT_CHAIN, STEPS, Step, read_steps
 from pounding_risk.signals import butterworth, onset, velocity_displacement
@@ -317,6 +318,21 @@ REFUSED = [
         {},
         ".ELC..180: the trace has calib 2e-06, so its samples are no m/s² yet; multiply them by "
         "it and set stats.calib = 1",
+    ),
+    (
+        lambda: changed(data=lambda a: a * 1j),
+        {},
+        ".ELC..180: its samples are complex numbers; hand over the real part of them",
+    ),
+    (
+        lambda: changed(data=lambda a: a * 1e200),
+        {},
+        ".ELC..180: a sample of 2.75e+200 m/s² is no motion of the ground; check the unit, or the scaling",
+    ),
+    (
+        lambda: "RSN6-180",
+        {"tail": 1e12},
+        "a tail of 1e+12 s makes 100000000000000 samples, 20000000 are allowed; write a shorter one",
     ),
     (lambda: obspy.Stream(), {}, "the ObsPy stream: holds no samples; check the file"),
     (lambda: 3, {}, "3 is not a record; give an id of the catalogue, a path, or an ObsPy trace in m/s²"),
@@ -655,3 +671,27 @@ def test_velocity_and_displacement_of_a_constant_acceleration():
     velocity, displacement = velocity_displacement(np.full(101, 2.0), 0.01)
     assert velocity[-1] == pytest.approx(2.0)
     assert displacement[-1] == pytest.approx(1.0)
+
+
+def test_a_trace_that_tells_no_time_has_no_date():
+    """ObsPy lets such a trace start in 1970, which no record did."""
+    record = read_motion(obspy.Trace(np.sin(np.arange(0.0, 9.0, 0.01)), {"delta": 0.01})).record
+    assert (record["date"], record.get("start")) == ("", None)
+
+
+def test_a_written_motion_starts_when_it_did(tmp_path):
+    """Components that start apart are aligned by it, also after they were written."""
+    motion = read_motion("NAPA-HNE", window=(5.0, 60.0))
+    write_motion(motion, tmp_path / "x.csv")
+    assert read_motion(tmp_path / "x.csv").record["start"] == motion.record["start"]
+    write_motion(read_motion("RSN6-180"), tmp_path / "y.csv")  # PEER tells the day alone
+    assert "start" not in read_motion(tmp_path / "y.csv").record
+
+
+def test_a_time_step_may_be_text(tmp_path):
+    path = tmp_path / "x.txt"
+    path.write_text("0.1\n0.2\n-0.1\n")
+    assert read_motion(path, unit="g", dt="10 ms").dt == read_motion(path, unit="g", dt=0.01).dt == 0.01
+    assert read_stream(path, unit="g", dt="10 ms")[0].stats.delta == 0.01
+    with pytest.raises(RecordError, match="has no unit, and a time step of the samples needs one"):
+        read_motion(path, unit="g", dt="0.01")

@@ -124,6 +124,14 @@ def test_the_corners_are_of_gmprocess_order(record, low, factor):
     assert "the displacement drifts below" in found.words
 
 
+def test_a_record_that_drifts_with_every_corner_is_not_said_to_stop_drifting():
+    """An offset that changes sign in the shaking: the lower corner is the default, and the doubt says why."""
+    samples = prepared("CCC-HN1") + np.where(np.arange(15000) > 4000, 3.0, 0.0)
+    found = corners_from_noise(samples, 0.01)
+    assert any("no lower corner up to 0.5 Hz" in flag for flag in found.flags)
+    assert "drifts" not in found.words
+
+
 def test_both_horizontals_share_the_stricter_corners():
     both = [prepared("NAPA-HNE"), prepared("NAPA-HNN")]
     each = [corners_from_noise(samples, 0.005) for samples in both]

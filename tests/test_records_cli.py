@@ -96,7 +96,7 @@ def test_a_folder_is_listed_and_what_is_no_record_is_told():
     assert told.exit_code == 0, told.stderr
     expected = ["Somewhere", "1999-01-02", "Station", "090", "processed", "0.188 g", "9.99 s", "0.01 s"]
     assert row(told.stdout, "A090.AT2") == ["A090.AT2", *expected]
-    assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090", "A180"]
+    assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
     (left_out,) = (line for line in told.stdout.splitlines() if line.startswith("note: "))
     assert left_out == "note: left out: quakes/notes.md is not a record"
 
@@ -197,6 +197,21 @@ def test_what_is_written_is_the_motion_to_the_last_digit():
     again = read_motion("out.csv")
     np.testing.assert_array_equal(again.acceleration, motion.acceleration)
     assert (again.dt, again.record["state"]) == (motion.dt, "processed")
+
+
+def test_both_components_are_turned_and_written():
+    told = run("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
+    assert told.exit_code == 0, told.stderr
+    line = row(told.stdout, "A090+A180@30")
+    # Both are one sine, of 0.188 g: times cos 60° + cos 150°. What is turned was not recorded.
+    assert line[1:3] == ["–", "0.06897 g"]
+    assert read_motion("turned.csv").pga == pytest.approx(0.06897 * 9.80665, rel=1e-3)
+
+
+def test_a_record_named_twice_is_taken_once():
+    told = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
+    assert told.exit_code == 0, told.stderr
+    assert row(told.stdout, "chosen")[1] == "2 of 2 candidates, 11 asked for"
 
 
 def test_at2_is_read_again():
@@ -386,8 +401,16 @@ REFUSED = [
     ),
     ("process quakes/A090.AT2 -o quakes/A090.AT2", "-o: quakes/A090.AT2 is a record that is read; choose another name"),
     (
-        "process RSN6-180 RSN6-180 -o out",
-        "-o: several of the records would be out/RSN6-180.csv; process them into folders of their own",
+        "process quakes/A090.AT2 empty/A090.AT2 -o out",
+        "-o: several of the records would be out/A090.csv; process them into folders of their own",
+    ),
+    ("process RSN6-180 -o /proc/out", "--out: "),  # where nobody can make a folder, whatever the permissions say
+    (f"info {300 * 'a'}.at2", f"{300 * 'a'}.at2: File name too long; "),
+    (f"process RSN6-180 -o {300 * 'a'}", f"{300 * 'a'}: File name too long; "),
+    ("process RSN6-180 --pga 1e300g", "RSN6-180: a sample of 9.81e+300 m/s² is no motion of the ground; "),
+    (
+        "process RSN6-180 --step bandpass;low=1Hz;low=2Hz",
+        "--step: 'bandpass low=1Hz low=2Hz' is not a step with its options; ",
     ),
     ("process RSN6-180 --figure f.gif", "--figure: f.gif: the name must end in .png or .svg or .pdf; write f.png"),
     ("plot RSN6-180", "--figure: no file is named; write one such as --figure records.png"),
@@ -417,6 +440,8 @@ REFUSED = [
 @pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line for line, _ in REFUSED])
 def test_bad_input_is_refused_and_nothing_is_written(line, sentence, folder):
     (folder / "empty").mkdir()
+    if "empty/" in line:
+        (folder / "empty" / "A090.AT2").write_text(at2("090"))
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     told = run(*(word.replace(";", " ") for word in line.split()))
     assert (told.exit_code, told.stdout) == (2, ""), told.output
@@ -452,3 +477,13 @@ def list_of_names(text: str) -> list[str]:
     table = rows(text)
     start = next(place for place, line in enumerate(table) if line[0] == "record")
     return [line[0] for line in table[start + 1 :] if len(line) > 3]
+
+
+def test_a_choice_may_be_limited_by_peaks():
+    """PGA of 0.28, 0.21 and 0.64 g: one is left."""
+    words = ("select", "RSN6-180", "RSN6-270", "RSN753-000", "--target", "asce7:sds=1.0,sd1=0.6,tl=8", "--count", "3")
+    told = run(*words, "--pga", "0.3 g", "1 g")
+    assert told.exit_code == 0, told.stderr
+    assert "RSN753-000" in told.stdout and "RSN6-180" not in told.stdout
+    refused = run(*words, "--pga", "0.3", "1 g")
+    assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")

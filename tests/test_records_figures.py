@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -312,3 +313,21 @@ def test_files_are_the_same_for_the_same_data(ensemble, tmp_path):
         figures.write(figures.spectra_figure(ensemble, TARGET), tmp_path / f"{name}.svg").read_bytes() for name in "ab"
     )
     assert once == again
+
+
+def test_spectra_of_pairs_are_drawn_where_pairs_were_compared():
+    """Grey lines, percentiles and mean are of the same thing, so that the mean lies among them."""
+    pairs = [
+        replace(made(f"R{at}", 0.7 + 0.5 * at, 1.0, DT), record={"event": f"E{at // 2}", "station": "S"})
+        for at in range(4)
+    ]
+    chosen = select(pairs, TARGET, periods=(0.2, 1.0), spectrum="rotd100", count=2)
+    axis = figures.selection_figure(chosen).axes[0]
+    lines = [line for line in axis.get_lines() if line.get_color() == "#b0b0b0"]
+    assert len(lines) == len(chosen.rows)
+    assert lines[0].get_label() == f"{len(chosen.rows)} pairs (rotd100), scaled"
+    periods = np.asarray(lines[0].get_xdata())
+    one, other = chosen.rows[0].motions
+    turned = measures.rotated_spectra((one.acceleration, other.acceleration), one.dt, periods, TARGET.damping)
+    expected = chosen.rows[0].factor * turned.rotd(100) / STANDARD_GRAVITY
+    np.testing.assert_allclose(np.asarray(lines[0].get_ydata()), expected, rtol=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import lognorm
 
-from pounding_risk.required_gaps import lognormal_percentiles, required_gaps
+from pounding_risk.required_gaps import lognormal_percentiles, lognormal_share, required_gaps
 
 
 def test_percentiles_are_those_between_order_statistics():
@@ -23,6 +23,16 @@ def test_the_lognormal_fit_finds_the_truth():
     closing = lognorm(0.5, scale=0.04).rvs(20_000, random_state=6)
     found = lognormal_percentiles(closing, np.array([50.0, 84.1344746]))
     assert found == pytest.approx([0.04, 0.04 * np.exp(0.5)], rel=0.013)
+    # Two motions: mean and deviation, n - 1 below it, by hand.
+    assert lognormal_percentiles(np.exp([1.0, 3.0]), np.array([84.1344746]))[0] == pytest.approx(np.exp(2.0 + 2.0**0.5))
+
+
+def test_the_lognormal_share_undoes_the_percentile():
+    closing = np.random.default_rng(16).lognormal(size=30)
+    for percentile in (10.0, 84.0, 99.9):
+        gap = float(lognormal_percentiles(closing, np.array([percentile]))[0])
+        assert lognormal_share(closing, gap) == pytest.approx(1.0 - percentile / 100.0)
+    assert np.isnan([lognormal_share(closing, 0.0), lognormal_share(np.zeros(3), 1.0)]).all()
 
 
 def test_few_recordings_do_not_bound_a_high_percentile():

@@ -99,6 +99,13 @@ def test_what_was_done_is_told():
     assert made.acceleration.size == other.acceleration.size
 
 
+def test_two_earthquakes_are_told():
+    one, other = read_motion("RSN6-180"), read_motion("RSN77-254")
+    words = "RSN6-180 and RSN77-254 are not of one event, date and station"
+    assert words in rotated(one, other, 30.0).flags
+    assert rotated(one, read_motion("RSN6-270"), 30.0).flags == ()
+
+
 def test_unknown_azimuths_count_from_the_first():
     one, other = pair(None, None)
     made = rotated(one, other, 90.0)

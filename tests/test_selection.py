@@ -113,7 +113,7 @@ def test_filters_leave_out_and_count(twelve):
 @pytest.mark.parametrize(
     ("component", "vertical"),
     [
-        *((name, True) for name in ("UP", "A-TMZ-UP", "TCU045-V", "PCD_DWN", "U-D", "HNZ", "up")),
+        *((name, True) for name in ("UP", "A-TMZ-UP", "TCU045-V", "PCD_DWN", "U-D", "HNZ", "BHZ10", "up")),
         *((name, False) for name in ("A-TMZ000", "CHY101-N", "ABBAR--L", "HN1", "H-E06_233", "CUP090", None)),
     ],
 )
@@ -194,6 +194,9 @@ def test_the_ensemble_is_compared_with_the_target(twelve):
 
 def test_records_beyond_their_usable_period_are_flagged(twelve):
     narrow = Motion("narrow", twelve[1].acceleration, 0.01, {"lowest_usable_frequency": 0.8})
+    filtered = Motion("filtered", twelve[1].acceleration, 0.01, {"low_corner": 0.64})  # 1.25 times that, likewise
+    (row,) = select([filtered], spectrum_of(twelve[1]), periods=RANGE).rows
+    assert row.doubts == ("compared up to 2 s, and usable up to 1.25 s (0.8 Hz) only",)
     chosen = select([narrow], spectrum_of(twelve[1]), periods=RANGE)
     assert chosen.motions()[0].flags == ("compared up to 2 s, and usable up to 1.25 s (0.8 Hz) only",)
     assert select([narrow], spectrum_of(twelve[1]), periods=(0.2, 1.25)).motions()[0].flags == ()

@@ -126,12 +126,18 @@ def read_components(path: Path, *, unit: str | None = None, dt: float | None = N
 
 
 def is_record(path: Path) -> bool:
-    """True for a file that one of the formats recognises, by its content or by its name."""
-    known = formats()
-    if any(path.suffix.lower() in each.suffixes for each in known):
+    """True for a file that one of the formats recognises, by its content or by its name.
+
+    Names of plain columns are names of any text or table, so that such a file starts as plain columns do, or is empty.
+    """
+    known, suffix = formats(), path.suffix.lower()
+    columns = _columns()
+    if any(suffix in each.suffixes for each in known if each is not columns.FORMAT):
         return True
     with path.open("rb") as opened:
-        return any(each.recognises(opened) for each in known)
+        if any(each.recognises(opened) for each in known):
+            return True
+        return suffix in columns.FORMAT.suffixes and (not path.stat().st_size or columns.fits(opened))
 
 
 def _component_names(traces: list[Trace]) -> list[str]:
@@ -201,10 +207,8 @@ def _bytes(path: Path) -> bytes:
     if path.is_dir():
         raise RecordError(f"{path}: is a folder; name a record file in it")
     try:
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise RecordError(f"{path}: has {size >> 20} MiB, at most {LARGEST >> 20} are read; cut the record before")
-        raw = path.read_bytes()
+        with path.open("rb") as opened:
+            raw = opened.read(LARGEST + 1)  # and no more, as a device has no end
     except (FileNotFoundError, NotADirectoryError):
         others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
         near = get_close_matches(path.name, others, 3, 0.6)
@@ -212,6 +216,8 @@ def _bytes(path: Path) -> bytes:
         raise RecordError(f"{path}: no such record file{hint}; check the name and the folder") from None
     except OSError as error:
         raise RecordError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    if len(raw) > LARGEST:
+        raise RecordError(f"{path}: has more than {LARGEST >> 20} MiB; cut the record before")
     if not raw:
         raise RecordError(f"{path}: is empty (0 bytes); fetch the record again")
     return raw

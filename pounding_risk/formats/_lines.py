@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from obspy import Trace
 
 PADDING = "\0\x1a \r\n"  # fills the last block of a file, of DOS and others
+LONGEST_LINE = 2000  # characters; looking for words in a line takes a time that grows with its square
 LONGEST_GAP = 0.05  # s between samples at uneven times; a straight line over more is no record
 END = re.compile(r"\s*(?:end.of.data|/&)", re.I)  # starts the line that ends a channel
 _COLUMNS = re.compile(
@@ -40,13 +41,20 @@ def columns_of(text: str) -> Columns | None:
 class Lines:
     """The lines of a file and the place that the reading has come to.
 
-    ``name`` is what messages call the file, ``at`` how many lines are behind.
+    ``name`` is what messages call the file, ``at`` how many lines are behind. Raises RecordError for a line that is
+    longer than any of these formats has.
     """
 
     def __init__(self, name: str, text: str):
         self.name = name
         self.at = 0
         self._lines = NEWLINE.split(text.rstrip(PADDING))
+        long = next((at for at, line in enumerate(self._lines, start=1) if len(line) > LONGEST_LINE), None)
+        if long is not None:
+            raise RecordError(
+                f"{name}, line {long}: has {len(self._lines[long - 1])} characters, {LONGEST_LINE} at most are read; "
+                "restore its line ends, or fetch the file again"
+            )
 
     @property
     def place(self) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import obspy
@@ -15,6 +16,8 @@ from pounding_risk.formats._unit import TO_GIVE, known, sentence, size_of
 
 if TYPE_CHECKING:
     from obspy import Trace
+
+LEVEL = 45.0  # degrees of dip; a channel above is vertical
 
 
 def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | None, kind: str) -> None:
@@ -29,11 +32,11 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
     # A file name is made of them.
     if not trace.id.isprintable() or set("/\\") & set(trace.stats.network + trace.stats.station):
         raise unreadable(name, kind, "its station and channel are no plain letters")
-    beside = _beside(trace, name, folder)
+    beside, azimuth = _beside(trace, name, folder), None
     whole = trace.data.dtype.kind == "i"
     samples = trace.data.astype(np.float64)
     if beside is not None:
-        counts, units = _sensitivity(trace, beside)
+        counts, units, azimuth = _sensitivity(trace, beside)
         trace.data, state = samples / counts, "raw"
     elif unit is not None:
         size = size_of(unit, f"{name}: unit as given")
@@ -55,6 +58,7 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
         date=str(trace.stats.starttime.date),
         station=trace.stats.station,
         component=trace.stats.channel,
+        azimuth=azimuth,
     )
 
 
@@ -68,13 +72,14 @@ def _beside(trace: Trace, name: str, folder: Path | None) -> Path | None:
     return next((place / each for each in _names(trace, name) if (place / each).is_file()), None)
 
 
-def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str]:
-    """How many counts are one m/s², and the sentence that says so."""
+def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:
+    """How many counts are one m/s², the sentence that says so, and where the channel points."""
     stats = trace.stats
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")
         sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
         counts, unit = float(sensitivity.value), str(sensitivity.input_units).upper()
+        placed = inventory.get_channel_metadata(trace.id, stats.starttime)
     except Exception as error:
         reason = (" ".join(str(error).split()) or type(error).__name__)[:200]
         raise RecordError(
@@ -88,4 +93,14 @@ def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str]:
             "an accelerometer's channel (such as HN or BN)"
         )
     per_si = counts / size
-    return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})"
+    return (
+        per_si,
+        f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})",
+        _azimuth(placed, stats.channel),
+    )
+
+
+def _azimuth(placed: Mapping[str, Any], channel: str) -> float | None:
+    """Degrees clockwise from north; None for a vertical, whose dip may be left out, and where nothing is said."""
+    upright = channel.upper().endswith("Z") or abs(placed["dip"] or 0.0) > LEVEL
+    return None if upright or placed["azimuth"] is None else float(placed["azimuth"])

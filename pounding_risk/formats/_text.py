@@ -23,7 +23,7 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 # What `stats.record` of a reader may hold, beside what is particular to its format.
 FACTS = {
     *("event", "magnitude", "date", "distance_km", "station", "component", "azimuth", "state", "units"),
-    *("low_corner", "high_corner", "header_pga", "header_pgv", "header_pgd", "timed"),
+    *("low_corner", "high_corner", "header_pga", "header_pgv", "header_pgd", "timed", "sensor"),
 }
 
 _SAMPLE = re.compile(NUMBER, re.ASCII)
@@ -35,7 +35,7 @@ def told(*, state: str, units: str, **facts: Any) -> AttribDict:
     ``state`` is "raw" or "processed"; ``units`` the sentence that says how the samples became m/s². ``azimuth`` is in
     degrees clockwise from north, None for a vertical; corners in Hz; ``header_pga``, ``header_pgv`` and ``header_pgd``
     are the header's own peaks in m/s², m/s and m. ``timed`` is False where ``stats.starttime`` is not when the record
-    starts. What a header does not know is left out.
+    starts; ``sensor`` tells those of one station apart. What a header does not know is left out.
     """
     unknown = set(facts) - FACTS
     if unknown:

@@ -325,7 +325,8 @@ def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequenc
     taken = [line for line in motion.processing if not line.startswith(HARMLESS)]
     state = "processed" if taken else motion.record.get("state", "processed")
     source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
-    facts = {"state": state, **{key: motion.record.get(key) for key in keys}, "source": ", ".join(source)}
+    facts = {"state": state, "starttime": motion.record.get("start"), **{key: motion.record.get(key) for key in keys}}
+    facts["source"] = ", ".join(source)
     return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing
 
 

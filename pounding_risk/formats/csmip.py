@@ -69,6 +69,7 @@ _START = re.compile(
     r"(\d{1,2}):\s*(\d{1,2}):\s*(\d*\.?\d*)\s*(UTC|GMT|PST|PDT)",
     re.I,
 )
+_NO_EVENT = re.compile(r"\s*(?:rcrd|record) of (?:mon|tue|wed|thu|fri|sat|sun)\w* ", re.I)
 _NETWORK = re.compile(r"\S+?\.([A-Z]{2})\.(\w+)\.")
 
 
@@ -224,7 +225,7 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
         date="" if start is None else str(start.date),
         timed=start is not None,
-        event=re.split(r"\s{2,}", channel.text[1].strip())[0],
+        event=_event(channel.text[1]),
         magnitude=_magnitude(channel.text[8]),
         station=re.split(r"\s{2,}", channel.text[5].strip())[0],
         component=component,
@@ -261,6 +262,11 @@ def _orientation(line: str) -> tuple[str, str, float | None]:
     if degrees and int(degrees[1]) <= 360:
         return number, degrees[1], float(degrees[1])
     return number, words.capitalize() if words.lower() in ("up", "down") else words, None
+
+
+def _event(line: str) -> str:
+    """The earthquake; nothing where the line has the record's own time alone, which differs from station to station."""
+    return "" if _NO_EVENT.match(line) else re.split(r"\s{2,}", line.strip())[0]
 
 
 def _magnitude(line: str) -> float | None:

@@ -200,6 +200,7 @@ def _stats(header: Header, dt: float) -> dict[str, Any]:
     start = _time(header, FIRST_SAMPLE) or day
     stream, location = header["STREAM"], header["LOCATION"]
     record = told(
+        **({} if header[FIRST_SAMPLE] else {"timed": False}),
         state="raw" if low is None and high is None else "processed",
         units="units: cm/s², times 0.01",
         event=header["EVENT_NAME"] or header["EVENT_ID"],

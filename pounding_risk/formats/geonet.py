@@ -313,6 +313,7 @@ def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
     buffer = (*whole[START_YEAR], *whole[START_DAY], whole[START_MINUTE][0], whole[START_MINUTE][1] / 1000.0)
     start = _time(name, heading.line + 17, buffer)
     record = told(
+        **({} if start else {"timed": False}),
         state="raw" if title["kind"].lower() == "uncorrected" else "processed",
         units="units: mm/s², times 0.001",
         event=text[6].strip(),

@@ -22,6 +22,7 @@ KIND = "K-NET"
 GAL = 0.01  # m/s²
 FEWEST = 0.05  # gal; a header that took another offset out differs by this, or by one in a hundred
 AZIMUTHS = {"NS": 0.0, "EW": 90.0}
+SENSORS = {"1": "borehole", "2": "surface"}  # last in the names of KiK-net's components
 
 _LINES = {
     "Sampling Freq(Hz)": re.compile(r"(\d+)\s*Hz", re.ASCII),
@@ -68,11 +69,13 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
     channel = trace.stats.channel
     trace.stats.record = told(
         state="raw",
+        event=trace.stats.knet.evot.strftime("%Y-%m-%d %H:%M UTC"),
         units=f"units: counts, times {size:.10g} m/s² per count",
         magnitude=trace.stats.knet.mag,
         date=str(trace.stats.starttime.date),
         station=trace.stats.station,
         component=channel,
+        sensor=SENSORS.get(channel[2:]),
         azimuth=AZIMUTHS.get(channel[:2]),
         header_pga=largest * GAL,
     )

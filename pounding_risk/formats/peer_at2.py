@@ -8,8 +8,10 @@ A header of a few lines, then the samples, five or so on a line:
     NPTS=   5372, DT=   .0100 SEC,
 
 The older databases write ``NPTS=  4000, DT= .01000 SEC`` or ``4096 0.0100 NPTS, DT`` in the last of these
-lines, and the corners of the filter in the line of the unit. Reading is strict: the number of samples must be
-the one promised, and every one finite, because a cut file or a stray character otherwise passes unseen.
+lines, the corners of the filter in the line of the unit, and in the title a time of day and the owner of the
+station, as in ``LOMA PRIETA 10/18/89 00:05, GILROY ARRAY #1, 000 (CDMG STATION 47379)``. Reading is strict: the number
+of samples must be the one promised, and every one finite, because a cut file or a stray character otherwise passes
+unseen.
 """
 
 from __future__ import annotations
@@ -38,6 +40,8 @@ from pounding_risk.quantities import STANDARD_GRAVITY
 
 KIND = "PEER AT2"
 HEADER_LINES = 10  # the header ends within these
+LONGEST_TITLE = 500  # characters; beyond, looking for the date in it would take minutes
+COMPASS = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0}
 
 _UNIT = re.compile(r"\bIN\s+UNITS?\s+OF\s+([^\s,;]+)", re.IGNORECASE)
 _COUNT = re.compile(r"\bNPTS\s*=\s*([^\s,]+)", re.IGNORECASE)
@@ -45,8 +49,9 @@ _STEP = re.compile(r"\bDT\s*=\s*([^\s,]+)", re.IGNORECASE)
 _BARE = re.compile(r"\s*(\S+)\s+(\S+)\s+NPTS\s*,\s*DT\b", re.IGNORECASE)
 _CORNER = re.compile(rf"\b([HL]P)\s*=\s*({NUMBER})", re.IGNORECASE)
 _TITLE = re.compile(
-    r"(?P<event>.*?)[,\s]\s*(?P<date>\d{1,2}/\d{1,2}/(?:\d{4}|\d{2}))(?:\s+(?P<time>\d{3,4}))?\s*,"
-    r"\s*(?P<station>.*),\s*(?P<component>[^,]*)"
+    r"(?P<event>.*?)[,\s]\s*(?P<date>\d{1,2}/\d{1,2}/(?:\d{4}|\d{2}))"
+    r"(?:\s+(?P<time>\d{3,4})|[,\s]\s*(?P<clock>\d{1,2}:\d\d))?\s*,"
+    r"\s*(?P<station>.*),\s*(?P<component>[^,(]*)(?:\(.*\)\s*)?"
 )
 
 
@@ -152,8 +157,9 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
 
 def _stats(header: Header) -> dict[str, Any]:
     """The header as ObsPy statistics."""
-    title = _TITLE.fullmatch(header.title)
+    title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
     facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
+    facts["time"] = facts.pop("clock") or facts["time"]
     corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
     at2 |= {name: corners[kind] for name, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
@@ -178,7 +184,9 @@ def _stats(header: Header) -> dict[str, Any]:
 
 
 def _azimuth(component: str) -> float | None:
-    """Degrees clockwise from north, where the component's name is a whole number of them."""
+    """Degrees clockwise from north, where the component's name is a whole number of them, or a letter (N)."""
+    if component.upper() in COMPASS:
+        return COMPASS[component.upper()]
     return float(component) if re.fullmatch(r"\d{1,3}", component, re.ASCII) and int(component) <= 360 else None
 
 

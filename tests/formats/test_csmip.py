@@ -127,7 +127,17 @@ def test_the_header_goes_to_the_statistics():
     assert record.units == "units: cm/s², times 0.01"
     record = read(HESPERIA)[0].stats.record
     assert (record.event, record.magnitude, record.station) == ("BIG BEAR EARTHQUAKE", 6.4, "HESPERIA - 4TH & PALM")
+    # A line of the record's own time, as CSMIP writes before it knows the earthquake, names none.
+    unnamed = HESPERIA.replace(b"BIG BEAR EARTHQUAKE", b"Rcrd of Sun Jun 28,")
+    assert read(unnamed)[0].stats.record.event == ""
     assert record.units == "units: g, times 9.80665 m/s²"
+
+
+def test_a_line_of_a_megabyte_is_refused():
+    """Its words would be looked for in a time that grows with the square of its length: hours, for this one."""
+    broken = HESPERIA.replace(b"CHAN  1:  90 DEG", b"CHAN  1:  90 DEG" + 10**6 * b" " + b"x", 1)
+    with pytest.raises(RecordError, match=r"line 7: has 10000.. characters, 2000 at most are read; restore"):
+        read(broken)
 
 
 def test_path_text_open_file_and_bytes_agree(tmp_path):

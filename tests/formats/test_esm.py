@@ -146,7 +146,8 @@ def test_the_spelling_of_the_turkish_archive():
 )
 def test_the_first_sample_is_when_the_header_says(words, start):
     data = changed(SMALL, DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS=words)
-    assert _read_esm(BytesIO(data))[0].stats.starttime == obspy.UTCDateTime(start)
+    stats = _read_esm(BytesIO(data))[0].stats
+    assert (stats.starttime, stats.record.get("timed", True)) == (obspy.UTCDateTime(start), bool(words))
 
 
 def test_the_moment_magnitude_comes_before_the_local_one():

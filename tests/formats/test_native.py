@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import obspy
 import pytest
+from obspy import UTCDateTime
 
 from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
@@ -20,7 +21,9 @@ from pounding_risk.formats.evt import _is_evt, _read_evt
 from pounding_risk.formats.knet import _is_knet, _read_knet
 from pounding_risk.formats.mseed import _read_mseed
 from pounding_risk.formats.sac import _is_sac, _read_sac
+from pounding_risk.gather import gather
 from pounding_risk.motions import read_motion
+from pounding_risk.record_request import RecordRequest
 
 G = 9.80665
 OBSPY = Path(obspy.__file__).parent / "io"
@@ -58,6 +61,8 @@ def test_knet_gives_the_peak_of_its_header():
     # The header rounds to 0.001 gal; it is without the offset of the whole record.
     assert np.abs(data - data.mean()).max() * 100 == pytest.approx(4.383, abs=5e-4)
     assert record.header_pga == pytest.approx(0.04383)
+    origin = KNET.read_text().splitlines()[0].removeprefix("Origin Time").strip()
+    assert UTCDateTime(origin.replace("/", "-")) - 9 * 3600 == UTCDateTime(record.event.removesuffix(" UTC"))
     assert (found.format, found.state, found.trace.stats.calib) == ("KNET", "raw", 1.0)
     assert (record.station, record.component, record.azimuth, record.magnitude) == ("AKT013", "EW", 90.0, 5.9)
     assert found.units == "units: counts, times 2.384185791e-06 m/s² per count"
@@ -65,6 +70,26 @@ def test_knet_gives_the_peak_of_its_header():
     assert found.trace.stats.starttime == obspy.UTCDateTime(1996, 8, 10, 18, 12, 24)
     assert (found.trace.stats.delta, len(data)) == (0.01, 5900)
     assert_same(_read_knet, KNET)
+
+
+def test_both_depths_of_a_kiknet_station_are_recordings_of_their_own(tmp_path):
+    """Its borehole and its surface have two horizontals each; their files differ by the suffix alone."""
+    raw = KNET.read_bytes()
+    at = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}  # as NIED numbers them
+    for number, component in at.items():
+        (tmp_path / f"AKT0139608110312.{component}").write_bytes(
+            b"\n".join(
+                b"Dir.              " + number.encode() if line.startswith(b"Dir.") else line
+                for line in raw.split(b"\n")
+            )
+        )
+    request = RecordRequest((), (str(tmp_path),), None, None, None, ("as recorded",), "none", 0.0, direction=90.0)
+    found = gather(request, tmp_path)
+    assert [motion.record["component"] for motion in found.motions] == ["EW1 + NS1", "EW2 + NS2"]
+    assert [motion.record["id"] for motion in found.motions] == [
+        f"AKT0139608110312.EW{depth} + AKT0139608110312.NS{depth}" for depth in "12"
+    ]
+    assert len(found.left_out) == 2  # the verticals
 
 
 def test_knet_refusals():

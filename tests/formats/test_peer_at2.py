@@ -14,6 +14,7 @@ from pounding_risk import catalogue
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import read_file
 from pounding_risk.formats.peer_at2 import _is_at2, _read_at2
+from pounding_risk.sources import is_vertical
 
 G = 9.80665
 PROCESSED = [entry.id for entry in catalogue.entries() if entry.format == "PEER_AT2"]
@@ -69,6 +70,32 @@ def test_older_headers(header):
     assert (at2.event, at2.station, at2.component) == ("IMPERIAL VALLEY", "EL CENTRO ARRAY #9", "180")
     assert (at2.date, at2.time, at2.high_pass, at2.low_pass) == ("5/19/40", "0439", 0.2, 15.0)
     assert trace.stats.starttime == obspy.UTCDateTime(1940, 5, 19)
+
+
+@pytest.mark.parametrize(
+    ("title", "event", "station", "component", "azimuth"),
+    [
+        ("LOMA PRIETA 10/18/89 00:05, GILROY #1, 000 (CDMG STATION 47379)", "LOMA PRIETA", "GILROY #1", "000", 0.0),
+        ("IMPERIAL VALLEY 10/18/89 2319, AGRARIAS, UP (USGS 6618)", "IMPERIAL VALLEY", "AGRARIAS", "UP", None),
+        ("NORTHRIDGE EQ 10/18/89, 12:31, ARLETA, 090", "NORTHRIDGE EQ", "ARLETA", "090", 90.0),
+        ("CHI-CHI 10/18/89, TCU045, E", "CHI-CHI", "TCU045", "E", 90.0),
+        ("CHI-CHI 10/18/89, TCU045, W", "CHI-CHI", "TCU045", "W", 270.0),
+        ("KOBE 10/18/89, 2046, 000", "KOBE", "2046", "000", 0.0),  # no time: a station must have a name
+    ],
+)
+def test_titles_of_the_older_database(title, event, station, component, azimuth):
+    """With a time of day in either spelling, and the owner of the station after the component."""
+    record = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0].stats.record
+    assert (record.event, record.date, record.station) == (event, "1989-10-18", station)
+    assert (record.component, record.azimuth) == (component, azimuth)
+    assert is_vertical(record) == (component == "UP")
+
+
+def test_a_title_of_a_megabyte_is_no_title():
+    """Its parts are looked for in a time that grows with the square of its length: hours, for this one."""
+    title = "EL CENTRO 5/19/40" + 10**6 * " " + "x"
+    record = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0].stats.record
+    assert (record.event, record.component) == ("", "")
 
 
 def test_path_text_open_file_and_bytes_agree():

@@ -1,0 +1,45 @@
+"""Sphinx: ``sphinx-build -W -n docs build/docs``. What can be read off the package is generated at each build."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE / "_ext"), str(HERE.parent)]
+
+import generate  # noqa: E402
+
+import pounding_risk  # noqa: E402
+
+project = "pounding_risk"
+author = "The pounding_risk developers"
+copyright = author
+version = release = pounding_risk.__version__
+
+extensions = ["myst_parser", "mathml"]
+myst_enable_extensions = ["dollarmath"]
+smartquotes = False
+myst_heading_anchors = 3
+html_math_renderer = "mathml"
+# Pieces that pages take in; no pages by themselves.
+exclude_patterns = ["generated/pieces"]
+source_suffix = {".md": "markdown"}
+nitpicky = True
+
+html_theme = "furo"
+html_title = f"pounding_risk {version}"
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
+html_show_sphinx = False
+html_copy_source = False
+
+
+def _generate(app: Any) -> None:
+    generate.write(HERE / "generated", run=generate.asked())
+
+
+def setup(app: Any) -> None:
+    """Generate before anything is read."""
+    app.connect("builder-inited", _generate)

@@ -1,0 +1,164 @@
+"""Pages that are read off the package: what it says of itself is what the site says.
+
+``python docs/generate.py`` writes them to docs/generated; ``conf.py`` does so at every build. With the environment's
+RUN_NOTEBOOKS=1 the notebooks are run, which takes minutes, and their figures stand in the tutorials.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+sys.path[:0] = [str(HERE), str(ROOT)]
+
+from generation.assessment import assessment_page  # noqa: E402
+from generation.commands import commands_page, python_page  # noqa: E402
+from generation.markdown import fence  # noqa: E402
+from generation.models import effects_page, laws_page, restitution_page  # noqa: E402
+from generation.notebooks import notebook_pages, reading_order, tutorials  # noqa: E402
+from generation.records import checks_page, formats_page, steps_page  # noqa: E402
+from generation.rules import rules_page  # noqa: E402
+from generation.scenes import outputs_page, scene_page  # noqa: E402
+
+# The site has better for these, and a reader of the site has no use for them.
+UNUSED = ("Test it", "Your own contact law", "Effects, only where a scene names them", "Where to go next")
+
+
+def pages(run: bool = False) -> dict[str, str | bytes]:
+    """Every generated page by its file, and with ``run`` the pictures that the notebooks draw."""
+    found: dict[str, str | bytes] = {
+        "scene.md": scene_page(),
+        "outputs.md": outputs_page(smallest_dataset()),
+        "commands.md": commands_page(),
+        "python.md": python_page(),
+        "contact_models.md": laws_page(),
+        "effects.md": effects_page(),
+        "restitution.md": restitution_page(),
+        "formats.md": formats_page(),
+        "steps.md": steps_page(),
+        "checks.md": checks_page(),
+        "separations.md": rules_page(),
+        "assessment.md": assessment_page(),
+        "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
+    }
+    sections, elsewhere = readme_sections(), taken()
+    found |= {f"pieces/{slug(name)}.md": text for name, text in sections.items()}
+    rest = [name for name in sections if slug(name) not in elsewhere]
+    found["pieces/start.md"] = "".join(f"## {name}\n{sections[name]}" for name in rest)
+    found |= isolated_impacts()
+    for path in notebooks():
+        found |= notebook_pages(path, run)
+    found["pieces/tutorials.md"] = tutorials(notebooks())
+    return found
+
+
+def write(folder: Path, run: bool = False) -> None:
+    """Write every page that has changed, and remove those that are no more."""
+    wanted = {name: text.encode() if isinstance(text, str) else text for name, text in pages(run).items()}
+    for old in folder.rglob("*.*"):
+        if old.is_file() and old.relative_to(folder).as_posix() not in wanted:
+            old.unlink()
+    for name, content in wanted.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists() or path.read_bytes() != content:
+            path.write_bytes(content)
+
+
+def asked() -> bool:
+    """Whether the notebooks are to be run."""
+    return os.environ.get("RUN_NOTEBOOKS", "0") not in ("", "0")
+
+
+def slug(heading: str) -> str:
+    """The file name of a heading: "Hard cases" is hard-cases."""
+    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
+
+
+def readme_sections() -> dict[str, str]:
+    """The README's sections by heading, with its pictures where they are from here."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    parts = re.split(r"^## (.+)\n", text, flags=re.M)
+    return {heading: _from_here(body) for heading, body in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def taken() -> set[str]:
+    """Sections of the README that a page of their subject takes in, and those that no page does."""
+    pages = " ".join(path.read_text("utf-8") for path in HERE.rglob("*.md") if "generated" not in path.parts)
+    return {*re.findall(r"generated/pieces/([a-z0-9-]+)\.md", pages), *map(slug, UNUSED)}
+
+
+def _from_here(text: str) -> str:
+    """Pictures from the docs' own folder; a file of the repository is named and not linked."""
+    text = re.sub(r"\]\((?:\.\./)?docs/images/", "](/images/", text)
+    return re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:|/|#)[^)]+\)", lambda found: f"`{found[1].strip('`')}`", text)
+
+
+def notebooks() -> list[Path]:
+    """The notebooks of the repository, in the order in which they are best read."""
+    return sorted((ROOT / "notebooks").glob("*.ipynb"), key=reading_order)
+
+
+# A third of a second without contact.
+SMALLEST = """
+import json
+import pounding_risk as pr
+scene = pr.read_scene({scene!r}, ['records.window=["0 s", "0.3 s"]', 'interface.gap="1 m"'])
+found = pr.scan(scene, check_fraction=1.0)
+def about(variables):
+    return {{name: [list(map(str, one.dims)), one.attrs.get("units", ""), one.attrs.get("long_name", "")]
+            for name, one in variables.items()}}
+print(json.dumps({{"variables": about(found.data_vars), "coordinates": about(found.coords),
+                  "attributes": {{name: str(value) for name, value in found.attrs.items()}}}}))
+"""
+
+
+@lru_cache(maxsize=1)
+def smallest_dataset() -> dict[str, dict]:
+    """Variables, coordinates and attributes of a scan, from the smallest one that there is."""
+    scene = ROOT / "pounding_risk" / "scenes" / "paper.toml"
+    told = interpreted("-c", SMALLEST.format(scene=str(scene)))
+    return json.loads(told.splitlines()[-1])
+
+
+IMPACT = (
+    *("--law kelvin_voigt", "--law kelvin_voigt_tension_cut", "--law modified_kelvin_voigt", "--law hertz_damp"),
+    *("--law jankowski", "--law viscous_elastoplastic", '--stiffness "9.35e7 N/m"', '--stiffness "2.75e9 N/m^1.5"'),
+    *('--yield-force "70 kN"',),
+)
+LAWS_SHOWN = "Contact force against time and against penetration under six contact laws"
+
+
+def isolated_impacts() -> dict[str, str | bytes]:
+    """One impact under six laws: the command, what it prints and the figure that it draws."""
+    with TemporaryDirectory() as folder:
+        target = Path(folder) / "laws.png"
+        printed = interpreted("-m", "pounding_risk", "impact", *shlex.split(" ".join(IMPACT)), "--figure", str(target))
+        picture = target.read_bytes()
+    command = " \\\n    ".join(["pounding-risk impact", *IMPACT, "--figure laws.png"])
+    table = printed.rpartition("written:")[0]
+    text = f"{fence(command, 'sh')}\n{fence(table)}\n![{LAWS_SHOWN}](/generated/laws.png)\n"
+    return {"laws.png": picture, "pieces/isolated-impacts.md": text}
+
+
+def interpreted(*arguments: str) -> str:
+    """What Python prints with these arguments, nothing compiled: it would take longer than it saves."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "Agg"}
+    command = [sys.executable, *arguments]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    if run.returncode:
+        raise RuntimeError(f"{' '.join(command)} failed:\n{run.stderr}")
+    return run.stdout
+
+
+if __name__ == "__main__":
+    write(HERE / "generated", run=asked())

@@ -1,0 +1,1 @@
+"""The pages that `generate` writes, one module a subject."""

@@ -1,0 +1,44 @@
+"""The page of what `assess` and `separations` give, from the classes' fields and docstrings."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from generation.markdown import docstring, plain
+from pounding_risk import assessment, fragility, hazard, influences, proportions, required_gaps, separations, verdicts
+
+HEAD = """# Assessment
+
+What `pr.assess(results)` and `pr.code_table(results)` give, and `pounding-risk assess -o assessment.json` writes:
+tables of these fields, with null where there is no number. [How they are found](../theory/gap.md).
+
+"""
+PARTS = (
+    assessment.Assessment,
+    assessment.InterfaceAssessment,
+    verdicts.Verdict,
+    verdicts.Governing,
+    proportions.Share,
+    required_gaps.RequiredGap,
+    fragility.Fragility,
+    fragility.Stripe,
+    hazard.Rate,
+    influences.Influence,
+    separations.Comparison,
+    separations.SeparationRow,
+    separations.CodeTable,
+)
+
+
+def assessment_page() -> str:
+    """Every class of an assessment, and the rule of its verdict."""
+    return (
+        f"{HEAD}## The verdict's rule\n\n{docstring(verdicts)}\n{''.join(map(_part, PARTS))}"
+        f"## Standard errors\n\n{docstring(fragility.Fit)}"
+    )
+
+
+def _part(kind: Any) -> str:
+    told = ", ".join(f"`{each.name}` {plain(str(each.type))}" for each in fields(kind))
+    return f"## {kind.__name__}\n\n{docstring(kind)}\nFields: {told}.\n\n"

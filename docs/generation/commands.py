@@ -1,0 +1,113 @@
+"""The pages of the command line and of the Python calls, from typer and from signatures."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import typer
+
+import pounding_risk
+from generation.markdown import docstring, fence, plain, table
+from pounding_risk.cli import app
+
+COMMANDS = """# Commands
+
+Every command is a call of the Python API of the same name. Bad input ends with status 2 and a sentence, `--strict` with
+status 3 where a run failed.
+
+"""
+
+
+def commands_page() -> str:
+    """Every command with its arguments and options."""
+    whole: Any = typer.main.get_command(app)
+    return COMMANDS + "".join(_command(name, command) for name, command in walk("pounding-risk", whole))
+
+
+def walk(name: str, command: Any) -> Iterator[tuple[str, Any]]:
+    """Every command below this one, groups before what they hold."""
+    for inner, found in getattr(command, "commands", {}).items():
+        yield f"{name} {inner}", found
+        yield from walk(f"{name} {inner}", found)
+
+
+def _command(name: str, command: Any) -> str:
+    level = "#" * (name.count(" ") + 1)
+    text = f"{level} {name.removeprefix('pounding-risk ')}\n\n{docstring(command.help or '')}\n"
+    if getattr(command, "commands", None):
+        return f"{text}\n"
+    places = "".join(f" {each.metavar or each.name.upper()}" for each in command.params if not _is_option(each))
+    rows = [_option(each) for each in command.params if each.name != "help"]
+    return (
+        f"{text}{fence(f'{name}{places} [OPTIONS]', 'sh')}\n{table(('', 'what', 'default'), rows)}\n" if rows else text
+    )
+
+
+def _is_option(each: Any) -> bool:
+    return each.param_type_name == "option"
+
+
+def _option(each: Any) -> tuple[str, str, str]:
+    if not _is_option(each):
+        return f"`{each.metavar or each.name.upper()}`", plain(each.help or ""), ""
+    names = ", ".join(f"`{name}`" for name in [*each.opts, *each.secondary_opts])
+    value = "" if each.is_flag else f" `{each.metavar}`" if each.metavar else ""
+    return names + value, plain(each.help or ""), plain(_default(each))
+
+
+def _default(each: Any) -> str:
+    told = each.show_default
+    if isinstance(told, str):
+        return told
+    if told is False or each.default in (None, "", [], ()) or (each.is_flag and not each.secondary_opts):
+        return ""
+    if each.is_flag:
+        return (each.opts if each.default else each.secondary_opts)[0]
+    return ", ".join(map(str, each.default)) if isinstance(each.default, list | tuple) else str(each.default)
+
+
+PYTHON = """# Python
+
+`import pounding_risk as pr` costs next to nothing: each of these is loaded at its first use.
+
+"""
+
+
+def python_page() -> str:
+    """Every public call: its signature and what it says of itself."""
+    names = [name for name in pounding_risk.__all__ if not name.startswith("_")]
+    return PYTHON + "".join(_call(name, getattr(pounding_risk, name)) for name in names)
+
+
+def _call(name: str, function: Any) -> str:
+    return f"## {plain(name)}\n\n{fence(f'pr.{name}{signature(function)}', 'python')}\n{docstring(function)}\n"
+
+
+def signature(function: Any) -> str:
+    """The parameters and what is returned; on several lines where they are long."""
+    told = inspect.signature(function)
+    pieces, named = [], False
+    for each in told.parameters.values():
+        if each.kind is inspect.Parameter.KEYWORD_ONLY and not named:
+            pieces.append("*")
+            named = True
+        pieces.append(_parameter(each))
+    back = "" if told.return_annotation is told.empty else f" -> {_type(told.return_annotation)}"
+    line = f"({', '.join(pieces)}){back}"
+    return line if len(line) <= 80 else "".join(["(\n", *(f"    {piece},\n" for piece in pieces), f"){back}"])
+
+
+def _parameter(each: inspect.Parameter) -> str:
+    text = each.name if each.annotation is each.empty else f"{each.name}: {_type(each.annotation)}"
+    if each.default is each.empty:
+        return text
+    default = each.default.__name__ if callable(each.default) else repr(each.default)
+    return f"{text} = {default}"
+
+
+def _type(annotation: Any) -> str:
+    text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
+    return re.sub(r"\b(pounding_risk|pathlib|collections\.abc)(\.\w+)*\.", "", text)

@@ -1,0 +1,122 @@
+"""The pages of contact models, effects and restitution, from the classes' own docstrings."""
+
+from __future__ import annotations
+
+from typing import Any, get_type_hints
+
+from generation.markdown import docstring, plain, table
+from pounding_risk.models import contact, exact_damping, instant
+from pounding_risk.models.contact import LAWS, SHIPPED, stiffness_quantity
+from pounding_risk.models.effects import EFFECTS, acts_on_ground
+from pounding_risk.models.exact_damping import EXACT
+from pounding_risk.models.instant import INSTANT_LAWS
+from pounding_risk.models.restitution import NAMED
+from pounding_risk.quantities import Quantity, bounds
+from pounding_risk.scene_words import option_example
+
+LAWS_HEAD = """# Contact models
+
+Each is a class of `pounding_risk/models/contact.py` or `instant.py`; this page is what the classes say of themselves.
+[Contact](../theory/contact.md) has the main formulas side by side. `pounding-risk models` prints a list in a terminal,
+a user's own laws too.
+
+"""
+
+
+def laws_page() -> str:
+    """Every contact model: formula, parameters, source."""
+    laws = {name: LAWS[name] for name in SHIPPED}
+    heads = ("contact model", "stiffness in", "restitution", "yields at F\\_E")
+    rows = [(f"[`{name}`](#{_anchor(name)})", *_facts(law)) for name, law in (laws | INSTANT_LAWS).items()]
+    text = f"{LAWS_HEAD}{table(heads, rows)}\n## Laws of force and penetration\n\n{_symbols()}\n"
+    text += "".join(_model(name, law) for name, law in laws.items())
+    text += f"## Models whose velocities jump\n\n{_after_first(instant)}\n"
+    text += "".join(_model(name, law) for name, law in INSTANT_LAWS.items())
+    return f"{text}## Exact damping\n\n{docstring(exact_damping)}"
+
+
+def _anchor(name: str) -> str:
+    return name.replace("_", "-")
+
+
+def _facts(law: Any) -> tuple[str, str, str]:
+    jumps = instant.is_instant(law)
+    unit = "no stiffness" if jumps else plain(stiffness_quantity(law).unit)
+    exact = "published, or exact" if law in EXACT else "exact" if jumps else "published"
+    return unit, exact if law.needs_restitution else "takes no part", "yes" if law.capped else "no"
+
+
+def _symbols() -> str:
+    """The module's paragraph of symbols."""
+    return docstring("Symbols" + (contact.__doc__ or "").partition("Symbols")[2])
+
+
+def _after_first(module: Any) -> str:
+    return docstring((module.__doc__ or "").partition("\n\n")[2])
+
+
+def _model(name: str, law: Any) -> str:
+    text = f"({_anchor(name)})=\n### {plain(name)}\n\n{docstring(law)}\n"
+    rows = list(_parameters(law))
+    if len(rows) > 1:
+        text += table(("parameter", "what", "unit and range", "default"), rows) + "\n"
+    exact = EXACT.get(law, law)
+    if exact is not law:
+        text += f'With `relation = "exact"`: {docstring(exact)}\n'
+    return f"{text}Source: {plain(law.reference)}.\n\n"
+
+
+def _parameters(law: Any) -> Any:
+    hints = get_type_hints(law, include_extras=True)
+    for name in law._fields:
+        quantity = next((each for each in getattr(hints[name], "__metadata__", ()) if isinstance(each, Quantity)), None)
+        if quantity is not None:
+            default = law._field_defaults.get(name)
+            told = "" if default is None else f"{default:g}"
+            yield f"`{name}`", plain(quantity.words), plain(_range(quantity)), told
+
+
+def _range(quantity: Quantity) -> str:
+    return f"{quantity.unit}, {bounds(quantity)}".removeprefix("1, ")
+
+
+EFFECTS_HEAD = """# Effects
+
+Each is off unless a scene names it, and what is off is not in the machine code. This page is what the classes of
+`pounding_risk/models/effects.py` say of themselves.
+
+"""
+
+
+def effects_page() -> str:
+    """Every effect: what it does, its options, its source."""
+    text = EFFECTS_HEAD
+    for name, kind in EFFECTS.items():
+        text += f"## {plain(name)}\n\n{docstring(kind)}\n"
+        rows = [(f"`{key}`", *_option(allowed, key in kind.optional)) for key, allowed in kind.options.items()]
+        text += (
+            table(("option", "what", "unit and range", "example", ""), rows) + "\n" if rows else "It has no option.\n\n"
+        )
+        needs = "".join(f" Needs `{each}`." for each in kind.needs)
+        text += f"Acts on {'the ground motion' if acts_on_ground(name) else 'laws with a yield force'}.{needs} "
+        text += f"Source: {plain(kind.reference)}.\n\n"
+    return text
+
+
+def _option(allowed: Any, optional: bool) -> tuple[str, str, str, str]:
+    may = "may be left out" if optional else "required"
+    if isinstance(allowed, Quantity):
+        return plain(allowed.words), plain(_range(allowed)), f"`{option_example(allowed)}`", may
+    return " or ".join(f'`"{word}"`' for word in allowed), "", f"`{option_example(allowed)}`", may
+
+
+def restitution_page() -> str:
+    """Every named relation e(v), with its values."""
+    speeds = (0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0)
+    text = "# Named restitutions\n\ne at approach speeds in m/s. Past `fastest` e is held, and the run says so.\n\n"
+    rows = [
+        (f"`{name}`", *(f"{each:g}" for each in rule), *(f"{rule.at(speed):.3f}" for speed in speeds))
+        for name, rule in NAMED.items()
+    ]
+    fields = [f"`{field}`" for field in next(iter(NAMED.values()))._fields]
+    return text + table(("name", *fields, *(f"e({speed:g})" for speed in speeds)), rows)

@@ -1,0 +1,75 @@
+"""Notebooks as pages: their text and cells, and with ``run`` what the cells print and draw."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64decode
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from generation.markdown import fence
+
+FIRST = ("paper", "gap_adequacy", "comparing_models", "accuracy_against_time")  # others come after these
+TIME_LIMIT = 900  # s a cell: the first run of a law compiles it
+
+
+def reading_order(path: Path) -> tuple[int, str]:
+    """What to sort notebooks by."""
+    return FIRST.index(path.stem) if path.stem in FIRST else len(FIRST), path.stem
+
+
+def tutorials(paths: Sequence[Path]) -> str:
+    """Each notebook by its title and its first paragraph."""
+    told = []
+    for path in paths:
+        title, _, rest = "".join(_cells(path)[0]["source"]).partition("\n")
+        first = rest.strip().partition("\n\n")[0]
+        told.append(f"## [{title.lstrip('# ')}](generated/notebooks/{path.stem}.md)\n\n{first}\n")
+    listed = "\n".join(f"generated/notebooks/{path.stem}" for path in paths)
+    return "\n".join([*told, f"```{{toctree}}\n:hidden:\n\n{listed}\n```\n"])
+
+
+def notebook_pages(path: Path, run: bool = False) -> dict[str, str | bytes]:
+    """The page of a notebook by its file, and its pictures by theirs. It is stored without results."""
+    cells = _executed(path) if run else _cells(path)
+    pictures: dict[str, str | bytes] = {}
+    body = [_cell(cell, path.stem, pictures) for cell in cells]
+    told = f"This is `notebooks/{path.name}` of the repository{'' if run else ', without what it prints and draws'}.\n"
+    title, rest = body[0].split("\n", 1)
+    return {f"notebooks/{path.stem}.md": "\n\n".join([title, told, rest, *body[1:]]), **pictures}
+
+
+def _cells(path: Path) -> list[Any]:
+    return json.loads(path.read_text("utf-8"))["cells"]
+
+
+def _executed(path: Path) -> list[Any]:
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = nbformat.read(path, as_version=4)
+    with TemporaryDirectory() as folder:  # for what its cells write
+        where = {"metadata": {"path": folder}}
+        return NotebookClient(notebook, timeout=TIME_LIMIT, kernel_name="python3", resources=where).execute().cells
+
+
+def _cell(cell: Any, stem: str, pictures: dict[str, str | bytes]) -> str:
+    source = "".join(cell["source"])
+    if cell["cell_type"] == "markdown":
+        return source + "\n"
+    outputs = (_output(each, stem, pictures) for each in cell["outputs"])
+    return "\n".join([fence(source, "python"), *filter(None, outputs)])
+
+
+def _output(output: Any, stem: str, pictures: dict[str, str | bytes]) -> str:
+    """What a cell printed or drew, as Markdown; a picture is kept by its file."""
+    if output["output_type"] == "stream":
+        return fence("".join(output["text"]))
+    data = output.get("data", {})
+    if "image/png" not in data:
+        return fence("".join(data["text/plain"])) if "text/plain" in data else ""
+    name = f"notebooks/{stem}-{len(pictures) + 1}.png"
+    pictures[name] = b64decode(data["image/png"])
+    return f"![Figure {len(pictures)} of the notebook, which the text before it describes](/generated/{name})\n"

@@ -1,0 +1,71 @@
+"""The pages of record formats, processing steps and quality checks, from their registries."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from generation.markdown import docstring, plain, table
+from pounding_risk.formats import formats
+from pounding_risk.processing import DEFAULT_CHAIN, MODULES, STEPS
+from pounding_risk.quality import CHECKS
+from pounding_risk.quantities import Quantity, bounds
+
+FORMATS = """# Record formats
+
+A file's format is told by its content, never by its name. Those that ObsPy lacks are its plugins once this package is
+installed: `obspy.read` opens them in any script. [What each file needs beside it](../records.md).
+
+"""
+
+
+def formats_page() -> str:
+    """Every format that is read."""
+    rows = [
+        (plain(each.words), f"`{each.name}`", " ".join(f"`{one}`" for one in each.suffixes), _reader(each))
+        for each in formats()
+    ]
+    text = FORMATS + table(("format", "ObsPy's name", "usual endings", "read by"), rows) + "\n"
+    for each in formats():
+        module = sys.modules[each.recognises.__module__]
+        text += f"## {plain(each.words.partition(' (')[0])}\n\n{docstring(module)}\n"
+    return text
+
+
+def _reader(each: Any) -> str:
+    return "ObsPy, checked here" if each.native else "this package"
+
+
+def steps_page() -> str:
+    """Every processing step with its options."""
+    chain = " · ".join(f"`{each.name}`" for each in DEFAULT_CHAIN)
+    text = (
+        "# Processing steps\n\n"
+        f'`processing = "auto"` does {chain} to a raw record and nothing to a processed one. In a scene: '
+        '`processing = [{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]`.\n\n'
+    )
+    kinds = [module.__name__ for module in MODULES]
+    for name, known in sorted(STEPS.items(), key=lambda entry: kinds.index(entry[1].function.__module__)):
+        text += f"## {plain(name)}\n\n{docstring(known.function)}\n"
+        rows = [(f"`{key}`", *_option(allowed)) for key, allowed in known.options.items()]
+        text += table(("option", "what", "unit and range"), rows) + "\n" if rows else "It has no option.\n\n"
+    return text
+
+
+def _option(allowed: Any) -> tuple[str, str]:
+    if isinstance(allowed, Quantity):
+        return plain(allowed.words), plain(f"{allowed.unit}, {bounds(allowed)}".removeprefix("1, "))
+    return " or ".join(f'`"{word}"`' for word in allowed), ""
+
+
+def checks_page() -> str:
+    """Every check of quality."""
+    heads = ("check", "concerns records that are", "what it looks at")
+    rows = [
+        (plain(name), " or ".join(known.states), docstring(known.function).replace("\n", " "))
+        for name, known in CHECKS.items()
+    ]
+    return (
+        "# Quality checks\n\n`pounding-risk records info` prints what each finds and what it allows; what lasts is a "
+        f"flag of the motion and stands in the results.\n\n{table(heads, rows)}"
+    )

@@ -1,0 +1,40 @@
+"""The page of code separations, from their registry."""
+
+from __future__ import annotations
+
+from generation.markdown import docstring, plain, table
+from pounding_risk import separation_rules
+from pounding_risk.separation_rules import RULES
+
+RULES_HEAD = """# Separation rules
+
+What a code asks for between two buildings, as data. `pounding-risk separations` prints this list, and with a dataset
+sets each rule beside the gaps that the motions need. **Rules marked NO are repeated from memory of the profession: read
+the clause before you rely on one.**
+
+"""
+
+
+def rules_page() -> str:
+    """Every rule: clause, year, whether it was verified, formula."""
+    heads = ("rule", "clause", "year", "verified", "separation")
+    rows = [
+        (
+            f"`{rule.name}`",
+            plain(f"{rule.title}; {rule.clause}"),
+            "" if rule.year is None else str(rule.year),
+            "yes" if rule.verified else "**NO**",
+            plain(f"{rule.formula}{_needs(rule.needs)}"),
+        )
+        for rule in RULES.values()
+    ]
+    sources = [(f"`{rule.name}`", plain(rule.source)) for rule in RULES.values() if rule.verified]
+    about = (separation_rules.__doc__ or "").partition("\n\n")[2]
+    return (
+        f"{RULES_HEAD}{table(heads, rows)}\n## How each was verified\n\n{table(('rule', 'by'), sources)}\n"
+        f"## What they work with\n\n{docstring(about)}"
+    )
+
+
+def _needs(needs: tuple[str, ...]) -> str:
+    return f"; needs {' and '.join(needs)}" if needs else ""
