@@ -164,8 +164,8 @@ def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
     size = STANDARD_GRAVITY
     figure, axes = blank(1, 1, SIZE)
     axis = axes[0, 0]
-    tops = [stripe.intensity for curve in curves for stripe in curve.stripes] + [1.5 * curve.median for curve in curves]
-    at = np.linspace(1e-3, 1.1, 200) * max(tops)
+    widest = max(stripe.intensity for curve in curves for stripe in curve.stripes)
+    at = np.linspace(1e-3, 1.1, 300) * widest
     for curve, (colour, dash) in zip(curves, styles(len(curves)), strict=True):
         share = 100.0 * norm.cdf(np.log(at / curve.median) / curve.dispersion)
         axis.plot(at / size, share, color=colour, linestyle=dash, linewidth=1.8, label=curve.words)

@@ -47,8 +47,8 @@ def made(root):
 
 @pytest.fixture(scope="module")
 def scan(made) -> xr.Dataset:
-    """Twenty-one gaps, so that the table of contact is a long one, and five failed runs."""
-    return made(7, np.linspace(0.0, 0.1, 21), (2e5, 5e5, np.inf), 3, failed=5)
+    """Twenty-six gaps, so that the table of contact is a long one, and five failed runs."""
+    return made(7, np.linspace(0.0, 0.1, 26), (2e5, 5e5, np.inf), 3, failed=5)
 
 
 @pytest.fixture(scope="module")
@@ -191,13 +191,26 @@ def test_the_table_of_records_is_the_datasets(scan, read):
 def test_contact_models_are_the_datasets(scan, read):
     """Median and middle 68 % of the motions with contact, at the scene's gap and the smallest F_E."""
     here = scan.sel(gap=0.04, yield_force=2e5)
-    for row in read.table("contact models side by side"):
+    for row in read.table("outputs by contact model"):
         one = here.sel(contact_model=row[0][0].replace(" ", "_"))
         touching = one["impact_count"].values > 0
         force = one["peak_contact_force"].values[touching]
         assert column([row], 2) == [touching.sum()]
         expected = np.percentile(force, (50.0, 16.0, 84.0))
         assert [float(value) for value in row[5][1]] == pytest.approx(expected, rel=1e-15)
+
+
+def test_what_contact_does_to_a_building_is_the_datasets(scan, read):
+    """Over the motions with contact at the scene's gap, each over its own twin without contact."""
+    here = scan.sel(gap=0.04, yield_force=2e5, contact_model="jankowski")
+    touching = here["impact_count"].values > 0
+    for row in read.table("peaks of the buildings"):
+        with_contact = here["peak_displacement"].sel(building=row[0][0]).values[touching]
+        free = scan["peak_displacement_free"].sel(building=row[0][0]).values[touching]
+        expected = np.percentile(with_contact / free, (50.0, 16.0, 84.0))
+        assert [float(value) for value in row[4][1]] == pytest.approx(expected, rel=1e-14)
+        assert column([row], 5) == [(with_contact > free).sum()]
+        assert column([row], 6) == [touching.sum()]
 
 
 def test_the_accuracy_statement_is_the_datasets(scan, read):
@@ -273,7 +286,7 @@ def test_long_tables_stand_whole_in_the_appendix(built):
     blocks = {section["name"]: section["blocks"] for section in built["sections"]}
     cut = next(block for block in blocks["adequacy"] if "motions with contact" in block.get("caption", ""))
     whole = next(block for block in blocks["appendix"] if block.get("anchor") == cut["more"]["anchor"])
-    assert len(whole["rows"]) == 21 > LONG
+    assert len(whole["rows"]) == 26 > LONG
     assert len(cut["rows"]) <= KEPT
     assert all(row in whole["rows"] for row in cut["rows"])
     # The scene's own gap is among the rows that stay.
@@ -393,7 +406,7 @@ def test_two_interfaces_have_a_report_each(made):
     first, second = made(4, laws=1, seed=1), made(4, laws=1, seed=2)
     names = ["building", "building_mass", "building_period", "building_damping", "peak_displacement_free"]
     kept = ["record_spectral_acceleration", "period", "record_pga"]
-    parts = [each.drop_vars([*names, *kept]) for each in (first, second)]
+    parts = [each.drop_vars([*names, *kept, "peak_displacement"]) for each in (first, second)]
     wide = xr.concat(parts, dim="interface", combine_attrs="override").merge(first[kept])
     wide["building"] = ["A", "B", "C"]
     for name in names[1:4]:
@@ -424,7 +437,7 @@ def test_another_gap_and_amplitude_may_be_asked_of(made, tmp_path):
         assert told["gap assessed"][0] == "20 mm"
         assert float(told["motions with contact"][0]) == int((one["peak_closing_free"] > 0.02).sum())
         force = one["peak_contact_force"].sel(gap=0.02, yield_force=2e5, contact_model="jankowski")
-        row = read.table("contact models side by side")[0]
+        row = read.table("outputs by contact model")[0]
         assert float(row[5][1][0]) == np.median(force.where(force > 0.0).values[(force > 0.0).values])
 
 

@@ -26,6 +26,7 @@ from pounding_risk.reports.content import (
     Cell,
     amount,
     between,
+    count,
     evenly,
     figure,
     head,
@@ -93,7 +94,7 @@ def _counted(one: Any) -> list[Cell]:
     """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
     bounds = [(one.low, one.high), (one.low_recordings, one.high_recordings)]
     shown = [between(*ends, "%", 3) for ends in bounds]
-    return [number(one.count), number(one.runs), number(one.probability, "%", 3), *shown]
+    return [count(one.count), count(one.runs), number(one.probability, "%", 3), *shown]
 
 
 def _line(words: str, shares: Sequence[Any]) -> Line:
@@ -216,8 +217,14 @@ def yielding(material: Material, pair: Pair) -> list[Block]:
             f"{caption}.",
             f"{caption}, against the gap, for {len(lines)} yield forces; the table has the numbers at one gap.",
         ),
-        table(at, heads, rows),
+        table(at, heads, rows, keep=_of_law(here, material.law), note="some of the scene's own contact model"),
     ]
+
+
+def _of_law(shares: Sequence[Any], law: str) -> list[int]:
+    """Rows of one contact model, evenly spread."""
+    mine = [place for place, each in enumerate(shares) if each.contact_model == law]
+    return [mine[place] for place in evenly(len(mine), KEPT)]
 
 
 def fragility(material: Material, pair: Pair) -> list[Block]:
