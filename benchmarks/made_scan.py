@@ -106,6 +106,7 @@ def made_scan(
         "change_impact_count": (CASE, np.where(again, 0.0, np.nan)),
         "change_yield_exceedance": (CASE, np.where(again, 0.0, np.nan)),
         "peak_closing_free": (("record", "polarity"), needed, {"units": "m"}),
+        "peak_displacement": ((*CASE, "building"), reach[..., None] * np.array([0.8, 1.0]), {"units": "m"}),
         "peak_displacement_free": (
             ("record", "polarity", "building"),
             needed[:, :, None] * np.array([0.7, 1.1]),

@@ -106,16 +106,17 @@ def assess(
     confidence: float = 0.95,
     percentile: float = 84.0,
     intensity: str = "pga",
-    target: float = 0.1,
+    target: float | None = None,
     pga: float | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`, or of the file it is in.
 
     ``gap`` [m] is the scene's own by default, at every interface. The verdict holds P(contact) there against
     ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions, beside 50, 84
-    and 95, have their required gap told. Of a dataset with several amplitudes the assessed one is ``pga`` [m/s2], the
-    largest by default. Fragilities are against ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the
-    pseudo-spectral acceleration at a building's period. ``hazard``, a curve or its CSV file, adds annual rates.
+    and 95, have their required gap told, and the target is what that leaves, 0.16 of 84 %, unless given. Of a dataset
+    with several amplitudes the assessed one is ``pga`` [m/s2], the largest by default. Fragilities are against
+    ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
+    period. ``hazard``, a curve or its CSV file, adds annual rates.
 
     Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
     """
@@ -125,6 +126,7 @@ def assess(
         results = open_results(results)
     data.check_dataset(results)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    target = 1.0 - percentile / 100.0 if target is None else target
     options = _Options(gap, curve, confidence, percentile, intensity, target, pga)
     _check(options)
     counts = data.run_counts(results)
@@ -145,8 +147,8 @@ def _check(options: _Options) -> None:
     """Raise PoundingError for an option out of its range."""
     limits = (
         ("confidence", options.confidence, 1.0, "0.95"),
-        ("target", options.target, 1.0, "0.1"),
         ("percentile", options.percentile, 100.0, "84"),
+        ("target", options.target, 1.0, "0.16"),
     )
     for name, value, most, example in limits:
         if not 0.0 < value < most:

@@ -30,7 +30,10 @@ def assess(
     gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
     percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
     confidence: Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")] = 0.95,
-    target: Annotated[float, typer.Option(help="Probability of contact that is accepted.")] = 0.1,
+    target: Annotated[
+        float | None,
+        typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
+    ] = None,
     intensity: Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")] = "pga",
     pga: Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")] = None,
     hazard: Annotated[

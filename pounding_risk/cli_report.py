@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli_input import writable
+from pounding_risk.cli_input import read_option, writable
 from pounding_risk.errors import PoundingError
 
 PAGES = (".html", ".pdf")
@@ -19,6 +19,10 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="The report (.html or .pdf).", show_default="RESULTS.html")
     ] = None,
+    gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
+    percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
+    target: Annotated[float, typer.Option(help="Probability of contact that is accepted.")] = 0.1,
+    pga: Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")] = None,
     hazard: Annotated[
         Path | None, typer.Option(help="Hazard curve (.csv): annual rates are added.", show_default=False)
     ] = None,
@@ -29,7 +33,18 @@ def report(
     """Write a report of a scan: one HTML file, or a PDF."""
     if out is None and Path(f"{results.stem}.html").exists():
         raise PoundingError(f"{results.stem}.html exists already; write -o {results.stem}.html to replace it")
-    target = writable("-o", out or Path(f"{results.stem}.html"), PAGES)
+    file = writable("-o", out or Path(f"{results.stem}.html"), PAGES)
+    from pounding_risk.quantities import GAP, PGA
     from pounding_risk.reports import report as run
 
-    typer.echo(f"written: {run(results, target or Path(), hazard=hazard, also=others)}")
+    written = run(
+        results,
+        file or Path(),
+        hazard=hazard,
+        also=others,
+        gap=None if gap is None else read_option("--gap", gap, GAP),
+        percentile=percentile,
+        target=target,
+        pga=None if pga is None else read_option("--pga", pga, PGA),
+    )
+    typer.echo(f"written: {written}")

@@ -118,7 +118,7 @@ def report_spectra(periods: Array, spectra: Array, buildings: Sequence[tuple[str
 
 
 def report_probabilities(lines: Sequence[Line], gap: float, words: str) -> Figure:
-    """Probabilities against the gap with their bounds, and a mark at the scene's gap."""
+    """Probabilities against the gap with their bounds, and a mark at the assessed gap."""
     figure, axes = blank(1, 1, SIZE)
     axis = axes[0, 0]
     for line, (colour, dash) in zip(lines, styles(len(lines)), strict=True):
@@ -153,7 +153,7 @@ def report_required(needed: Array, gap: float, marks: Sequence[Mark]) -> Figure:
 
 def _mark_gap(axis: Axes, gap: float) -> None:
     axis.axvline(
-        gap * 1e3, color=MARK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=f"the scene's gap, {gap * 1e3:.4g} mm"
+        gap * 1e3, color=MARK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=f"gap assessed, {gap * 1e3:.4g} mm"
     )
 
 
@@ -164,8 +164,8 @@ def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
     size = STANDARD_GRAVITY
     figure, axes = blank(1, 1, SIZE)
     axis = axes[0, 0]
-    tops = [stripe.intensity for curve in curves for stripe in curve.stripes] + [1.5 * curve.median for curve in curves]
-    at = np.linspace(1e-3, 1.1, 200) * max(tops)
+    widest = max(stripe.intensity for curve in curves for stripe in curve.stripes)
+    at = np.linspace(1e-3, 1.1, 300) * widest
     for curve, (colour, dash) in zip(curves, styles(len(curves)), strict=True):
         share = 100.0 * norm.cdf(np.log(at / curve.median) / curve.dispersion)
         axis.plot(at / size, share, color=colour, linestyle=dash, linewidth=1.8, label=curve.words)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import check_target
@@ -22,12 +22,14 @@ def report(
     *,
     hazard: str | Path | None = None,
     also: Iterable[xr.Dataset | str | Path] = (),
+    **asked: Any,
 ) -> Path:
     """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``, and return its path.
 
-    ``hazard`` is a hazard curve as `assess` takes it; ``also`` are datasets of `compare`, `accuracy` and `effects`.
+    ``hazard`` is a hazard curve as `assess` takes it; ``also`` are datasets of `compare`, `accuracy` and `effects`,
+    ``asked`` other options of `assess`, such as gap [m], target and percentile.
     The same dataset gives the same bytes. Raises PoundingError for what is no dataset of a scan, for a target that
-    cannot be written, and for a PDF without the extra ``pdf``.
+    cannot be written, as `assess`, and for a PDF without the extra ``pdf``.
     """
     from pounding_risk.assessment import assess
     from pounding_risk.reports.material import Material, companions, opened
@@ -36,7 +38,7 @@ def report(
     target = check_target(out, SUFFIXES)
     dataset, checksum = opened(results)
     others = companions(also)
-    model = build(Material(dataset, assess(dataset, hazard=hazard), others, checksum))
+    model = build(Material(dataset, assess(dataset, hazard=hazard, **asked), others, checksum))
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.document import document
 

@@ -26,6 +26,7 @@ from pounding_risk.reports.content import (
     Cell,
     amount,
     between,
+    count,
     evenly,
     figure,
     head,
@@ -93,7 +94,7 @@ def _counted(one: Any) -> list[Cell]:
     """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
     bounds = [(one.low, one.high), (one.low_recordings, one.high_recordings)]
     shown = [between(*ends, "%", 3) for ends in bounds]
-    return [number(one.count), number(one.runs), number(one.probability, "%", 3), *shown]
+    return [count(one.count), count(one.runs), number(one.probability, "%", 3), *shown]
 
 
 def _line(words: str, shares: Sequence[Any]) -> Line:
@@ -109,7 +110,7 @@ def _near(shares: Sequence[Any], gap: float) -> list[int]:
 
 def required(material: Material, pair: Pair) -> list[Block]:
     """The gap that each motion needs, and the percentiles with their bounds."""
-    needed = pair.closing
+    needed = np.array(pair.found.closing)
     marks = [Mark(f"{each.percentile:g} % of the motions", each.gap) for each in pair.found.required]
     told = ", ".join(f"{mark.words} {amount(mark.value, 'm')['text']}" for mark in marks)
     caption = f"{pair.name}: the share of the motions that a gap suffices for{pair.at}"
@@ -144,11 +145,7 @@ def codes(material: Material, pair: Pair) -> list[Block]:
     heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
     common = _common([each.row.note for each in found.rules if each.exceeded is not None])
     rows = [_rule(each, found.motions, common) for each in found.rules]
-    drawn = [
-        Ratio(each.row.title, each.ratio_low, each.ratio_median, each.ratio_high, each.row.verified)
-        for each in found.rules
-        if each.ratio_median is not None
-    ]
+    drawn = [_ratio(each) for each in found.rules if each.ratio_median is not None]
     caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
     blocks = [
         paragraph(" ".join([f"{found.finding}.", *(f"Everywhere {each}." for each in common)])),
@@ -160,6 +157,11 @@ def codes(material: Material, pair: Pair) -> list[Block]:
             1, figure(f"{pair.anchor}-rules", svg_text(report_rules(drawn)), f"{said}.", f"{said}. {found.finding}.")
         )
     return blocks
+
+
+def _ratio(one: Any) -> Ratio:
+    """A rule as it is drawn."""
+    return Ratio(one.row.title, one.ratio_low, one.ratio_median, one.ratio_high, one.row.verified)
 
 
 def _common(notes: Sequence[str]) -> list[str]:
@@ -184,6 +186,11 @@ def _rule(one: Any, motions: int, common: Sequence[str]) -> list[Cell | str]:
     return [*facts, number(one.middle, "m"), number(one.upper, "m"), shown, counted, note]
 
 
+def _model(one: Any) -> str:
+    """The contact model that a result is of; contact itself depends on none."""
+    return name_of(one.contact_model) if one.contact_model else "any"
+
+
 def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
 
@@ -193,7 +200,7 @@ def yielding(material: Material, pair: Pair) -> list[Block]:
     found, gap = pair.found.yielding, pair.found.yield_gap
     if not found:
         return []
-    forces = sorted({each.yield_force for each in found})
+    forces = sorted({_or_nan(each.yield_force) for each in found})
     lines = []
     for force in (forces[place] for place in evenly(len(forces), MOST_LINES)):
         mine = [each for each in found if each.yield_force == force and each.contact_model == material.law]
@@ -201,7 +208,7 @@ def yielding(material: Material, pair: Pair) -> list[Block]:
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
     heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
     here = [each for each in found if each.gap == gap]
-    rows = [[name_of(each.contact_model), number(each.yield_force, "N"), *_counted(each)] for each in here]
+    rows = [[_model(each), number(each.yield_force, "N"), *_counted(each)] for each in here]
     at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
     return [
         figure(
@@ -210,8 +217,14 @@ def yielding(material: Material, pair: Pair) -> list[Block]:
             f"{caption}.",
             f"{caption}, against the gap, for {len(lines)} yield forces; the table has the numbers at one gap.",
         ),
-        table(at, heads, rows),
+        table(at, heads, rows, keep=_of_law(here, material.law), note="some of the scene's own contact model"),
     ]
+
+
+def _of_law(shares: Sequence[Any], law: str) -> list[int]:
+    """Rows of one contact model, evenly spread."""
+    mine = [place for place, each in enumerate(shares) if each.contact_model == law]
+    return [mine[place] for place in evenly(len(mine), KEPT)]
 
 
 def fragility(material: Material, pair: Pair) -> list[Block]:
@@ -247,7 +260,7 @@ def _fitted(one: Any) -> list[Cell | str]:
     return [
         one.what,
         number(one.gap, "m"),
-        name_of(one.contact_model) if one.contact_model else "any",
+        _model(one),
         number(one.yield_force, "N") if one.yield_force is not None else MISSING,
         number(one.median, ACCELERATION),
         _error(one.se_median, one.se_median_recordings),
@@ -293,7 +306,7 @@ def rates(material: Material, pair: Pair) -> list[Block]:
         [
             each.what,
             number(each.gap, "m"),
-            name_of(each.contact_model) if each.contact_model else "any",
+            _model(each),
             number(each.yield_force, "N") if each.yield_force is not None else MISSING,
             number(each.annual, digits=3),
             between(each.low, each.high, "1", 3),

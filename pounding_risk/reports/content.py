@@ -6,15 +6,17 @@ A number is rounded here and nowhere else, so that a page, a PDF and a test read
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isfinite, isinf, isnan
+from math import isfinite, isinf, isnan, nan
 from typing import Any
+
+import numpy as np
 
 Block = dict[str, Any]
 Cell = dict[str, Any]
 
 MISSING = "–"
 DIGITS = 4
-LONG = 18  # rows of a table that stands whole in the text
+LONG = 24  # rows of a table that stands whole in the text
 KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
 # By SI unit: the unit that an engineer reads, and what a value is multiplied by.
 SHOWN: dict[str, tuple[str, float]] = {
@@ -51,6 +53,11 @@ def number(value: Any, unit: str = "1", digits: int = DIGITS) -> Cell:
     return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
 
 
+def count(value: Any) -> Cell:
+    """A whole number, in full."""
+    return {"text": str(int(value)), "raw": int(value)}
+
+
 def amount(value: Any, unit: str, digits: int = DIGITS) -> Cell:
     """`number` with its unit behind it, for where no head of a column tells it."""
     cell = number(value, unit, digits)
@@ -61,6 +68,25 @@ def between(low: float, high: float, unit: str, digits: int = DIGITS) -> Cell:
     """Two ends of a range, as they are shown in the unit of the column's head."""
     ends = [number(each, unit, digits) for each in (low, high)]
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
+
+
+def percentiles(values: Any) -> tuple[float, float, float]:
+    """The 16th, 50th and 84th percentile of what is finite; NaN where nothing is."""
+    known = np.asarray(values, dtype=float)
+    known = known[np.isfinite(known)]
+    if not known.size:
+        return nan, nan, nan
+    low, median, high = np.percentile(known, (16.0, 50.0, 84.0)).tolist()
+    return low, median, high
+
+
+def middle(spread: tuple[float, float, float], unit: str) -> Cell:
+    """A median, and in brackets the range of the middle 68 %; the raw values in this order."""
+    low, median, high = (number(each, unit, 3) for each in spread)
+    if median["raw"] is None:
+        return median
+    text = f"{median['text']} ({low['text']} to {high['text']})"
+    return {"text": text, "parts": [median["raw"], low["raw"], high["raw"]]}
 
 
 def head(words: str, unit: str) -> str:

@@ -12,6 +12,7 @@ from pounding_risk.reports.content import (
     Block,
     Cell,
     amount,
+    count,
     facts,
     figure,
     head,
@@ -94,8 +95,8 @@ def _force(value: float) -> Cell:
 
 def _grid(material: Material) -> list[tuple[str, Cell | str]]:
     results = material.results
-    told: list[tuple[str, Cell | str]] = [("cases", number(results["status"].size))]
-    told.append(("records", number(results.sizes["record"])))
+    told: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
+    told.append(("records", count(results.sizes["record"])))
     told.append(("polarity", ", ".join(map(str, results["polarity"].values))))
     for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", "gap", "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:

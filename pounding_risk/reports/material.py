@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
@@ -22,6 +21,9 @@ from pounding_risk.separations import code_table
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from pounding_risk.assessment import Assessment, InterfaceAssessment
+    from pounding_risk.separations import CodeTable
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
@@ -34,22 +36,10 @@ class Pair(NamedTuple):
 
     name: str
     anchor: str
-    found: Any
-    codes: Any
-    results: xr.Dataset
-
-    @property
-    def shown(self) -> xr.Dataset:
-        """The dataset at the amplitude that is assessed."""
-        if "pga" not in self.results.dims:
-            return self.results
-        place = int(np.abs(self.results["pga"].values - self.found.amplitude).argmin())
-        return self.results.isel(pga=place)
-
-    @property
-    def at(self) -> str:
-        """The amplitude in words, where the dataset has several."""
-        return f" at {amount(self.found.amplitude, 'm/s2')['text']}" if "pga" in self.results.dims else ""
+    found: InterfaceAssessment
+    codes: CodeTable
+    results: xr.Dataset  # at the amplitude that is assessed
+    at: str  # this amplitude in words; "" where the dataset has one only
 
     @property
     def grid_gap(self) -> float:
@@ -57,31 +47,29 @@ class Pair(NamedTuple):
         gaps = self.results["gap"].values
         return float(gaps[np.abs(gaps - self.found.gap).argmin()])
 
-    @property
-    def closing(self) -> NDArray[np.float64]:
-        """The gap that each motion needs [m], of those with a finite one."""
-        values = self.shown["peak_closing_free"].values.ravel()
-        return np.asarray(values[np.isfinite(values)])
-
 
 @dataclass(frozen=True)
 class Material:
     """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
 
     results: xr.Dataset
-    assessment: Any
+    assessment: Assessment
     others: Mapping[str, xr.Dataset]
     checksum: str = ""  # of the results file
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
         """Every interface, in order."""
-        return tuple(
-            Pair(name, f"interface-{place}", found, code_table(each), each)
-            for place, (found, (name, each)) in enumerate(
-                zip(self.assessment.interfaces, interfaces(self.results), strict=True), start=1
-            )
-        )
+        parts = zip(self.assessment.interfaces, interfaces(self.results), strict=True)
+        return tuple(self._pair(place, found, each) for place, (found, (_, each)) in enumerate(parts, start=1))
+
+    def _pair(self, place: int, found: InterfaceAssessment, results: xr.Dataset) -> Pair:
+        at = ""
+        if "pga" in results.dims:
+            results = results.isel(pga=int(np.abs(results["pga"].values - found.amplitude).argmin()))
+            at = f" at {amount(found.amplitude, 'm/s2')['text']}"
+        codes = code_table(results, self.assessment.percentile)
+        return Pair(found.name, f"interface-{place}", found, codes, results, at)
 
     @cached_property
     def scene(self) -> dict[str, Any]:

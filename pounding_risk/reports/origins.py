@@ -75,7 +75,12 @@ def _origins(material: Material) -> list[str]:
     for name, one in material.records.items():
         told = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
         alike.setdefault(told or "not told by the file", []).append(name)
-    return [f"{', '.join(names)}: {told}" for told, names in alike.items()]
+    return [f"{_who(names, material)}: {told}" for told, names in alike.items()]
+
+
+def _who(names: list[str], material: Material) -> str:
+    """Records by name, or all of them."""
+    return "all records" if len(names) == len(material.records) > 1 else ", ".join(names)
 
 
 def _steps(material: Material) -> list[str]:
@@ -83,4 +88,4 @@ def _steps(material: Material) -> list[str]:
     alike: dict[tuple[str, ...], list[str]] = {}
     for name, steps in material.facts("processing", {}).items():
         alike.setdefault(tuple(steps), []).append(name)
-    return [f"{', '.join(names)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]
+    return [f"{_who(names, material)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]

@@ -13,14 +13,17 @@ from pounding_risk.reports.content import (
     Block,
     Cell,
     amount,
+    count,
     facts,
     figure,
     head,
     heading,
     listing,
+    middle,
     name_of,
     number,
     paragraph,
+    percentiles,
     rounded,
     table,
 )
@@ -30,7 +33,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FIRST_OUTPUTS = 4  # of a comparison, which has the most telling ones first
-LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0
 # Outputs by which models are set side by side: what they are called, and their unit.
 BY_MODEL = {
     "peak_relative_displacement": ("peak relative displacement", "m"),
@@ -48,21 +50,17 @@ EFFECTS_FREE = "none"  # the scene without effects, in a dataset of `effects`
 def models(material: Material) -> list[Block]:
     """Every contact model at the scene's gap: shares of contact and yielding, and the spread of three outputs."""
     blocks: list[Block] = []
-    if len(material.laws) == 1:
-        told = f"All cases were run under one contact model, {name_of(material.laws[0])}."
-        if "compare" not in material.others:
-            told += " Whether another changes the conclusions: `pounding-risk compare`."
-        blocks.append(paragraph(told))
-    else:
-        for pair in material.pairs:
-            blocks += _by_model(material, pair)
+    for pair in material.pairs:
+        blocks += _by_model(material, pair)
+    if len(material.laws) == 1 and "compare" not in material.others:
+        blocks.append(paragraph("One contact model was run. Whether another says otherwise: `pounding-risk compare`."))
     if "compare" in material.others:
         blocks += _compared(material.others["compare"])
     return blocks
 
 
 def _by_model(material: Material, pair: Pair) -> list[Block]:
-    here = pair.shown.sel(gap=pair.grid_gap, yield_force=material.yield_force)
+    here = pair.results.sel(gap=pair.grid_gap, yield_force=material.yield_force)
     # A count of −1 is none: the run failed.
     touching = here["impact_count"] > 0
     force = amount(here["yield_force"], "N")["text"]
@@ -74,18 +72,18 @@ def _by_model(material: Material, pair: Pair) -> list[Block]:
     for law in material.laws:
         one, mine = here.sel(contact_model=law), touching.sel(contact_model=law).values
         ended = one["impact_count"].values >= 0
-        cells: list[Cell | str] = [name_of(law), number(ended.sum()), number(mine.sum())]
-        cells.append(number((one["yield_exceedance"].values == 1).sum()))
+        cells: list[Cell | str] = [name_of(law), count(ended.sum()), count(mine.sum())]
+        cells.append(count((one["yield_exceedance"].values == 1).sum()))
         for name, (_, unit) in BY_MODEL.items():
-            spread = _spread(one[name].values[mine])
+            spread = percentiles(one[name].values[mine])
             panels[name].append(Spread(name_of(law), *spread))
-            cells.append(_middle(spread, unit))
+            cells.append(middle(spread, unit))
         rows.append(cells)
     note = f"All motions {where}; the spread is over those with contact."
     drawn = [(head(words, unit), _in_units(panels[name], unit)) for name, (words, unit) in BY_MODEL.items()]
     known = [(words, spreads) for words, spreads in drawn if any(np.isfinite(each.middle) for each in spreads)]
-    blocks = [table(f"{pair.name}: contact models side by side. {note}", heads, rows)]
-    if known:
+    blocks = [table(f"{pair.name}: outputs by contact model. {note}", heads, rows)]
+    if known and len(rows) > 1:
         outputs = ", ".join(words for words, _ in known)
         said = f"{pair.name}: median and middle 68 % of {outputs} under {len(rows)} contact models"
         blocks.append(
@@ -97,22 +95,6 @@ def _by_model(material: Material, pair: Pair) -> list[Block]:
             )
         )
     return blocks
-
-
-def _spread(values: Any) -> tuple[float, float, float]:
-    known = values[np.isfinite(values)].astype(float)
-    if not known.size:
-        return np.nan, np.nan, np.nan
-    low, middle, high = np.percentile(known, (LOW, MIDDLE, HIGH))
-    return float(low), float(middle), float(high)
-
-
-def _middle(spread: tuple[float, float, float], unit: str) -> Cell:
-    low, middle, high = (number(each, unit, 3) for each in spread)
-    if middle["raw"] is None:
-        return number(np.nan, unit)
-    text = f"{middle['text']} ({low['text']} to {high['text']})"
-    return {"text": text, "parts": [middle["raw"], low["raw"], high["raw"]]}
 
 
 def _in_units(spreads: list[Spread], unit: str) -> list[Spread]:
@@ -150,8 +132,8 @@ def _compared(dataset: xr.Dataset) -> list[Block]:
 
 
 def _ratio(one: Any) -> Cell:
-    low, middle, high = (float(one[f"ratio_{each}"]) for each in ("low", "median", "high"))
-    return _middle((low, middle, high), "1")
+    low, median, high = (float(one[f"ratio_{each}"]) for each in ("low", "median", "high"))
+    return middle((low, median, high), "1")
 
 
 def _of(count: Any, judged: Any) -> Cell:
@@ -165,9 +147,9 @@ def accuracy(material: Material) -> list[Block]:
     total = results["status"].size
     told: list[tuple[str, Cell | str]] = [
         ("relative tolerance of the solver", number(results.attrs["rtol"])),
-        ("cases", number(total)),
-        ("with a run of their own", number(simulated)),
-        ("known exactly without one", number(total - simulated)),
+        ("cases", count(total)),
+        ("with a run of their own", count(simulated)),
+        ("known exactly without one", count(total - simulated)),
         *_again(results),
         *_residuals(results),
         *_failed(results),
@@ -191,8 +173,8 @@ def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         return [("made again at a tighter tolerance", "none")]
     flags = results["sensitive"]
     told: list[tuple[str, Cell | str]] = [
-        ("made again at a tighter tolerance", number((flags >= 0).sum())),
-        ("of these sensitive: an answer moves by more than the tolerance", number((flags == 1).sum())),
+        ("made again at a tighter tolerance", count((flags >= 0).sum())),
+        ("of these sensitive: an answer moves by more than the tolerance", count((flags == 1).sum())),
     ]
     for name, words in MOVED.items():
         values = results[name].values
@@ -200,7 +182,7 @@ def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         if values.size:
             told.append((f"{words} moved by, median", number(np.median(values), digits=2)))
             told.append((f"{words} moved by, largest", number(values.max(), digits=2)))
-    told += [(f"runs whose {words} changed", number((results[name] > 0).sum())) for name, words in COUNTED.items()]
+    told += [(f"runs whose {words} changed", count((results[name] > 0).sum())) for name, words in COUNTED.items()]
     return told
 
 
@@ -230,8 +212,8 @@ def _failed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         for code, slug in zip(codes, meanings, strict=True)
         if code != 0
     ]
-    found: list[tuple[str, Cell | str]] = [(words, number(count)) for words, count in counts if count]
-    return found or [("failed", number(0))]
+    found: list[tuple[str, Cell | str]] = [(words, count(times)) for words, times in counts if times]
+    return found or [("failed", count(0))]
 
 
 def _ladder(dataset: xr.Dataset) -> list[Block]:
@@ -302,9 +284,14 @@ def _costs(dataset: xr.Dataset) -> list[Block]:
         change = (one[output].values[acted] - before[acted]) / before[acted]
         change = change[np.isfinite(change)]
         time = float(one["time"])
-        middle = number(np.median(change), "%", 3) if name != EFFECTS_FREE and change.size else number(np.nan)
+        change_words = number(np.median(change), "%", 3) if name != EFFECTS_FREE and change.size else number(np.nan)
         rows.append(
-            [name_of(name), {"text": rounded(time * 1e3, 3), "raw": time}, number(one["time_ratio"], digits=3), middle]
+            [
+                name_of(name),
+                {"text": rounded(time * 1e3, 3), "raw": time},
+                number(one["time_ratio"], digits=3),
+                change_words,
+            ]
         )
     return [
         heading("What they change and cost", "effects-cost"),

@@ -9,6 +9,7 @@ from pounding_risk.reports.content import (
     Cell,
     amount,
     between,
+    count,
     facts,
     heading,
     listing,
@@ -38,18 +39,18 @@ def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
     here, bounds = found.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
     told: list[tuple[str, Cell | str]] = [
         ("gap assessed", amount(found.gap, "m")),
-        ("motions with contact", number(here.count)),
-        ("motions", number(here.runs)),
+        ("motions with contact", count(here.count)),
+        ("motions", count(here.runs)),
         ("probability of contact [%]", number(here.probability, "%", 3)),
         (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
         (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
         ("probability allowed [%]", number(asked.target, "%", 3)),
         *_required(found, asked.percentile),
         ("motions that need most", _governing(found.verdict)),
-        ("cases of the dataset", number(asked.cases)),
-        ("of these failed, counted neither way", number(asked.failed)),
-        ("made again at a tighter tolerance", number(asked.checked)),
-        ("of these sensitive", number(asked.sensitive)),
+        ("cases of the dataset", count(asked.cases)),
+        ("of these failed, counted neither way", count(asked.failed)),
+        ("made again at a tighter tolerance", count(asked.checked)),
+        ("of these sensitive", count(asked.sensitive)),
     ]
     return told
 
