@@ -21,7 +21,11 @@ def report(
     ] = None,
     gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
     percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
-    target: Annotated[float, typer.Option(help="Probability of contact that is accepted.")] = 0.1,
+    target: Annotated[
+        float | None,
+        typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
+    ] = None,
+    intensity: Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")] = "pga",
     pga: Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")] = None,
     hazard: Annotated[
         Path | None, typer.Option(help="Hazard curve (.csv): annual rates are added.", show_default=False)
@@ -45,6 +49,7 @@ def report(
         gap=None if gap is None else read_option("--gap", gap, GAP),
         percentile=percentile,
         target=target,
+        intensity=intensity,
         pga=None if pga is None else read_option("--pga", pga, PGA),
     )
     typer.echo(f"written: {written}")

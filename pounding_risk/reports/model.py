@@ -6,7 +6,7 @@ A new section is one function and one entry in `SECTIONS`. A section without blo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
@@ -25,7 +25,7 @@ class Section(NamedTuple):
     write: Callable[[Material], list[Block]]
 
 
-SECTIONS: Mapping[str, Section] = {
+SECTIONS: dict[str, Section] = {
     "summary": Section("Summary", summary.summary),
     "scene": Section("Scene and assumptions", inputs.scene),
     "records": Section("Records", inputs.records),
