@@ -25,6 +25,7 @@ YEARS = 50.0
 DRAWS, SEED = 400, 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
+A_YEAR = r".*\b(rate|frequency)\b[^\[]*(\[ *((1 */|per) *(year|yr|a)|(year|yr|a) *\^? *-1) *\])?\s*"
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,8 @@ class Rate:
 def read_hazard(path: str | Path) -> Hazard:
     """The hazard curve of a CSV file: a head that names the intensity and its unit, then rows im, annual rate.
 
-    Lines that start with # are left out. Raises PoundingError that names the line for what is no such table, and where
-    intensities do not rise or rates do not fall.
+    Lines that start with # are left out. Raises PoundingError that names the line for what is no such table, where the
+    second column is no annual rate, and where intensities do not rise or rates do not fall.
     """
     source = Path(path)
     try:
@@ -90,14 +91,24 @@ def _head(source: Path, at: int, line: str) -> tuple[str, str]:
     found = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
     if len(cells) != 2 or found is None:
         raise PoundingError(f"{source}, line {at}: {line.strip()!r} names no intensity with its unit; {HEAD}")
+    if not re.fullmatch(A_YEAR, cells[1].strip(), re.IGNORECASE):
+        raise PoundingError(
+            f"{source}, line {at}: the second column is {cells[1].strip()!r}; it must be an annual rate or frequency. "
+            "A probability p in t years is a rate of -ln(1 - p) / t, a return period T one of 1 / T"
+        )
     return found[1].lower(), found[2]
 
 
 def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
     cells = next(csv.reader([line]))
+    if len(cells) != 2:
+        raise PoundingError(
+            f"{source}, line {at}: {line.strip()!r} has {len(cells)} cells; write two, the intensity and its "
+            "annual rate"
+        )
     try:
         im, rate = parse(f"{cells[0].strip()} {unit}", PGA), float(cells[1])
-    except (QuantityError, ValueError, IndexError) as error:
+    except (QuantityError, ValueError) as error:
         raise PoundingError(f"{source}, line {at}: {line.strip()!r} is no row of the table ({error}); {HEAD}") from None
     if not 0.0 < rate < np.inf:
         raise PoundingError(

@@ -104,6 +104,10 @@ def test_a_table_is_read_with_its_unit(tmp_path):
         ("pga [g],rate\n0.1,0.01\n0.2,0\n", "line 3: the annual rate 0 must be above 0"),
         ("pga [g],rate\n0.1,0.01\n0.2,0.02\n", "line 3: intensities must rise and annual rates fall"),
         ("pga [g],rate\n0.2,0.01\n\n0.1,0.001\n", "line 4: intensities must rise"),
+        ("pga [g],probability in 50 years\n0.1,0.5\n0.2,0.1\n", "line 1: the second column is 'probability in 50 y"),
+        ("pga [g],return period [years]\n0.1,50\n0.2,475\n", "a return period T one of 1 / T"),
+        ("pga [g],rate [1/50 years]\n0.1,0.5\n0.2,0.1\n", "it must be an annual rate or frequency"),
+        ("pga [g],rate\n0.1,0.01,0.02\n0.2,0.001,0.002\n", "line 2: '0.1,0.01,0.02' has 3 cells"),
     ],
 )
 def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, words):
@@ -112,6 +116,15 @@ def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, words):
     with pytest.raises(PoundingError, match=r"site\.csv") as told:
         read_hazard(file)
     assert words in str(told.value)
+
+
+@pytest.mark.parametrize(
+    "head", ["annual rate [1/year]", "Mean annual frequency of exceedance", "rate [1/yr]", "annual rate [yr^-1]"]
+)
+def test_an_annual_rate_goes_by_several_names(tmp_path, head):
+    file = tmp_path / "site.csv"
+    file.write_text(f"pga [g],{head}\n0.1,0.01\n0.2,0.001\n")
+    assert read_hazard(file).rate == pytest.approx([0.01, 0.001])
 
 
 def test_a_table_that_is_not_there_is_refused(tmp_path):
