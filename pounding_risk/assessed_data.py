@@ -33,6 +33,7 @@ OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an att
 }
 NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
 LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage"}  # they leave the free motion linear
+NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
 UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
 
 
@@ -62,6 +63,10 @@ def check_dataset(results: xr.Dataset) -> None:
         raise PoundingError(
             f"the dataset has no {', '.join(missing)}: an older version wrote it; scan the scene again, the scene's "
             "text is the attribute 'scene'"
+        )
+    if "scene_resolved" not in results.attrs:
+        raise PoundingError(
+            "the dataset has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
 
 
@@ -155,12 +160,40 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
             return np.repeat(results["record_pga"].values, polarities)[:, None]
         return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
     side = _side(results, intensity)
-    period = float(results["building_period"].values[side])
+    period = _period(results, intensity)
+    return _by_amplitude(results["peak_displacement_free"].isel(building=side)) * (2.0 * np.pi / period) ** 2
+
+
+def _period(results: xr.Dataset, intensity: str) -> float:
+    """Period [s] of the building whose Sa is asked for; raises PoundingError for a rigid one."""
+    period = float(results["building_period"].values[_side(results, intensity)])
     if np.isnan(period):
         raise PoundingError(
             f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
         )
-    return _by_amplitude(results["peak_displacement_free"].isel(building=side)) * (2.0 * np.pi / period) ** 2
+    return period
+
+
+def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
+    """Raise PoundingError where a hazard curve, by its name, is not of the intensity that fragilities are against.
+
+    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the building.
+    """
+    kind = re.match(r"[a-z]*", curve)
+    if kind is None or kind[0] != intensity.partition("(")[0]:
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, the fragility one against {intensity}; write the intensity that the "
+            "curve is of"
+        )
+    named = re.search(r"\d*\.?\d+", curve)
+    if intensity == "pga" or named is None:
+        return
+    period = _period(results, intensity)
+    if abs(float(named[0]) - period) > NEAR * period:
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.3g} s, the building's own "
+            "period; take the curve of that period, or pga"
+        )
 
 
 def _side(results: xr.Dataset, intensity: str) -> int:

@@ -68,7 +68,10 @@ class InterfaceAssessment:
 
 @dataclass(frozen=True)
 class Assessment:
-    """An assessment of every interface of a dataset, with what it was asked and the runs behind it."""
+    """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
+
+    ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
+    """
 
     title: str
     cases: int
@@ -81,6 +84,7 @@ class Assessment:
     target: float
     intensity: str
     hazard: str
+    hazard_rows: tuple[tuple[float, float], ...]
     interfaces: tuple[InterfaceAssessment, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -139,6 +143,7 @@ def assess(
         target=target,
         intensity=intensity,
         hazard=curve.source or curve.name if curve else "",
+        hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=found,
     )
 
@@ -157,16 +162,12 @@ def _check(options: _Options) -> None:
             )
     if options.gap is not None and not (isfinite(options.gap) and options.gap >= 0.0):
         raise PoundingError(f"gap is {options.gap:g} m; it is a distance of 0 or more, such as 0.04")
-    hazard = options.hazard
-    if hazard is not None and not hazard.name.startswith(options.intensity.partition("(")[0]):
-        raise PoundingError(
-            f"the hazard curve is one of {hazard.name}, the fragility one against {options.intensity}; write the "
-            "intensity that the curve is of"
-        )
 
 
 def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:
     gap = data.scene_gap(results, place) if options.gap is None else options.gap
+    if options.hazard is not None:
+        data.check_intensity(results, options.intensity, options.hazard.name)
     every = data.motions_of(results)
     level = _level(every.amplitudes, options.pga)
     motions = _at_level(every, level)

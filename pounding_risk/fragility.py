@@ -20,6 +20,7 @@ STRIPES, OWN, SCALED = "multiple stripes", "each motion at its own intensity", "
 STEPS, CLOSE = 100, 1e-10  # Newton steps at most, and the decrement of the likelihood at which they end
 FLAT = 5.0  # a dispersion beyond which a curve says nothing: 16 to 84 % are then a factor of 22,000 apart
 ALIKE = 1e-9  # intensities that differ by no more than this share are one
+ALONE = "one recording has no dispersion between recordings: give more records"
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     where the failures are all or none, or no survivor is stronger than one of them; a curve that is flat
     or falls with intensity is no fragility. Both are told as the `Fit`'s ``fault``.
     """
-    fault = unfit(im, failed)
+    fault = unfit(im, failed) or (ALONE if np.ptp(recordings) == 0 else "")
     if fault:
         return Fit(fault=fault)
     logs = np.log(im)
@@ -138,9 +139,11 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
         return Fit(
             fault="a closed gap is touched by the weakest motion, and a motion that closes nothing never does it"
         )
+    if np.ptp(recordings) == 0:
+        return Fit(fault=ALONE)
     logs = np.log(capacities)
     if np.ptp(logs) < ALIKE:
-        return Fit(fault="one motion has no dispersion, nor have many that fail at one intensity; give more records")
+        return Fit(fault="motions that all fail at one intensity have no dispersion; give more records")
     middle, spread = float(logs.mean()), float(logs.std())
     z = (logs - middle) / spread
     scores = np.stack([z, z**2 - 1.0], axis=1) / spread
@@ -194,7 +197,7 @@ def _by_recording(scores: Array, recordings: Labels) -> Array:
     """R/(R − 1) Σ g gᵀ over recordings, g the sum of a recording's scores, as its root: (parameters, recordings)."""
     sums = np.stack([np.bincount(recordings, column) for column in scores.T])
     groups = sums.shape[1]
-    return sums * np.sqrt(groups / (groups - 1.0)) if groups > 1 else np.full_like(sums, nan)
+    return sums * np.sqrt(groups / (groups - 1.0))
 
 
 def _told(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:

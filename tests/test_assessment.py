@@ -319,6 +319,42 @@ def test_rates_come_with_a_hazard_curve(tmp_path):
         assess(made_up(lognormal(20)), hazard=file, intensity="sa(A)")
 
 
+@pytest.mark.parametrize(
+    ("curve", "words"),
+    [
+        ("Sa(1.0 s)", r"one of sa\(1.0 s\), the fragility one against Sa at 0.5 s, the building's own period"),
+        ("sabotage", "the hazard curve is one of sabotage"),
+        ("pga", "the hazard curve is one of pga"),
+    ],
+)
+def test_a_hazard_curve_of_another_intensity_is_refused(tmp_path, curve, words):
+    file = tmp_path / "site.csv"
+    file.write_text(f"{curve} [g],annual rate\n0.01,1\n10,1e-6\n")
+    with pytest.raises(PoundingError, match=words):
+        assess(made_up(lognormal(20)), hazard=file, intensity="sa(A)")
+
+
+def test_a_hazard_curve_of_the_buildings_period_is_taken_and_kept(tmp_path):
+    file = tmp_path / "site.csv"
+    file.write_text("Sa(0.5 s) [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    found = assess(made_up(lognormal(20)), hazard=file, intensity="sa(A)")
+    assert found.hazard_rows == ((0.1, 1.0), (100.0, 1e-6))
+
+
+def test_one_recording_has_no_fragility():
+    """Its components and polarities differ, but say nothing of how recordings do."""
+    (one,) = assess(made_up(lognormal(1))).interfaces
+    assert all(each.fault for each in one.fragility)
+    assert any("one recording" in each.fault for each in one.fragility)
+
+
+def test_a_dataset_without_its_scene_is_refused():
+    dataset = made_up(lognormal(4))
+    del dataset.attrs["scene_resolved"]
+    with pytest.raises(PoundingError, match="has lost its attribute 'scene_resolved'"):
+        assess(dataset)
+
+
 def test_interfaces_are_taken_one_by_one():
     """A dataset with an axis of interfaces has each pair of neighbours assessed with its own motions."""
     one, other = made_up(lognormal(6)), made_up(lognormal(6, scale=0.1, seed=15))

@@ -155,7 +155,9 @@ def test_two_mixed_stripes_are_enough():
 
 def test_one_intensity_and_one_motion_are_told():
     assert "one intensity" in fit(np.ones(10), np.arange(10) < 5, np.arange(10)).fault
-    assert "no dispersion" in fit_capacities(np.array([0.3]), np.zeros(1, dtype=np.int64)).fault
+    assert "one recording" in fit_capacities(np.array([0.3, 0.4]), np.zeros(2, dtype=np.int64)).fault
+    assert "one recording" in fit(*stripes(), np.zeros(IM.size * RUNS, dtype=np.int64)).fault
+    assert "no dispersion" in fit_capacities(np.array([0.3, 0.3]), np.arange(2)).fault
     assert "closed gap" in fit_capacities(np.array([0.0, 0.1]), np.arange(2)).fault
     assert "closes nothing" in fit_capacities(np.array([np.inf, 0.1]), np.arange(2)).fault
 
