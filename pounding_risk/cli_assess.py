@@ -179,8 +179,10 @@ def _print_curves(one: InterfaceAssessment, found: Assessment) -> None:
         "by",
     )
     shown = list(_curves(one))
-    print_table(heads, [_curve(each) for each in shown if not each.fault], "lrrrrrrl")
-    print("standard errors: as if motions were independent, then by recording")
+    fitted = [_curve(each) for each in shown if not each.fault]
+    if fitted:
+        print_table(heads, fitted, "lrrrrrrl")
+        print("standard errors: as if motions were independent, then by recording")
     for fault in dict.fromkeys(each.fault for each in shown if each.fault):
         what = " and ".join(dict.fromkeys(WORDS[each.what] for each in shown if each.fault == fault))
         print(f"not fitted, {what}: {fault}")
@@ -208,9 +210,9 @@ def _curve(each: Fragility) -> tuple[str, ...]:
 
 
 def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
-    if not one.rates:
-        return
     shown = {each for each in _curves(one) if not each.fault}
+    if not one.rates or not shown:
+        return
     heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "P at the weakest", "stronger add at most")
     rows = []
     for each, rate in zip(one.fragility, one.rates, strict=True):
@@ -219,7 +221,7 @@ def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
         force = "–" if rate.yield_force is None else engineering(rate.yield_force, "N")
         values = (
             f"{rate.annual:.3g}",
-            f"{rate.low:.2g} to {rate.high:.2g}",
+            "–" if isnan(rate.low) else f"{rate.low:.2g} to {rate.high:.2g}",
             _part(rate.fifty_years),
             f"{rate.below:.2g}",
             f"{rate.above:.2g} a year",
@@ -231,7 +233,12 @@ def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
 
 
 def _print_separations(one: InterfaceAssessment, percentile: float) -> None:
+    from pounding_risk.separation_rules import ONE_GROUND, SHARED
+
     rows = [each for each in one.separations if each.middle is not None]
+    if not rows:
+        print("no motion closes any gap: what codes ask has nothing to be held against")
+        return
     heads = ("code rule", "verified", "asks for", "short in", f"over the gap of {percentile:g} %", "the gap over it")
     needed = next(each.gap for each in one.required if each.percentile == percentile)
     lines = [
@@ -248,6 +255,8 @@ def _print_separations(one: InterfaceAssessment, percentile: float) -> None:
     print_table(heads, lines, "llrrrr")
     print(f"asks for: no more in {percentile:g} % of the motions, from their own displacements; short in: motions that")
     print("need more than it asks for from them; NO: the clause is not verified; `separations` shows more")
+    if any(ONE_GROUND in each.row.note for each in rows):
+        print(f"{SHARED[ONE_GROUND]}.")
 
 
 def _length(value: float | None) -> str:

@@ -21,6 +21,7 @@ def report(
     ] = None,
     gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
     percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
+    confidence: Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")] = 0.95,
     target: Annotated[
         float | None,
         typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
@@ -48,6 +49,7 @@ def report(
         also=others,
         gap=None if gap is None else read_option("--gap", gap, GAP),
         percentile=percentile,
+        confidence=confidence,
         target=target,
         intensity=intensity,
         pga=None if pga is None else read_option("--pga", pga, PGA),

@@ -225,7 +225,9 @@ TAKEN = {
 }
 # Notes that many rows share, and the sentence that says the same once below a table.
 NOT_VERIFIED, NOT_REDUCED = "clause not verified", TAKEN["factors"]
+ONE_GROUND = "the ground under both taken to move alike"
 SHARED = {
     NOT_VERIFIED: "Rules not verified are repeated from memory of the profession: read the clause before relying on it",
     NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
+    ONE_GROUND: "The ground under both is taken to move alike: that a wave passes is in the gap needed, and in no rule",
 }

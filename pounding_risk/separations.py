@@ -11,8 +11,9 @@ Works from a dataset alone: ``peak_displacement_free`` is the spectral displacem
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ from pounding_risk.separation_rules import (
     COMBINATIONS,
     INTENSITIES,
     NOT_VERIFIED,
+    ONE_GROUND,
     RULES,
     SHARED,
     STRUCTURES,
@@ -176,9 +178,9 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
 
     A motion is a record in a polarity. Of several amplitudes the largest is taken; select one to see another. Works on
     one pair: of a row of buildings, select two neighbours and their interface first. Where a wave passes along the row
-    the ground itself moves apart: that is in the gap needed, and in no rule.
+    the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so.
 
-    Raises PoundingError where the dataset lacks what `scan` writes, or has more than two buildings.
+    Raises PoundingError where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion.
     """
     shown = _one_amplitude(_complete(results))
     if not 0.0 <= percentile <= 100.0:
@@ -187,11 +189,15 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
     closing = _motions(shown["peak_closing_free"])
     periods, dampings = _both(shown, "period"), _both(shown, "damping")
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
+    if not known.any():
+        raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
     moved = known & (closing > 0.0)
     buildings = tuple(str(name) for name in shown["building"].values)
     medians = (_median(left[known]), _median(right[known]))
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations(buildings, medians, periods, dampings, site)
+    if _wave_passes(shown):
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
     amplitude = float(shown["pga"]) if "pga" in shown.coords else np.nan
     return CodeTable(
         buildings=(buildings[0], buildings[1]),
@@ -218,6 +224,10 @@ def _complete(results: xr.Dataset) -> xr.Dataset:
     if count != 2:
         raise PoundingError(f"the dataset has {count} buildings; select two neighbours with isel(building=[0, 1])")
     return results
+
+
+def _wave_passes(results: xr.Dataset) -> bool:
+    return "wave_passage" in tomllib.loads(str(results.attrs.get("scene_resolved", ""))).get("effects", {})
 
 
 def _one_amplitude(results: xr.Dataset) -> xr.Dataset:

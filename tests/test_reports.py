@@ -31,6 +31,7 @@ from pounding_risk.reports.material import Material
 from pounding_risk.results import save
 from pounding_risk.separations import code_table
 
+G = 9.80665
 SIZE = {"m": 1e3, "N": 1e-3, "%": 1e2, "m/s2": 1.0 / 9.80665, "kg": 1e-3}  # by hand, beside SHOWN
 STRANGE = 'A <b>pair</b> & "co." #panic("x") $ \\ `code` 1*2_3_'
 
@@ -486,6 +487,31 @@ def test_a_hazard_curve_adds_rates(made, tmp_path):
     asked = [rate for rate in assess(scan, hazard=curve).interfaces[0].rates if np.isfinite(rate.annual)]
     assert asked
     assert column(read.table("annual rate under"), 4) == [rate.annual for rate in asked]
+    assert column(read.table("annual rate under"), 7) == [rate.below for rate in asked]
+    assert column(read.table("The hazard curve hazard.csv"), 1) == [0.1, 0.01, 0.0005]
+    assert column(read.table("The hazard curve hazard.csv"), 0) == pytest.approx([0.05 * G, 0.2 * G, 0.8 * G])
+
+
+def test_the_commands_make_the_same_report(scan, tmp_path):
+    """The report names the file that the scan wrote, and every option that is not the usual one."""
+    curve = tmp_path / "hazard.csv"
+    curve.write_text("pga [g],annual rate [1/year]\n0.05,0.1\n0.8,0.0005\n", encoding="utf-8")
+    asked = {"gap": 0.0123456789, "percentile": 90.0, "target": 0.2, "confidence": 0.9, "hazard": curve}
+    told = scan.assign_attrs(command="pounding-risk scan pair.toml -o 'my pair.nc'")
+    (section,) = (
+        each
+        for each in model.build(Material(told, assess(told, **asked), {}, ""))["sections"]
+        if each["name"] == "provenance"
+    )
+    commands = next(each["text"] for each in section["blocks"] if each.get("caption") == "Commands.")
+    assert commands.splitlines()[1] == (
+        "pounding-risk report 'my pair.nc' -o report.html --gap '0.0123456789 m' --percentile 90 --confidence 0.9 "
+        "--target 0.2 --hazard hazard.csv"
+    )
+    plain = model.build(Material(scan, assess(scan), {}, ""))
+    assert "pounding-risk report results.nc -o report.html" in {
+        line for part in plain["sections"] for each in part["blocks"] for line in each.get("text", "").splitlines()
+    }
 
 
 def test_the_command_writes_and_replaces_nothing_unasked(made, tmp_path, monkeypatch):

@@ -21,6 +21,7 @@ from pounding_risk.cli_separations import footnotes, separation_rows
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_separations import separations_figure
 from pounding_risk.results import save
+from pounding_risk.separation_rules import ONE_GROUND
 from pounding_risk.separations import (
     COMBINATIONS,
     RULES,
@@ -343,6 +344,18 @@ def test_a_dataset_that_will_not_do_is_refused(results, change, told):
         code_table(change(results))
     with pytest.raises(PoundingError, match="percentile is 120; it must be from 0 to 100"):
         code_table(results, 120.0)
+
+
+def test_a_passing_wave_is_in_no_rule_and_told(results):
+    """The ground moves apart, so that even the sum of peaks is no bound."""
+    passing = results.assign_attrs(scene_resolved='[effects]\nwave_passage = {velocity = "300 m/s"}\n')
+    assert all(ONE_GROUND in each.row.note for each in code_table(passing).rules)
+    assert not any(ONE_GROUND in each.row.note for each in code_table(results).rules)
+
+
+def test_without_a_finite_motion_nothing_is_asked_for(results):
+    with pytest.raises(PoundingError, match="no motion of the dataset has a finite response"):
+        code_table(results.assign(peak_closing_free=results["peak_closing_free"] * np.nan))
 
 
 @pytest.mark.slow  # where no kernel is compiled yet

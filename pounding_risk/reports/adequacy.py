@@ -31,6 +31,7 @@ from pounding_risk.reports.content import (
     figure,
     head,
     heading,
+    intensity_words,
     listing,
     name_of,
     number,
@@ -237,7 +238,7 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
     heads += [(head("median", ACCELERATION), "r"), ("error of its ln; by recording", "r"), ("dispersion", "r")]
     heads += [("its error; by recording", "r"), ("from", "l")]
     rows = [_fitted(each) for each in found]
-    words = _intensity(material.assessment.intensity)
+    words = intensity_words(material.assessment.intensity)
     drawn = _drawn(found, material.law, pair.found)
     curves = [Curve(_what(each), each.median, each.dispersion, _stripes(each)) for each in drawn]
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
@@ -250,10 +251,6 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
         ),
         table(f"{pair.name}: fragility against {words}, by maximum likelihood.", heads, rows, keep=keep, note=note),
     ]
-
-
-def _intensity(name: str) -> str:
-    return "PGA" if name == "pga" else f"Sa{name.removeprefix('sa')}"
 
 
 def _fitted(one: Any) -> list[Cell | str]:
@@ -301,7 +298,7 @@ def rates(material: Material, pair: Pair) -> list[Block]:
     if not found:
         return []
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
-    heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r")]
+    heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
     rows: list[list[Cell | str]] = [
         [
             each.what,
@@ -311,11 +308,19 @@ def rates(material: Material, pair: Pair) -> list[Block]:
             number(each.annual, digits=3),
             between(each.low, each.high, "1", 3),
             number(each.fifty_years, "%", 3),
+            number(each.below, "%", 2),
         ]
         for each in found
     ]
-    source = material.assessment.hazard
-    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows)]
+    source, curve = material.assessment.hazard, material.assessment.hazard_rows
+    weakest, strongest = (amount(im, ACCELERATION)["text"] for im in (curve[0][0], curve[-1][0]))
+    stronger = number(curve[-1][1], digits=3)["text"]
+    told = (
+        f"Rates count motions from {weakest} to {strongest}, the range of the curve. Weaker ones are left out, which "
+        f"matters where P at the weakest is not small; stronger ones add at most {stronger} a year. Bounds carry the "
+        "fragility's standard errors and nothing of the curve's own uncertainty."
+    )
+    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows), paragraph(told)]
 
 
 def influences(material: Material, pair: Pair) -> list[Block]:

@@ -178,8 +178,8 @@ def _records_table(material: Material) -> Block:
         needed = needed.max("interface")
     at = ""
     if "pga" in needed.dims:
-        at = f" at the largest amplitude, {amount(needed['pga'].values[-1], 'm/s2')['text']}"
-        needed = needed.isel(pga=-1)
+        needed = needed.sel(pga=material.assessment.interfaces[0].amplitude, method="nearest")
+        at = f" at {amount(needed['pga'], 'm/s2')['text']}"
     polarities = list(map(str, results["polarity"].values))
     heads = [(words, "l") for words in ("record", "earthquake", "date")]
     heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r"), (head("PGA", "m/s2"), "r")]

@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
-from pounding_risk.reports.content import MISSING, Block, facts, heading, listing, paragraph, source, table
+import shlex
+
+from pounding_risk.assessed_data import scene_gap
+from pounding_risk.quantities import GAP, PGA, exact
+from pounding_risk.reports.content import (
+    MISSING,
+    Block,
+    facts,
+    head,
+    heading,
+    intensity_words,
+    listing,
+    number,
+    paragraph,
+    source,
+    table,
+)
 from pounding_risk.reports.material import Material
 from pounding_risk.separation_rules import RULES
+
+USUAL, CONFIDENCE = 84.0, 0.95  # the percentile and confidence that nobody has to ask for
 
 
 def references(material: Material) -> list[Block]:
@@ -44,6 +62,11 @@ def provenance(material: Material) -> list[Block]:
         listing(_steps(material)),
         source("The scene, every value stated.", str(told["scene_resolved"])),
     ]
+    asked = material.assessment
+    if asked.hazard_rows:
+        heads = [(head(intensity_words(asked.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
+        rows = [[number(im, "m/s2"), number(rate)] for im, rate in asked.hazard_rows]
+        blocks.append(table(f"The hazard curve {asked.hazard}.", heads, rows))
     if material.checksum:
         blocks.append(facts("This report was written from", [("results file, sha256", material.checksum)]))
     return blocks
@@ -57,7 +80,34 @@ def _commands(material: Material) -> list[str]:
     else:
         changed = "".join(f" --set '{each}'" for each in material.facts("overrides", []))
         scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
-    return [scan, "pounding-risk report results.nc -o report.html"]
+    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(material)])]
+
+
+def _target(scan: str) -> str:
+    """The file that a command writes."""
+    words = shlex.split(scan)
+    places = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
+    joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
+    return words[places[-1]] if places else joined[-1] if joined else "results.nc"
+
+
+def _asked(material: Material) -> list[str]:
+    """The options of the report that are not the usual ones."""
+    asked, one = material.assessment, material.assessment.interfaces[0]
+    told = []
+    if one.gap != scene_gap(material.results, 0):
+        told += ["--gap", str(exact(one.gap, GAP))]
+    if asked.percentile != USUAL:
+        told += ["--percentile", f"{asked.percentile:g}"]
+    if asked.confidence != CONFIDENCE:
+        told += ["--confidence", f"{asked.confidence:g}"]
+    if asked.target != 1.0 - asked.percentile / 100.0:
+        told += ["--target", f"{asked.target:g}"]
+    if asked.intensity != "pga":
+        told += ["--intensity", asked.intensity]
+    if "pga" in material.results.dims and one.amplitude != material.results["pga"].values.max():
+        told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
+    return [*told, "--hazard", asked.hazard] if asked.hazard else told
 
 
 def _files(material: Material) -> Block:

@@ -73,7 +73,9 @@ def _by_model(material: Material, pair: Pair) -> list[Block]:
         one, mine = here.sel(contact_model=law), touching.sel(contact_model=law).values
         ended = one["impact_count"].values >= 0
         cells: list[Cell | str] = [name_of(law), count(ended.sum()), count(mine.sum())]
-        cells.append(count((one["yield_exceedance"].values == 1).sum()))
+        # An instant jump has no force that could reach F_E or not.
+        reached = one["yield_exceedance"].values
+        cells.append(count((reached == 1).sum()) if (reached >= 0).any() else number(np.nan))
         for name, (_, unit) in BY_MODEL.items():
             spread = percentiles(one[name].values[mine])
             panels[name].append(Spread(name_of(law), *spread))
