@@ -147,8 +147,8 @@ def _check(options: _Options) -> None:
     """Raise PoundingError for an option out of its range."""
     limits = (
         ("confidence", options.confidence, 1.0, "0.95"),
-        ("target", options.target, 1.0, "0.16"),
         ("percentile", options.percentile, 100.0, "84"),
+        ("target", options.target, 1.0, "0.16"),
     )
     for name, value, most, example in limits:
         if not 0.0 < value < most:

@@ -21,6 +21,7 @@ from pounding_risk.history import simulate
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.record_request import AS_RECORDED
+from pounding_risk.reports import report
 from pounding_risk.results import save
 from pounding_risk.scenario import parse_scene
 from pounding_risk.study import Study
@@ -97,7 +98,7 @@ def fitting(line: xr.Dataset) -> np.ndarray:
 
 
 def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = print) -> dict[str, Path]:
-    """Run the paper's example; write its figures, datasets and scenes into ``folder``; returns what was written."""
+    """Run the paper's example; write figures, datasets, scenes and a report into ``folder``; returns what is there."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     study = scene("paper")
@@ -122,6 +123,7 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     written = {name: figures.write(figure, target / name) for name, figure in drawn.items()}
     for name, dataset in {"paper.nc": plastic, "yield_force.nc": found.searched, "ensemble.nc": ensemble}.items():
         written[name] = save(dataset, target / name)
+    written["report.html"] = report(written["ensemble.nc"], target / "report.html")
     say(f"Next: change {_scene_file(target, 'ensemble')} to your own pair, and `pounding-risk scan` it.")
     return written | {f"{name}.toml": _scene_file(target, name) for name in ("paper", "ensemble")}
 

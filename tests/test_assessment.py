@@ -220,7 +220,7 @@ def test_the_verdict_follows_its_rule(closing, gap, word, words):
 def test_few_motions_leave_it_open_and_say_why():
     """Two recordings in four motions: without any contact the upper bound stays far above 10 %."""
     values = np.array([[0.010, 0.011], [0.012, 0.013]])
-    (one,) = assess(made_up(values)).interfaces
+    (one,) = assess(made_up(values), target=0.1).interfaces
     assert one.verdict.word == "depends"
     assert "So few motions cannot show that a gap keeps the target of 10 %" in one.verdict.sentence
     assert one.verdict.sentence.endswith("it takes 36 independent ones.")
@@ -236,10 +236,12 @@ def test_a_target_that_the_motions_can_show_is_named_and_holds():
     values = 0.01 * np.linspace(0.9, 1.1, 30)[:, None]
     results = made_up(values)
     results.attrs["records"] = "[]"  # nothing is told of stations: each record is a recording of its own
-    (one,) = assess(results).interfaces
+    (one,) = assess(results, target=0.1).interfaces
     assert (one.verdict.word, one.verdict.independent) == ("depends", 30.0)
     assert one.verdict.sentence.endswith("it takes 36 independent ones, or a target of 12 %.")
     assert assess(results, target=0.12).interfaces[0].verdict.word == "adequate"
+    assert assess(results).target == pytest.approx(0.16)  # what the 84th percentile leaves
+    assert assess(results, percentile=90.0).target == pytest.approx(0.1)
 
 
 def test_a_verdict_that_hangs_on_the_polarity_depends():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from hashlib import sha256
 from math import inf
 from pathlib import Path
 
@@ -146,6 +147,7 @@ def test_demo_writes_everything(shown):
         *(f"{name}.png" for name in ("paper", "impacts", "yield_force", "map", "ratio")),
         *(f"{name}.nc" for name in ("paper", "yield_force", "ensemble")),
         *(f"{name}.toml" for name in ("paper", "ensemble")),
+        "report.html",
     }
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in written.values() if path.suffix == ".png")
 
@@ -163,6 +165,18 @@ def test_demo_datasets_open(shown):
     assert (results["status"] == 0).all()
     assert pr.open_results(written["paper.nc"]).sizes["contact"] == 31
     assert pr.open_results(written["yield_force.nc"]).sizes["yield_force"] == paper.SEARCHED.size + 1
+
+
+def test_demo_hands_over_a_report_on_the_shipped_records(shown):
+    """What it says of the ensemble is the ensemble's: P(contact) at a closed gap, the records, the checksum."""
+    _, written, _ = shown
+    text = written["report.html"].read_text(encoding="utf-8")
+    results = pr.open_results(written["ensemble.nc"])
+    assert "Frame beside masonry, five records" in text
+    assert all(str(name) in text for name in results["record"].values)
+    closed = (results["peak_closing_free"] > 0.0).values
+    assert f"{int(closed.sum())} of {closed.size} motions" in text
+    assert sha256(written["ensemble.nc"].read_bytes()).hexdigest() in text
 
 
 def test_demo_says_what_it_found(shown):

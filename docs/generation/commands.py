@@ -15,8 +15,8 @@ from pounding_risk.cli import app
 
 COMMANDS = """# Commands
 
-Every command is a call of the Python API of the same name. Bad input ends with status 2 and a sentence, `--strict` with
-status 3 where a run failed.
+Those that compute have a [Python call](python.md) of the same name. Bad input ends with status 2 and a sentence,
+`--strict` with status 3 where a run failed.
 
 """
 
@@ -41,9 +41,8 @@ def _command(name: str, command: Any) -> str:
         return f"{text}\n"
     places = "".join(f" {each.metavar or each.name.upper()}" for each in command.params if not _is_option(each))
     rows = [_option(each) for each in command.params if each.name != "help"]
-    return (
-        f"{text}{fence(f'{name}{places} [OPTIONS]', 'sh')}\n{table(('', 'what', 'default'), rows)}\n" if rows else text
-    )
+    text += fence(f"{name}{places}{' [OPTIONS]' if any(map(_is_option, command.params)) else ''}", "sh") + "\n"
+    return f"{text}{table(('', 'what', 'default'), rows)}\n" if rows else text
 
 
 def _is_option(each: Any) -> bool:
