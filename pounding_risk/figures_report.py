@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 SIZE = (7.2, 3.5)
 SMALL = 8.5  # points of legends and notes
+FEW = 30  # gaps that are marked
 BAND = 0.16  # opacity of bounds
 OURS = STYLES[0][0]
 MARK = "#000000"
@@ -123,9 +124,10 @@ def report_probabilities(lines: Sequence[Line], gap: float, words: str) -> Figur
     axis = axes[0, 0]
     for line, (colour, dash) in zip(lines, styles(len(lines)), strict=True):
         at = np.asarray(line.gaps) * 1e3
-        marker = "o" if len(at) < 3 else ""
+        # Marks where it was counted; between them the line only leads the eye.
+        marker = "o" if len(at) <= FEW else ""
         share = 100.0 * np.asarray(line.probability)
-        axis.plot(at, share, color=colour, linestyle=dash, marker=marker, linewidth=1.8, label=line.words)
+        axis.plot(at, share, color=colour, linestyle=dash, marker=marker, markersize=4, linewidth=1.8, label=line.words)
         if len(lines) <= 3:
             bounds = 100.0 * np.asarray(line.low), 100.0 * np.asarray(line.high)
             axis.fill_between(at, *bounds, color=colour, alpha=BAND, linewidth=0.0)

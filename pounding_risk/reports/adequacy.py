@@ -144,7 +144,7 @@ def codes(material: Material, pair: Pair) -> list[Block]:
     upper = f"{found.percentile:g} %"
     heads = [("rule", "l"), ("clause", "l"), ("verified", "l"), (head("median", "m"), "r"), (head(upper, "m"), "r")]
     heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
-    common = _common([each.row.note for each in found.rules if each.exceeded is not None])
+    common = _common([each.row.note for each in found.rules if each.row.separation is not None])
     rows = [_rule(each, found.motions, common) for each in found.rules]
     drawn = [_ratio(each) for each in found.rules if each.ratio_median is not None]
     caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
