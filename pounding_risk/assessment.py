@@ -176,7 +176,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
     gaps = np.unique([*map(float, results["gap"].values), gap])
     contact = _contact_shares(motions.closing[:, 0], gaps, weight, options.confidence)
     percentiles = (*USUAL_PERCENTILES, options.percentile)
-    required = required_gaps(motions.closing[:, 0], motions.recordings, percentiles, options.confidence)
+    required = required_gaps(motions.closing[:, 0], weight, percentiles, options.confidence)
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     asked = (options.percentile, options.target)

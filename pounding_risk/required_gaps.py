@@ -12,20 +12,21 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.proportions import exact_bounds
+
 Array = NDArray[np.float64]
 
 USUAL_PERCENTILES = (50.0, 84.0, 95.0)
-RESAMPLES = 2000
-SEED = 20110314  # the same bounds for the same motions on any day
 
 
 @dataclass(frozen=True)
 class RequiredGap:
     """The gap [m] that is wide enough for ``percentile`` % of the motions.
 
-    ``low`` and ``high`` are bounds by resampling recordings; ``bounded`` is False where so few recordings cannot bound
-    the percentile from above at this confidence: then ``high`` is only the largest closing seen. ``fitted`` is that of
-    a lognormal distribution with the motions' mean and deviation; NaN where a motion closes nothing.
+    ``low`` and ``high`` are bounds by recording, those at which a verdict would turn; ``low`` is 0 where there is none.
+    ``bounded`` is False where so few recordings cannot bound the percentile from above at this confidence: then
+    ``high`` is only the largest closing seen. ``fitted`` is that of a lognormal distribution with the motions' mean and
+    deviation; NaN where a motion closes nothing.
     """
 
     percentile: float
@@ -37,26 +38,32 @@ class RequiredGap:
 
 
 def required_gaps(
-    closing: Array, recordings: NDArray[np.int64], percentiles: tuple[float, ...], confidence: float
+    closing: Array, independent: float, percentiles: tuple[float, ...], confidence: float
 ) -> tuple[RequiredGap, ...]:
-    """The gap at each percentile, in rising order.
+    """The gap at each percentile, in rising order; ``independent`` is what one motion counts for, at most 1.
 
-    Percentiles of the sample are NumPy's "linear": between the order statistics at (i − 1)/(n − 1). Bounds are those
-    of 2000 resamples of whole recordings with all their motions (the percentile bootstrap, seeded), since the motions
-    of a recording are not independent. A percentile p is bounded from above by the largest of R independent recordings
-    only where p^R is below half of 1 − ``confidence``.
+    Percentiles of the sample are NumPy's "linear": between the order statistics at (i − 1)/(n − 1). Bounds are the gaps
+    at which the exact bounds of the probability of contact pass what a percentile p leaves, 1 − p: at ``high`` the
+    upper bound is no more than that, below ``low`` the lower one is above it. For independent motions these are the
+    order statistics between which the binomial distribution has the percentile (David and Nagaraja, Order Statistics,
+    2003, 7.1).
     """
     asked = np.array(sorted(set(percentiles)))
-    gaps = np.percentile(closing, asked)
-    low, high = _resampled(closing, recordings, asked, confidence)
-    groups = int(recordings.max()) + 1
-    bounded = (asked / 100.0) ** groups <= 0.5 * (1.0 - confidence)
-    fitted = lognormal_percentiles(closing, asked)
-    columns = zip(asked, gaps, low, high, bounded, fitted, strict=True)
-    return tuple(
-        RequiredGap(float(p), float(gap), float(a), float(b), bool(known), float(fit))
-        for p, gap, a, b, known, fit in columns
-    )
+    gaps, fitted = np.percentile(closing, asked), lognormal_percentiles(closing, asked)
+    found = np.unique(closing)
+    rising, runs = np.sort(closing), closing.size * independent
+    past = closing.size - np.searchsorted(rising, found, "right")  # motions that close a gap of so much
+    short = closing.size - np.searchsorted(rising, found, "left")  # and one that is a little less
+    _, high = exact_bounds(past * independent, runs, confidence)
+    low, _ = exact_bounds(short * independent, runs, confidence)
+    told = []
+    for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
+        left = 1.0 - percentile / 100.0
+        enough, too_little = found[high <= left], found[low > left]
+        least = float(too_little[-1]) if too_little.size else 0.0
+        most = float(enough[0] if enough.size else found[-1])
+        told.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
+    return tuple(told)
 
 
 def lognormal_percentiles(closing: Array, percentiles: Array) -> Array:
@@ -77,20 +84,3 @@ def lognormal_share(closing: Array, gap: float) -> float:
         return nan
     logs = np.log(closing)
     return float(ndtr((logs.mean() - np.log(gap)) / logs.std(ddof=1)))
-
-
-def _resampled(
-    closing: Array, recordings: NDArray[np.int64], percentiles: Array, confidence: float
-) -> tuple[Array, Array]:
-    """Bounds of each percentile over resamples of whole recordings."""
-    groups = [closing[recordings == group] for group in range(int(recordings.max()) + 1)]
-    draws = np.random.default_rng(SEED).integers(len(groups), size=(RESAMPLES, len(groups)))
-    if len({group.size for group in groups}) == 1:
-        found = np.percentile(np.stack(groups)[draws].reshape(RESAMPLES, -1), percentiles, axis=1)
-    else:
-        found = np.stack(
-            [np.percentile(np.concatenate([groups[at] for at in draw]), percentiles) for draw in draws], axis=1
-        )
-    tail = 50.0 * (1.0 - confidence)
-    low, high = np.percentile(found, (tail, 100.0 - tail), axis=1)
-    return low, high

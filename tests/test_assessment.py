@@ -341,6 +341,20 @@ def test_a_hazard_curve_of_the_buildings_period_is_taken_and_kept(tmp_path):
     assert found.hazard_rows == ((0.1, 1.0), (100.0, 1e-6))
 
 
+def test_the_bound_of_the_required_gap_is_where_the_verdict_turns():
+    """A gap at the upper bound is adequate for what the percentile leaves, a hair less is not; below the lower bound
+    every gap is inadequate."""
+    dataset = made_up(lognormal(120))
+    (one,) = assess(dataset).interfaces
+    required = next(each for each in one.required if each.percentile == 84.0)
+    assert required.bounded
+    words = [
+        assess(dataset, gap=gap).interfaces[0].verdict.word
+        for gap in (required.high, 0.999999 * required.high, 0.999999 * required.low)
+    ]
+    assert words == ["adequate", "depends", "inadequate"]
+
+
 def test_one_recording_has_no_fragility():
     """Its components and polarities differ, but say nothing of how recordings do."""
     (one,) = assess(made_up(lognormal(1))).interfaces
