@@ -48,7 +48,7 @@ def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
         *_required(found, asked.percentile),
         ("motions that need most", _governing(found.verdict)),
         ("cases of the dataset", count(asked.cases)),
-        ("of these failed, counted neither way", count(asked.failed)),
+        ("of these failed, left out of what contact does", count(asked.failed)),
         ("made again at a tighter tolerance", count(asked.checked)),
         ("of these sensitive", count(asked.sensitive)),
     ]
@@ -76,7 +76,10 @@ def _governing(verdict: Any) -> Cell:
 def _caveats(material: Material) -> list[str]:
     found, told = material.assessment, []
     if found.failed:
-        told.append(f"{found.failed} of {found.cases} cases failed and are counted neither as contact nor as none.")
+        told.append(
+            f"{found.failed} of {found.cases} cases failed: they are left out of what contact does. Whether there is "
+            "contact follows from the motion without it."
+        )
     if found.sensitive:
         told.append(f"{found.sensitive} of the {found.checked} runs made again are sensitive to the tolerance.")
     if not found.checked:
