@@ -106,7 +106,8 @@ READ_IBC = "the International Building Code's text (up.codes, building separatio
 _RULES = (
     Rule(
         "abs", "sum of the peaks (ABS)", "no code", None, "d1 + d2", True,
-        "the triangle inequality: a bound in every motion", (), ("factors",), lambda case: abs_sum(*case.design),
+        "the triangle inequality: a bound in every motion of one ground",
+        (), ("factors",), lambda case: abs_sum(*case.design),
     ),
     Rule(
         "srss", "square root of the sum of squares (SRSS)", "no code", None, "√(d1² + d2²)", True,
@@ -225,7 +226,7 @@ TAKEN = {
 }
 # Notes that many rows share, and the sentence that says the same once below a table.
 NOT_VERIFIED, NOT_REDUCED = "clause not verified", TAKEN["factors"]
-ONE_GROUND = "the ground under both taken to move alike"
+ONE_GROUND = "the ground under both is taken to move alike"
 SHARED = {
     NOT_VERIFIED: "Rules not verified are repeated from memory of the profession: read the clause before relying on it",
     NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
