@@ -285,18 +285,23 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
 
 
 def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
-    """The fragility of contact at every gap; from scaling the motions where their own intensities give none."""
+    """The fragility of contact at every gap.
+
+    Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be
+    known of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
+    """
     ims = data.intensities(results, options.intensity)[motions.finite]
-    closing, recordings = motions.closing[motions.finite], motions.recordings[motions.finite]
-    im, who = ims.ravel(), _numbered(np.repeat(recordings, ims.shape[1]))
+    closing, recordings = motions.closing[motions.finite], _numbered(motions.recordings[motions.finite])
+    im, who = ims.ravel(), np.repeat(recordings, ims.shape[1])
     linear = data.is_linear(results)
     for gap in map(float, gaps):
         touching = (closing > gap).ravel()
         found, method, note = curves.fit(im, touching, who), _method(motions, options), ""
-        if found.fault and linear:
+        if linear:
             reach = np.divide(gap, closing[:, :1], where=closing[:, :1] > 0.0, out=np.full((len(closing), 1), np.inf))
-            scaled = curves.fit_capacities((ims[:, :1] * reach).ravel(), _numbered(recordings))
-            found, method, note = scaled, curves.SCALED, found.fault
+            scaled = curves.fit_capacities((ims[:, :1] * reach).ravel(), recordings)
+            if found.fault or not scaled.fault:
+                found, method, note = scaled, curves.SCALED, found.fault
         about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
         about |= {"intensity": options.intensity, "method": method, "note": note}
         yield Fragility(**about, **asdict(found), stripes=curves.stripes_of(im, touching))

@@ -1,8 +1,8 @@
 """Lognormal fragility by maximum likelihood: P(failure | im) = Φ(ln(im/θ)/β), θ the median, β the dispersion.
 
 Each motion is a witness at its own intensity, or many stand at the same few intensities (multiple stripes); the
-likelihood is the same, that of Baker, Earthquake Spectra 31 (2015). Where that gives no curve, as where all motions
-have one intensity, linear buildings give one of contact: a motion closes the gap once scaled by gap over closing.
+likelihood is the same, that of Baker, Earthquake Spectra 31 (2015). Of contact between linear buildings more is
+known: a motion closes the gap once scaled by gap over closing, so that the curve is that of these intensities.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Fragility:
     """P(``what`` | intensity) at one gap [m], and for yielding at one F_E [N] and contact model.
 
     ``median`` and the ``stripes`` have the unit of the intensity, m/s2; for the rest see `Fit`. ``note`` says why the
-    motions are scaled where their own intensities give no curve.
+    scanned intensities give no curve of their own where the motions are scaled.
     """
 
     what: str  # "contact" or "yield"
