@@ -150,7 +150,7 @@ def test_the_two_lines_of_the_readme(root):
     for line in (run, test):
         assert line.startswith("python3 -m venv ")
     assert run.endswith(" && .venv/bin/pounding-risk demo")
-    assert test.endswith(" && .venv/bin/python -m pytest")
+    assert test.endswith(" && .venv/bin/python -m pytest -n 2 --dist worksteal")
 
 
 def test_the_continuous_integration_runs_the_readmes_own_line(root):
