@@ -57,13 +57,14 @@ def assess(
         target=target,
         pga=None if pga is None else read_option("--pga", pga, PGA),
     )
-    print_assessment(found)
+    # Files first: whoever reads only the head of the tables ends the printing.
     if out_file is not None:
         _write(found, out_file)
     if figure_file is not None:
         from pounding_risk.figures_assess import assessment_figure
 
         draw(assessment_figure(found), figure_file)
+    print_assessment(found)
 
 
 def _write(found: Assessment, target: Path) -> None:
