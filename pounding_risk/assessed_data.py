@@ -5,7 +5,6 @@ Nothing here runs a case; a dataset on disk is enough.
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Sequence
@@ -19,6 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.proportions import labels
 from pounding_risk.quantities import GAP, parse
 from pounding_risk.recordings import recording
+from pounding_risk.results import told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,7 +92,7 @@ def is_linear(results: xr.Dataset) -> bool:
 
 def motions_of(results: xr.Dataset) -> Motions:
     """The motions of one interface, record by record and polarity by polarity."""
-    facts = {each.get("name"): each for each in json.loads(results.attrs.get("records", "[]"))}
+    facts = {each.get("name"): each for each in told(results, "records", [])}
     records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
     shared = [recording(facts.get(name, {}), name) for name in records]
     amplitudes: tuple[float | None, ...] = (None,)

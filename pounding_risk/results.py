@@ -94,6 +94,19 @@ def open_results(path: str | Path) -> xr.Dataset:
         raise PoundingError(f"{source}: is not a readable netCDF file ({error}); run the scan again") from None
 
 
+def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
+    """What an attribute written by `as_text` holds, ``default`` where there is none.
+
+    Raises PoundingError where the attribute is damaged.
+    """
+    try:
+        return json.loads(dataset.attrs[name]) if name in dataset.attrs else default
+    except (TypeError, ValueError):
+        raise PoundingError(
+            f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
+        ) from None
+
+
 def as_text(value: Any) -> str:
     """JSON for an attribute: netCDF attributes hold no tables."""
     return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

@@ -27,7 +27,8 @@ from pounding_risk.assessment import assess
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports import document, model, page
 from pounding_risk.reports.content import KEPT, LONG, SHOWN, number, rounded
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.material import Material, companions
+from pounding_risk.reports.origins import provenance
 from pounding_risk.results import save
 from pounding_risk.separations import code_table
 
@@ -527,3 +528,23 @@ def test_the_command_writes_and_replaces_nothing_unasked(made, tmp_path, monkeyp
     assert again.exit_code == 2
     assert "results.html exists already" in again.output
     assert sorted(path.name for path in tmp_path.iterdir()) == ["results.html", "results.nc"]
+
+
+def test_datasets_beside_the_scan_stand_in_the_provenance(scan, tmp_path):
+    """Their files and checksums, and the option that names them in the command."""
+    beside = tmp_path / "effects.nc"
+    xr.Dataset({"time_ratio": ("effects", [1.0])}).to_netcdf(beside)
+    told = json.dumps(provenance(Material(scan, assess(scan), companions([beside]), "")))
+    assert f"effects: {beside}, sha256" in told
+    assert hashlib.sha256(beside.read_bytes()).hexdigest() in told
+    assert f"-o report.html --with {beside}" in told
+
+
+def test_a_damaged_attribute_is_told(made, tmp_path):
+    results = made(2, laws=1, seed=3).assign_attrs(records="[{")
+    with pytest.raises(PoundingError) as caught:
+        pr.report(results, tmp_path / "r.html")
+    assert str(caught.value) == (
+        'the attribute "records" of the results cannot be read: the file was changed since; run the scan again'
+    )
+    assert not (tmp_path / "r.html").exists()

@@ -186,7 +186,7 @@ function addChoices() {
       return [index, note ? `${label} (${note})` : label];
     });
     const together = model.together.includes(axis) && size(axis) > 1;
-    state.picks[axis] = together ? ALL : 0;
+    state.picks[axis] = together ? ALL : axis === "pga" ? size(axis) - 1 : 0; // the largest, as verdicts have it
     if (together) options.unshift([ALL, pickWords({ [axis]: ALL }, axis)]);
     addSelect(axes[axis].title, options, state.picks[axis], (value) => { state.picks[axis] = Number(value); });
   }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ import numpy as np
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.content import amount
-from pounding_risk.results import open_results
+from pounding_risk.results import open_results, told
 from pounding_risk.separations import code_table
 
 if TYPE_CHECKING:
@@ -78,7 +77,7 @@ class Material:
 
     def facts(self, name: str, default: Any) -> Any:
         """An attribute that holds JSON."""
-        return json.loads(self.results.attrs[name]) if name in self.results.attrs else default
+        return told(self.results, name, default)
 
     @cached_property
     def records(self) -> dict[str, dict[str, Any]]:
@@ -138,12 +137,17 @@ def kind_of(dataset: xr.Dataset) -> str:
     return next((kind for kind, name in KINDS.items() if name in dataset.variables), "")
 
 
+def _with_origin(path: Path) -> xr.Dataset:
+    """A dataset from disk that knows its file and its checksum."""
+    return open_results(path).assign_attrs(file=str(path), sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+
+
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
     """Datasets of other commands by the command's name; raises PoundingError for another, or two of one kind."""
     found: dict[str, xr.Dataset] = {}
     for each in also:
-        dataset = open_results(each) if isinstance(each, str | Path) else each
         whose = str(each) if isinstance(each, str | Path) else "a dataset"
+        dataset = _with_origin(Path(each)) if isinstance(each, str | Path) else each
         kind = kind_of(dataset)
         if not kind:
             raise PoundingError(f"{whose}: was written by none of {', '.join(KINDS)}; leave it out")

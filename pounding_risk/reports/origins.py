@@ -67,8 +67,14 @@ def provenance(material: Material) -> list[Block]:
         heads = [(head(intensity_words(asked.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
         rows = [[number(im, "m/s2"), number(rate)] for im, rate in asked.hazard_rows]
         blocks.append(table(f"The hazard curve {asked.hazard}.", heads, rows))
-    if material.checksum:
-        blocks.append(facts("This report was written from", [("results file, sha256", material.checksum)]))
+    written_from = [("results file, sha256", material.checksum)] if material.checksum else []
+    written_from += [
+        (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
+        for kind, other in material.others.items()
+        if "file" in other.attrs
+    ]
+    if written_from:
+        blocks.append(facts("This report was written from", written_from))
     return blocks
 
 
@@ -107,6 +113,8 @@ def _asked(material: Material) -> list[str]:
         told += ["--intensity", asked.intensity]
     if "pga" in material.results.dims and one.amplitude != material.results["pga"].values.max():
         told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
+    for other in material.others.values():
+        told += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
     return [*told, "--hazard", asked.hazard] if asked.hazard else told
 
 
