@@ -52,6 +52,7 @@ class Format(NamedTuple):
     recognises: Callable[[Any], bool]
     read: Callable[..., Stream]
     native: bool = False  # ObsPy reads it by itself, so that it has no entry points of ours
+    takes: tuple[str, ...] = ()  # of "unit" and "dt", what its files may leave to the user
 
 
 class FileRead(NamedTuple):
@@ -119,8 +120,10 @@ def read_components(path: Path, *, unit: str | None = None, dt: float | None = N
     traces = _whole(stream, str(path))
     digest = sha256(raw).hexdigest()
     names = _component_names(traces)
+    given = [word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in found.takes]
+    unused = f"; the file states its own, the {' and '.join(given)} given went unused" if given else ""
     return tuple(
-        FileRead(trace, trace.stats.record.state, found.name, digest, trace.stats.record.units, name)
+        FileRead(trace, trace.stats.record.state, found.name, digest, trace.stats.record.units + unused, name)
         for trace, name in zip(traces, names, strict=True)
     )
 

@@ -343,4 +343,11 @@ def _of_trace(source: Any) -> tuple[list[float], float, dict[str, Any], Sequence
     return samples.tolist(), float(stats.delta), facts, (*history, found.units)
 
 
-FORMAT = Format("COLUMNS", "plain columns (.csv, .txt, .dat)", (".csv", ".txt", ".dat"), _is_columns, _read_columns)
+FORMAT = Format(
+    "COLUMNS",
+    "plain columns (.csv, .txt, .dat)",
+    (".csv", ".txt", ".dat"),
+    _is_columns,
+    _read_columns,
+    takes=("unit", "dt"),
+)

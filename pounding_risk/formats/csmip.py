@@ -312,4 +312,11 @@ def _start(channel: Channel) -> UTCDateTime | None:
         ) from None
 
 
-FORMAT = Format("CSMIP", "CSMIP volumes 1 and 2 (.v1, .v2, .raw)", (".v1", ".v2", ".raw"), _is_csmip, _read_csmip)
+FORMAT = Format(
+    "CSMIP",
+    "CSMIP volumes 1 and 2 (.v1, .v2, .raw)",
+    (".v1", ".v2", ".raw"),
+    _is_csmip,
+    _read_csmip,
+    takes=("dt",),
+)

@@ -55,4 +55,5 @@ FORMAT = Format(
     _is_mseed,
     _read_mseed,
     native=True,
+    takes=("unit",),
 )

@@ -90,4 +90,5 @@ FORMAT = Format(
     _is_sac,
     _read_sac,
     native=True,
+    takes=("unit",),
 )

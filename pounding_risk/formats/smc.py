@@ -221,4 +221,4 @@ def _start(header: Header) -> UTCDateTime | None:
         ) from None
 
 
-FORMAT = Format("SMC", "SMC (.smc)", (".smc",), _is_smc, _read_smc)
+FORMAT = Format("SMC", "SMC (.smc)", (".smc",), _is_smc, _read_smc, takes=("dt",))

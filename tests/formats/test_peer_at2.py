@@ -231,6 +231,15 @@ def test_the_good_text_is_good():
     assert np.array_equal(_read_at2(BytesIO(GOOD.encode()))[0].data, np.array([1e-3, 2e-3, -3e-3, 4e-3]) * G)
 
 
+def test_a_unit_given_for_a_file_that_states_its_own_is_told(tmp_path):
+    """The file is believed, and the history of the motion says so."""
+    (tmp_path / "x.at2").write_text(GOOD)
+    given = read_file(tmp_path / "x.at2", unit="cm/s^2", dt=0.02)
+    plain = read_file(tmp_path / "x.at2")
+    assert np.array_equal(given.trace.data, plain.trace.data) and given.trace.stats.delta == 0.01
+    assert given.units == f"{plain.units}; the file states its own, the unit and dt given went unused"
+
+
 def test_a_folder_and_a_missing_file(tmp_path):
     (tmp_path / "RSN6.at2").write_text(GOOD)
     with pytest.raises(RecordError) as caught:
