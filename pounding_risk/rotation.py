@@ -92,8 +92,8 @@ def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[
         made,
         first.dt,
         _record(first, second, direction if known else None),
-        processing=(*_history(first), *_history(second), *words, sentence),
-        flags=tuple(dict.fromkeys((*first.flags, *second.flags, *doubts))),
+        processing=(*_told(first, first.processing), *_told(second, second.processing), *words, sentence),
+        flags=tuple(dict.fromkeys((*_told(first, first.flags), *_told(second, second.flags), *doubts))),
     )
 
 
@@ -174,8 +174,9 @@ def _to(direction: float, known: tuple[float, float] | None) -> str:
     return f"to {direction:g}° clockwise from north, from {known[0]:g}° and {known[1]:g}°"
 
 
-def _history(motion: Motion) -> tuple[str, ...]:
-    return tuple(f"{motion.name}: {sentence}" for sentence in motion.processing)
+def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:
+    """Sentences about one component, with its name."""
+    return tuple(f"{motion.name}: {sentence}" for sentence in sentences)
 
 
 def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:

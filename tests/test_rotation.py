@@ -160,3 +160,9 @@ def test_nothing_is_turned_that_does_not_fit():
 
 def test_the_example():
     assert doctest.testmod(rotation).failed == 0
+
+
+def test_doubts_say_which_component_they_are_of():
+    made = Motion("a", np.array([0.0, 1.0, 0.0]), 0.01, {"azimuth": 0.0}, flags=("clipped",))
+    other = Motion("b", np.array([0.0, 1.0, 0.0]), 0.01, {"azimuth": 90.0}, flags=("clipped",))
+    assert rotated(made, other, 30.0).flags == ("a: clipped", "b: clipped")
