@@ -11,7 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli_input import FIGURES, Figure, read_option, writable
+from pounding_risk.cli_input import (
+    FIGURES,
+    Amplitude,
+    Confidence,
+    Figure,
+    Hazard,
+    Intensity,
+    JudgedGap,
+    Percentile,
+    Target,
+    read_option,
+    writable,
+)
 from pounding_risk.cli_output import draw, engineering, print_table
 from pounding_risk.errors import PoundingError
 
@@ -27,18 +39,13 @@ KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "pol
 
 def assess(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc).", show_default=False)],
-    gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
-    percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
-    confidence: Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")] = 0.95,
-    target: Annotated[
-        float | None,
-        typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
-    ] = None,
-    intensity: Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")] = "pga",
-    pga: Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")] = None,
-    hazard: Annotated[
-        Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)
-    ] = None,
+    gap: JudgedGap = None,
+    percentile: Percentile = 84.0,
+    confidence: Confidence = 0.95,
+    target: Target = None,
+    intensity: Intensity = "pga",
+    pga: Amplitude = None,
+    hazard: Hazard = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write it all (.json).", show_default=False)] = None,
     figure: Figure = None,
 ) -> None:

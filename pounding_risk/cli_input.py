@@ -16,6 +16,19 @@ if TYPE_CHECKING:
 
 FIGURES = (".png", ".svg", ".pdf")
 Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
+# How a gap is judged: options of `assess` and `report` alike.
+JudgedGap = Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")]
+Percentile = Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")]
+Confidence = Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")]
+Target = Annotated[
+    float | None,
+    typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
+]
+Intensity = Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")]
+Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")]
+Hazard = Annotated[
+    Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)
+]
 USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}  # the stiffness's letter, and a law that has it
 
 

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli_input import read_option, writable
+from pounding_risk.cli_input import (
+    Amplitude,
+    Confidence,
+    Hazard,
+    Intensity,
+    JudgedGap,
+    Percentile,
+    Target,
+    read_option,
+    writable,
+)
 from pounding_risk.errors import PoundingError
 
 PAGES = (".html", ".pdf")
@@ -19,18 +29,13 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="The report (.html or .pdf).", show_default="RESULTS.html")
     ] = None,
-    gap: Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")] = None,
-    percentile: Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")] = 84.0,
-    confidence: Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")] = 0.95,
-    target: Annotated[
-        float | None,
-        typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
-    ] = None,
-    intensity: Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")] = "pga",
-    pga: Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")] = None,
-    hazard: Annotated[
-        Path | None, typer.Option(help="Hazard curve (.csv): annual rates are added.", show_default=False)
-    ] = None,
+    gap: JudgedGap = None,
+    percentile: Percentile = 84.0,
+    confidence: Confidence = 0.95,
+    target: Target = None,
+    intensity: Intensity = "pga",
+    pga: Amplitude = None,
+    hazard: Hazard = None,
     others: Annotated[
         list[Path], typer.Option("--with", help="What compare, accuracy or effects wrote (.nc); repeat for several.")
     ] = NONE,
