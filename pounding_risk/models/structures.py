@@ -29,8 +29,6 @@ class Building(NamedTuple):
     wave_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
     height: Annotated[float, HEIGHT] = 0.0
 
-    strengths = ()  # of its storeys: a single mass stays elastic
-
     @classmethod
     def rigid(cls, name: str, mass: float = inf) -> Building:
         """A building that moves with the ground; its mass plays no part in the motion."""
@@ -45,6 +43,11 @@ class Building(NamedTuple):
     def heights(self) -> tuple[float, ...]:
         """Height of its one storey [m]; empty where it is not known."""
         return (self.height,) if self.height > 0.0 else ()
+
+    @property
+    def strengths(self) -> tuple[float, ...]:
+        """Yield shears of its storeys [N]: none, a single mass stays elastic."""
+        return ()
 
     @property
     def stiffness(self) -> float:
