@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,10 +26,9 @@ from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save
 from pounding_risk.scan_dataset import AXES, Scanned, labelled
 from pounding_risk.study import Study
+from pounding_risk.threads import Progress, counter, work_through
 
 CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
-
-Progress = Callable[[int, int], None]
 
 
 class Chunk(NamedTuple):
@@ -71,9 +69,8 @@ def scan(
     raw = np.zeros((*shape, COLUMNS))
     how = np.zeros(shape, dtype=np.int8)
     workers = workers or cpu_count() or 1
-    _run(
-        list(_chunks(shape)), _worker(study, frees, laws, (raw, how), screening), workers, _counter(how.size, progress)
-    )
+    work = _worker(study, frees, laws, (raw, how), screening)
+    work_through(_chunks(shape), work, workers, counter(how.size, progress))
     dataset = labelled(study, Scanned(motions, frees, laws, raw, how))
     if command:
         dataset.attrs["command"] = command
@@ -191,37 +188,6 @@ def _worker(
         return int(how[place].size)
 
     return work
-
-
-def _run(chunks: list[Chunk], work: Callable[[Chunk], int], workers: int, advance: Callable[[int], None]) -> None:
-    """Work through the chunks on threads; the kernels release the interpreter."""
-    # The first chunk of each law compiles its kernel: not on two threads at once.
-    laws: set[int] = set()
-    rest: list[Chunk] = []
-    for chunk in chunks:
-        if chunk.law in laws:
-            rest.append(chunk)
-        else:
-            laws.add(chunk.law)
-            advance(work(chunk))
-    pool = ThreadPoolExecutor(workers)
-    try:
-        for future in as_completed([pool.submit(work, chunk) for chunk in rest]):
-            advance(future.result())
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _counter(total: int, progress: Progress | None) -> Callable[[int], None]:
-    done = 0
-
-    def advance(size: int) -> None:
-        nonlocal done
-        done += size
-        if progress:
-            progress(done, total)
-
-    return advance
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:
