@@ -26,7 +26,7 @@ from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save
 from pounding_risk.scan_dataset import AXES, Scanned, labelled
 from pounding_risk.study import Study
-from pounding_risk.threads import Progress, counter, work_through
+from pounding_risk.threads import How, Progress, counter, work_through
 
 CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
 
@@ -63,23 +63,34 @@ def scan(
     check_share(check_fraction)
     study = as_study(study)
     motions, left_out = gathered(study)
+    how_much = How(screening, check_fraction, workers or cpu_count() or 1, progress)
+    if study.is_row:
+        from pounding_risk.row_scan import scan_row  # a pair needs none of it
+
+        dataset = scan_row(study, motions, how_much)
+    else:
+        dataset = _scan_pair(study, motions, how_much)
+    if command:
+        dataset.attrs["command"] = command
+    if left_out:
+        dataset.attrs["left_out"] = as_text(list(left_out))
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def _scan_pair(study: Study, motions: tuple[Motion, ...], how_much: How) -> xr.Dataset:
+    """The dataset of a pair's grid."""
     laws = laws_of(study)
     frees = free_responses(study, motions)
     shape = (*frees.shape, len(laws), len(study.grid.gaps), len(study.grid.yield_forces))
     raw = np.zeros((*shape, COLUMNS))
     how = np.zeros(shape, dtype=np.int8)
-    workers = workers or cpu_count() or 1
-    work = _worker(study, frees, laws, (raw, how), screening)
-    work_through(_chunks(shape), work, workers, counter(how.size, progress))
+    work = _worker(study, frees, laws, (raw, how), how_much.screening)
+    work_through(_chunks(shape), work, how_much.workers, counter(how.size, how_much.progress))
     dataset = labelled(study, Scanned(motions, frees, laws, raw, how))
-    if command:
-        dataset.attrs["command"] = command
-    if left_out:
-        dataset.attrs["left_out"] = as_text(list(left_out))
-    if check_fraction > 0.0:
-        _add_checks(dataset, study, (frees, laws), (raw, how), (check_fraction, workers))
-    if target is not None:
-        save(dataset, target)
+    if how_much.check_fraction > 0.0:
+        _add_checks(dataset, study, (frees, laws), (raw, how), (how_much.check_fraction, how_much.workers))
     return dataset
 
 

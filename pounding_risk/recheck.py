@@ -95,7 +95,9 @@ def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> 
     return differences(before, after, (first[:, STATUS] != COMPLETE) | (second[:, STATUS] != COMPLETE))
 
 
-def differences(before: Mapping[str, Any], after: Mapping[str, Any], failed: NDArray[np.bool_]) -> dict[str, np.ndarray]:
+def differences(
+    before: Mapping[str, Any], after: Mapping[str, Any], failed: NDArray[np.bool_]
+) -> dict[str, np.ndarray]:
     """As `changes`, from the outputs of both runs by name."""
     found = {}
     for name in (*RELATIVE, *COUNTED):

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 Progress = Callable[[int, int], None]
 Done = TypeVar("Done")
+
+
+class How(NamedTuple):
+    """How a grid is worked through."""
+
+    screening: bool  # leave out runs whose answer is known
+    check_fraction: float  # of the runs, made again
+    workers: int  # threads
+    progress: Progress | None
 
 
 class Piece(Protocol):
