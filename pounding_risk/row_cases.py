@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
+from itertools import pairwise
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -15,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk import rows
-from pounding_risk.core.tally import COMPLETE, DEMAND
+from pounding_risk.core.tally import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
 from pounding_risk.row_model import Part, RowModel
 from pounding_risk.row_parts import HELD, Span, settled, tied
-from pounding_risk.rows import CLOSING, GREW, Contacts, RowRun
+from pounding_risk.rows import GREW_STATUS, HIGHEST, Contacts, RowRun
 
 Array = NDArray[np.float64]
 
@@ -44,12 +45,22 @@ class Runs:
         return future.result()
 
 
+class Driven(NamedTuple):
+    """A motion of the grid and the row's response to it without contact."""
+
+    acceleration: Array  # m/s²
+    dt: float  # s
+    pga: float  # m/s²
+    free: RowRun
+
+
 class Mechanics(NamedTuple):
     """One contact model of the grid: law and restitution at each contact point of a row."""
 
     laws: tuple[Any, ...]
     restitutions: tuple[Any, ...]
     capped: bool  # False where the yield force plays no part in the motion
+    levels: Array  # N, every finite yield force of the grid, ascending
 
 
 class Limits(NamedTuple):
@@ -70,13 +81,15 @@ class Answered(NamedTuple):
 class Cases:
     """Every case of one motion under one contact model, and the runs that they share."""
 
-    def __init__(self, model: RowModel, mechanics: Mechanics, motion: tuple[Array, float], free: RowRun, rtol: float):
-        self.model, self.mechanics, self.motion, self.free, self.rtol = model, mechanics, motion, free, rtol
+    def __init__(self, model: RowModel, mechanics: Mechanics, driven: Driven, rtol: float):
+        self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
         self._runs = Runs()
 
     def whole(self, limits: Limits) -> RowRun:
         """The case with all buildings solved at once, whatever is known."""
-        return self._run(self.model.everything, limits.gaps, limits.yield_forces)
+        span = self.model.everything
+        run = self._levelled(self._run(span, limits.gaps, limits.yield_forces), limits.yield_forces)
+        return put_together(self.driven.free, [(self._part(span), run)])
 
     def in_parts(self, limits: Limits) -> tuple[RowRun, list[Answered]]:
         """The case with only those solved together that are tied, and how each of their runs was found.
@@ -88,27 +101,31 @@ class Cases:
         def solve(span: Span) -> tuple[RowRun, int]:
             run, answered = self._answer(span, limits)
             found.append(answered)
-            return run, self.model.part(span).side(run.grew) if run.status == GREW else HELD
+            return run, self._part(span).side(run.grew) if run.status == GREW_STATUS else HELD
 
-        shut = self.free.points[:, CLOSING] > limits.gaps
-        closed = [bool(shut[start:stop].any()) for start, stop in zip(self.model.bounds, self.model.bounds[1:])]
-        runs = settled(tied(closed), solve) if self.free.status == COMPLETE else {}
-        return put_together(self.free, [(self.model.part(span), run) for span, run in runs.items()]), found
+        free, bounds = self.driven.free, self.model.bounds
+        shut = free.points[:, HIGHEST] > limits.gaps
+        closed = [bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
+        runs = settled(tied(closed), solve) if free.status == COMPLETE else {}
+        return put_together(free, [(self._part(span), run) for span, run in runs.items()]), found
+
+    def _part(self, span: Span) -> Part:
+        return self.model.part(span, self.driven.dt)
 
     def _answer(self, span: Span, limits: Limits) -> tuple[RowRun, Answered]:
-        if self.mechanics.capped and not np.array_equal(limits.yield_forces, limits.largest):
+        places = self._part(span).points
+        given, largest = limits.yield_forces[places], limits.largest[places]
+        if self.mechanics.capped and not np.array_equal(given, largest):
             run, key = self._shared(span, limits.gaps, limits.largest)
-            places = self.model.part(span).points
-            given, largest = limits.yield_forces[places], limits.largest[places]
-            demand = run.points[:, DEMAND]
-            if run.status in (COMPLETE, GREW) and ((given > demand) | (given == largest)).all():
+            unyielding = (given > run.points[:, DEMAND]) | (given == largest)
+            if run.status in (COMPLETE, GREW_STATUS) and unyielding.all():
                 return run, Answered(key, True)
         run, key = self._shared(span, limits.gaps, limits.yield_forces)
-        return run, Answered(key, False)
+        return self._levelled(run, given), Answered(key, False)
 
     def _shared(self, span: Span, gaps: Array, yield_forces: Array) -> tuple[RowRun, Hashable]:
         """The run of a part, from an equal one where there is one, and its key."""
-        part = self.model.part(span)
+        part = self._part(span)
         within = np.arange(part.points.start, part.points.stop)[~part.watched]
         used = tuple((self.mechanics.laws[place], self.mechanics.restitutions[place]) for place in within)
         strengths = yield_forces[within].tobytes() if self.mechanics.capped else b""
@@ -116,22 +133,48 @@ class Cases:
         return self._runs.of(key, lambda: self._run(span, gaps, yield_forces)), key
 
     def _run(self, span: Span, gaps: Array, yield_forces: Array) -> RowRun:
-        part = self.model.part(span)
-        laws, restitutions = self.mechanics.laws[part.points], self.mechanics.restitutions[part.points]
-        contacts = Contacts(gaps[part.points], yield_forces[part.points], laws, restitutions, part.watched)
-        return rows.run_row(part.row, contacts, *self.motion, self.rtol)
+        part, mechanics = self._part(span), self.mechanics
+        places = part.points
+        contacts = Contacts(
+            gaps[places],
+            yield_forces[places],
+            mechanics.laws[places],
+            mechanics.restitutions[places],
+            part.watched,
+            self.driven.free.fastest[places],
+        )
+        return rows.run_row(
+            part.row,
+            contacts,
+            self.driven.acceleration,
+            rtol=self.rtol,
+            levels=None if mechanics.capped else mechanics.levels,
+        )
+
+    def _levelled(self, run: RowRun, yield_forces: Array) -> RowRun:
+        """The run of a law without a cap with the contacts whose force reaches these yield forces counted."""
+        levels = self.mechanics.levels
+        if self.mechanics.capped or not levels.size:
+            return run
+        points, finite = run.points.copy(), np.isfinite(yield_forces)
+        place = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]
+        points[:, YIELDS] = np.where(finite, np.take_along_axis(run.reached, place, 1)[:, 0], 0.0)
+        points[:, FIRST_YIELD] = np.where(finite, np.take_along_axis(run.first, place, 1)[:, 0], np.nan)
+        return run._replace(points=points)
 
 
 def put_together(free: RowRun, parts: list[tuple[Part, RowRun]]) -> RowRun:
-    """The whole row's run: the free response where nothing touches, each part's own where it was solved."""
+    """The whole row's run: the free response where nothing touches, each part's own where it was solved.
+
+    Every contact point has the energy ledger of its part.
+    """
     points, floors, rest = free.points.copy(), free.floors.copy(), free.rest.copy()
-    status, steps, energy, residual = free.status, free.steps, free.energy, free.residual
+    status, steps = free.status, free.steps
     for part, run in parts:
         points[part.points] = run.points
+        within = points[part.points]
+        within[~part.watched, RESIDUAL], within[~part.watched, ENERGY] = abs(run.residual), run.energy
         floors[part.masses], rest[part.masses] = run.floors[part.own], run.rest[part.own]
         status = status if status != COMPLETE else run.status
         steps += run.steps
-        energy, residual = max(energy, run.energy), residual + run.residual
-    return free._replace(
-        points=points, floors=floors, rest=rest, status=status, steps=steps, energy=energy, residual=residual
-    )
+    return free._replace(points=points, floors=floors, rest=rest, status=status, steps=steps)

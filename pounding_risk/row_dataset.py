@@ -32,7 +32,7 @@ class ScannedRow(NamedTuple):
     """What a row's scan made: motions, responses without contact, the grid, and every variable of every case."""
 
     motions: tuple[Motion, ...]
-    driven: np.ndarray  # of `row_scan.Driven`, by record, polarity, amplitude
+    driven: np.ndarray  # of `row_cases.Driven`, by record, polarity, amplitude
     grid: RowGrid
     arrays: Mapping[str, np.ndarray]
     variables: Mapping[str, Variable]

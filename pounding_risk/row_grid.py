@@ -45,15 +45,16 @@ class RowGrid(NamedTuple):
 def row_grid(study: Study) -> RowGrid:
     """The grid of a study; raises as `chain_of` and as `ensemble.law_of`."""
     model = RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
-    mechanics = tuple(_mechanics(study, model, name) for name in study.grid.contact_models)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
     # A grid of one yield force leaves every interface its own.
     levels = study.grid.yield_forces if len(study.grid.yield_forces) > 1 else (None,)
     forces = np.array([study.point_yield_forces(level) for level in levels])
+    finite = np.unique(forces[np.isfinite(forces)])
+    mechanics = tuple(_mechanics(study, model, name, finite) for name in study.grid.contact_models)
     return RowGrid(frame_of(model), mechanics, gaps, forces, study.rtol)
 
 
-def _mechanics(study: Study, model: RowModel, name: str) -> Mechanics:
+def _mechanics(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:
     """One contact model at every contact point, as its interface has it."""
     laws = [law_of(study.at(place), name) for place in range(len(study.neighbours))]
     rules = [neighbour.restitution for neighbour in study.neighbours]
@@ -61,4 +62,5 @@ def _mechanics(study: Study, model: RowModel, name: str) -> Mechanics:
         tuple(laws[place] for place in model.interfaces),
         tuple(rules[place] for place in model.interfaces),
         laws[0].ceiling(1.0) < inf,
+        levels,
     )

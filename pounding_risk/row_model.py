@@ -13,13 +13,13 @@ from pounding_risk import rows
 from pounding_risk.chains import Chain
 from pounding_risk.contact_points import Point
 from pounding_risk.row_parts import LEFTWARDS, RIGHTWARDS, Span
-from pounding_risk.rows import Row
+from pounding_risk.rows import Laid
 
 
 class Part(NamedTuple):
     """Some buildings of a row with the neighbours beside them, as one row of its own."""
 
-    row: Row
+    row: Laid
     points: slice  # of the whole row's contact points; those to the neighbours too
     watched: NDArray[np.bool_]  # which of these are to the neighbours
     masses: slice  # of the whole row's, the buildings' own
@@ -40,32 +40,37 @@ class RowModel:
         self.interfaces = np.array([point.interface for point in self.points], dtype=np.int64)
         self.firsts = (0, *accumulate(chain.mass.size for chain in self.chains))  # of each building's masses
         self.bounds = np.searchsorted(self.interfaces, np.arange(len(self.chains)))  # of each interface's points
-        self.row = rows.lay_out(self.chains, self.points)
         kinds: dict[bytes, int] = {}
         self._kinds = [kinds.setdefault(_content(chain), len(kinds)) for chain in self.chains]
-        self._parts: dict[Span, Part] = {}
+        self._rows: dict[float, Laid] = {}
+        self._parts: dict[tuple[Span, float], Part] = {}
 
     @property
     def everything(self) -> Span:
         """All buildings."""
         return Span(0, len(self.chains) - 1)
 
-    def part(self, span: Span) -> Part:
-        """These buildings and, on each side, the neighbour beside them; kept for the next time."""
-        if span not in self._parts:
-            self._parts[span] = self._made(span)
-        return self._parts[span]
+    def row(self, dt: float) -> Laid:
+        """The whole row for motions sampled every ``dt`` [s]; kept for the next time."""
+        if dt not in self._rows:
+            self._rows[dt] = rows.lay_out(self.chains, self.points, dt)
+        return self._rows[dt]
 
-    def _made(self, span: Span) -> Part:
+    def part(self, span: Span, dt: float) -> Part:
+        """These buildings and, on each side, the neighbour beside them; kept for the next time."""
+        if (span, dt) not in self._parts:
+            self._parts[span, dt] = self._made(span, dt)
+        return self._parts[span, dt]
+
+    def _made(self, span: Span, dt: float) -> Part:
         first, last = max(span.first - 1, 0), min(span.last + 1, len(self.chains) - 1)
         places = slice(int(self.bounds[first]), int(self.bounds[last]))
-        points = [point._replace(interface=point.interface - first) for point in self.points[places]]
         interfaces = self.interfaces[places]
         masses = slice(self.firsts[span.first], self.firsts[span.last + 1])
         before = self.firsts[first]
-        met = [point._replace(level=0.0) for point in points]  # where the ground lies plays no part in the motion
+        met = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[places]]
         return Part(
-            rows.lay_out(self.chains[first : last + 1], points),
+            rows.cut_out(self.row(dt), first, last),
             places,
             (interfaces < span.first) | (interfaces >= span.last),
             masses,

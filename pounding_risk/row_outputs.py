@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pounding_risk.core import tally
 from pounding_risk.outputs import COLUMNS, HIGH, LOW, RUN, run_outputs
 from pounding_risk.row_model import RowModel
-from pounding_risk.rows import CLOSING, OPENING, RowRun
+from pounding_risk.rows import HIGHEST, LOWEST, RowRun
 
 Array = NDArray[np.float64]
 Outputs = dict[str, Array]
@@ -32,6 +32,7 @@ LARGEST = (
     tally.WORN,
     tally.ENERGY,
     tally.STEPS,
+    tally.RESIDUAL,
     HIGH,
 )
 SUMS = (
@@ -41,7 +42,6 @@ SUMS = (
     tally.YIELDS,
     tally.VISCOUS,
     tally.PLASTIC,
-    tally.RESIDUAL,
     tally.HELD,
 )
 SMALLEST = (tally.LOWEST_FORCE, LOW)
@@ -176,7 +176,7 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
 
 def closing(run: RowRun, model: RowModel) -> tuple[Array, Array]:
     """Largest u_left − u_right by contact point and by interface [m]; the gap that the motion needs."""
-    points = run.points[..., CLOSING]
+    points = run.points[..., HIGHEST]
     return points, np.maximum.reduceat(points, model.bounds[:-1], axis=-1)
 
 
@@ -198,7 +198,7 @@ def _columns(run: RowRun) -> Array:
     points = np.asarray(run.points)
     columns = np.zeros((*points.shape[:-1], COLUMNS))
     columns[..., : tally.TALLIED] = points[..., : tally.TALLIED]
-    columns[..., HIGH], columns[..., LOW] = points[..., CLOSING], points[..., OPENING]
+    columns[..., HIGH], columns[..., LOW] = points[..., HIGHEST], points[..., LOWEST]
     columns[..., tally.STATUS] = np.asarray(run.status)[..., None]
     return columns
 

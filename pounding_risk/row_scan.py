@@ -16,7 +16,7 @@ from pounding_risk.core.sweep import KNOWN, SIMULATED
 from pounding_risk.core.tally import COMPLETE
 from pounding_risk.motions import Motion, driven
 from pounding_risk.recheck import COUNTED, RELATIVE, as_variables, chosen, differences, tighter
-from pounding_risk.row_cases import Answered, Cases
+from pounding_risk.row_cases import Answered, Cases, Driven
 from pounding_risk.row_dataset import ScannedRow, labelled_row
 from pounding_risk.row_grid import RowGrid, row_grid
 from pounding_risk.row_outputs import Outputs, Variable, outputs, variables
@@ -27,15 +27,6 @@ from pounding_risk.threads import How, Progress, counter, work_through
 
 Array = NDArray[np.float64]
 Place = tuple[int, ...]
-
-
-class Driven(NamedTuple):
-    """A motion of the grid and the row's response to it without contact."""
-
-    acceleration: Array  # m/s²
-    dt: float  # s
-    pga: float  # m/s²
-    free: RowRun
 
 
 class RowChunk(NamedTuple):
@@ -107,7 +98,7 @@ class RowScan:
 
         def respond(place: Place) -> None:
             motion = driven(self.motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
-            free = rows.free_row(model.row, motion.acceleration, motion.dt)
+            free = rows.free_row(model.row(motion.dt), motion.acceleration)
             found[place] = Driven(motion.acceleration, motion.dt, motion.pga, free)
 
         places = list(np.ndindex(found.shape))
@@ -118,8 +109,7 @@ class RowScan:
 
     def cases(self, motion: Place, law: int, rtol: float) -> Cases:
         """The cases of one motion under one contact model."""
-        one: Driven = self.driven[motion]
-        return Cases(self.grid.model, self.grid.mechanics[law], (one.acceleration, one.dt), one.free, rtol)
+        return Cases(self.grid.model, self.grid.mechanics[law], self.driven[motion], rtol)
 
     def run(self, screening: bool, progress: Progress | None) -> None:
         """Fill the arrays."""
@@ -203,7 +193,8 @@ class RowScan:
 
 def stacked(runs: list[RowRun]) -> RowRun:
     """Runs of one row as one, with an axis of runs before the others."""
-    return RowRun(*(np.stack([np.asarray(value) for value in values]) for values in zip(*runs, strict=True)))
+    fields = [np.stack([np.asarray(value) for value in values]) for values in zip(*runs, strict=True)]
+    return RowRun._make(fields)
 
 
 def scan_row(study: Study, motions: tuple[Motion, ...], how_much: How) -> xr.Dataset:

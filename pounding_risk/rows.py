@@ -140,6 +140,31 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
     return Laid(row, float(dt), parts, terms)
 
 
+def cut_out(laid: Laid, first: int, last: int) -> Laid:
+    """The layout of the buildings ``first`` to ``last`` of a row alone, with the contact points between them.
+
+    Its nodes are those of the whole row, so that what moves alone in either moves the same, to the bit.
+    """
+    row = laid.row
+    dofs, points = slice(row.first[first], row.first[last + 1]), slice(row.start[first], row.start[last])
+    starts = np.append(row.map_start, row.maps.size - 1)
+    maps = slice(starts[first], starts[last + 1])
+    ends = row.ends[points]
+    return laid._replace(
+        row=Row(
+            row.first[first : last + 2] - dofs.start,
+            row.start[first : last + 1] - points.start,
+            np.where(ends < 0, -1, ends - dofs.start),
+            row.shares[points].copy(),
+            row.floors[:, dofs].copy(),
+            row.damping[dofs].copy(),
+            np.append(row.maps[maps], 0.0),
+            row.map_start[first : last + 1] - maps.start,
+            row.bends[first : last + 1].copy(),
+        )
+    )
+
+
 def _rate(chain: Chain) -> float:
     """The largest |eigenvalue| of the motion [1/s]."""
     return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from math import inf
+from threading import Event
 
 import numpy as np
 import pytest
@@ -10,17 +13,18 @@ import pytest
 from pounding_risk import rows
 from pounding_risk.chains import chain_of
 from pounding_risk.contact_points import Point, automatic_points
-from pounding_risk.core.tally import COMPLETE, COUNT, DEMAND, STEPS
+from pounding_risk.core.tally import COMPLETE, COUNT, DEMAND, ENERGY, RESIDUAL, STEPS
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import read_motion
-from pounding_risk.row_cases import Cases, Limits, Mechanics, Runs
+from pounding_risk.row_cases import Cases, Driven, Limits, Mechanics, Runs
 from pounding_risk.row_model import RowModel
-from pounding_risk.rows import CLOSING
+from pounding_risk.rows import HIGHEST
 from pounding_risk.storeys import Storeys
 
 RTOL = 1e-6
+LEVELS = (1e6, 4e6)  # N, the yield forces at which a law without a cap is asked
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)
 
 
@@ -46,8 +50,10 @@ def row(*buildings) -> RowModel:
 
 def cases(model: RowModel, motion, law=LAW) -> Cases:
     count = len(model.points)
-    mechanics = Mechanics((law,) * count, (RESTITUTION,) * count, law.ceiling(1.0) < inf)
-    return Cases(model, mechanics, motion, rows.free_row(model.row, *motion), RTOL)
+    mechanics = Mechanics((law,) * count, (RESTITUTION,) * count, law.ceiling(1.0) < inf, np.array(LEVELS))
+    acceleration, dt = motion
+    free = rows.free_row(model.row(dt), acceleration)
+    return Cases(model, mechanics, Driven(acceleration, dt, np.abs(acceleration).max(), free), RTOL)
 
 
 def limits(model: RowModel, gaps, strength: float = inf, largest: float = inf) -> Limits:
@@ -56,10 +62,9 @@ def limits(model: RowModel, gaps, strength: float = inf, largest: float = inf) -
     return Limits(np.array(gaps, float)[model.interfaces], np.full(count, strength), np.full(count, largest))
 
 
-
 def same(one, other):
-    """Array-equal but for the steps taken, which say what was spent."""
-    kept = [column for column in range(one.points.shape[1]) if column != STEPS]
+    """Array-equal but for the ledgers of steps and energy, which are those of the parts that were solved together."""
+    kept = [column for column in range(one.points.shape[1]) if column not in (STEPS, ENERGY, RESIDUAL)]
     assert np.array_equal(one.points[:, kept], other.points[:, kept], equal_nan=True)
     assert np.array_equal(one.floors, other.floors)
     assert np.array_equal(one.rest, other.rest)
@@ -83,8 +88,9 @@ def test_parts_are_the_whole_row(motion):
     """Eight buildings of every kind; gaps such that some interfaces close and others stay open."""
     model = row(*MIXED)
     one = cases(model, motion)
-    bounds = model.bounds
-    needed = [one.free.points[start:stop, CLOSING].max() for start, stop in zip(bounds, bounds[1:], strict=False)]
+    needed = [
+        one.driven.free.points[start:stop, HIGHEST].max() for start, stop in zip(bounds, bounds[1:], strict=False)
+    ]
     for open_ones in ({2, 3}, {0, 1, 4, 5}):
         gaps = [3.0 * need + 0.02 if place in open_ones else 0.4 * need for place, need in enumerate(needed)]
         together, answered = one.in_parts(limits(model, gaps))
@@ -96,10 +102,10 @@ def test_parts_are_the_whole_row(motion):
 def test_a_row_that_nothing_closes_is_not_run(motion):
     model = row(FLEXIBLE, STIFF, FLEXIBLE._replace(period=1.2))
     one = cases(model, motion)
-    needed = one.free.points[:, CLOSING]
+    needed = one.driven.free.points[:, HIGHEST]
     together, answered = one.in_parts(limits(model, needed))
     assert answered == []
-    same(together, one.free)
+    same(together, one.driven.free)
     same(together, one.whole(limits(model, needed)))
 
 
@@ -107,7 +113,7 @@ def test_pounding_closes_a_gap_that_the_free_motion_leaves_open(motion):
     """The flexible building drives the stiff one into the wall, which it does not reach by itself."""
     model = row(FLEXIBLE, STIFF, Building.rigid("wall"), STIFF)
     one = cases(model, motion)
-    needed = one.free.points[:, CLOSING]
+    needed = one.driven.free.points[:, HIGHEST]
     gaps = [0.2 * needed[0], 1.02 * needed[1], 10.0]
     together, answered = one.in_parts(limits(model, gaps))
     assert len(answered) == 2, "solved once, grown, solved again"
@@ -121,7 +127,7 @@ def test_equal_parts_are_solved_once(motion):
     wall = Building.rigid("wall")
     model = row(wall, *couple, wall, *couple, wall)
     one = cases(model, motion)
-    needed = one.free.points[1, CLOSING]
+    needed = one.driven.free.points[1, HIGHEST]
     gaps = [9.0, 0.3 * needed, 9.0, 9.0, 0.3 * needed, 9.0]
     together, answered = one.in_parts(limits(model, gaps))
     assert len(answered) == 2 and answered[0].key == answered[1].key
@@ -134,7 +140,7 @@ def test_equal_parts_are_solved_once(motion):
 def test_a_yield_force_above_the_largest_force_is_known(motion):
     model = row(FLEXIBLE, STIFF, FLEXIBLE)
     one = cases(model, motion)
-    gaps = [0.3 * need for need in one.free.points[:, CLOSING]]
+    gaps = [0.3 * need for need in one.driven.free.points[:, HIGHEST]]
     free, _ = one.in_parts(limits(model, gaps))
     demand = free.points[:, DEMAND].max()
     above, answered = one.in_parts(limits(model, gaps, 1.001 * demand))
@@ -147,9 +153,6 @@ def test_a_yield_force_above_the_largest_force_is_known(motion):
 
 
 def test_whoever_asks_second_waits_for_the_run_of_the_first():
-    from concurrent.futures import ThreadPoolExecutor
-    from threading import Event
-
     runs, made, go = Runs(), [], Event()
 
     def make():

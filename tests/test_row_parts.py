@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -29,7 +31,7 @@ def test_every_closed_interface_lies_in_one_part(closed):
         assert inside or not shut
     for part in parts:
         assert closed[part.first] and closed[part.last - 1]
-    assert all(after.first - before.last >= 2 for before, after in zip(parts, parts[1:], strict=False))
+    assert all(after.first - before.last >= 2 for before, after in pairwise(parts))
 
 
 @given(st.lists(st.booleans(), min_size=1, max_size=10), st.sets(st.integers(0, 9)))

@@ -107,7 +107,7 @@ def test_only_the_named_interface_has_the_gaps_of_the_grid(screened):
 
 
 def test_outputs_of_an_interface_are_those_of_its_points(screened):
-    """Peaks are the largest, counts and sums add up, first times are the earliest; -1 and NaN nowhere, as none failed."""
+    """Peaks are the largest, counts and sums add up, first times are the earliest."""
     place = screened["contact_point_interface"]
     for number, name in enumerate(screened["interface"].values):
         here = screened.sel(contact_point=place == number)
