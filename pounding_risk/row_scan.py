@@ -18,7 +18,7 @@ from pounding_risk.motions import Motion, driven
 from pounding_risk.recheck import COUNTED, RELATIVE, as_variables, chosen, differences, tighter
 from pounding_risk.row_cases import Answered, Cases, Driven
 from pounding_risk.row_dataset import ScannedRow, labelled_row
-from pounding_risk.row_grid import RowGrid, row_grid
+from pounding_risk.row_grid import row_grid
 from pounding_risk.row_outputs import Outputs, Variable, outputs, variables
 from pounding_risk.rows import RowRun
 from pounding_risk.scan_dataset import AXES

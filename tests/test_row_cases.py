@@ -88,9 +88,7 @@ def test_parts_are_the_whole_row(motion):
     """Eight buildings of every kind; gaps such that some interfaces close and others stay open."""
     model = row(*MIXED)
     one = cases(model, motion)
-    needed = [
-        one.driven.free.points[start:stop, HIGHEST].max() for start, stop in zip(bounds, bounds[1:], strict=False)
-    ]
+    needed = [one.driven.free.points[start:stop, HIGHEST].max() for start, stop in pairwise(model.bounds)]
     for open_ones in ({2, 3}, {0, 1, 4, 5}):
         gaps = [3.0 * need + 0.02 if place in open_ones else 0.4 * need for place, need in enumerate(needed)]
         together, answered = one.in_parts(limits(model, gaps))

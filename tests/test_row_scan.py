@@ -50,7 +50,7 @@ pga = "0.5 g"
 polarity = ["as recorded", "reversed"]
 [grid]
 gap = ["5 mm", "40 mm", "150 mm"]
-yield_force = ["500 kN", "2 MN", "inf"]
+yield_force = ["500 kN", "50 MN", "inf"]
 """
 NAMED = SCENE.replace("[grid]", '[grid]\ninterface = "B | C"')
 
@@ -65,9 +65,10 @@ def simulated():
     return scan(parse_scene(SCENE), screening=False, check_fraction=0.0, workers=1)
 
 
-def same(one, other, names=None):
-    for name in names or other.data_vars:
-        if name == "simulated" or name.startswith(("sensitive", "change_")):
+def same(one, other):
+    """Array-equal in every output but one: energy is closed over the buildings that have been solved together."""
+    for name in other.data_vars:
+        if name in ("simulated", "energy_residual") or name.startswith(("sensitive", "change_")):
             continue
         assert np.array_equal(one[name], other[name], equal_nan=one[name].dtype.kind == "f"), name
 
@@ -157,7 +158,7 @@ def test_every_variable_says_what_it_is(screened):
             assert "units" in variable.attrs, name
     assert set(RUN) <= set(screened.data_vars)
     assert screened.attrs["source"] == "pounding_risk: event-driven row solver"
-    assert screened["contact_point"].values[0] == "A 1.3 | B 1"
+    assert screened["contact_point"].values[0] == "A 1 | B 0.769"
 
 
 def test_ends_and_interiors_are_told_apart(screened):
@@ -187,6 +188,6 @@ def test_the_scene_of_a_dataset_runs_again_to_the_same_numbers(screened):
 def test_progress_counts_every_case():
     told = []
     study = parse_scene(SCENE)
-    one = replace(study, records=replace(study.records, names=study.records.names[:1]))
+    one = replace(study, records=study.records._replace(names=study.records.names[:1]))
     scan(one, check_fraction=0.0, progress=lambda done, total: told.append((done, total)))
     assert told[-1] == (18, 18) and [done for done, _ in told] == sorted(done for done, _ in told)
