@@ -220,6 +220,15 @@ def test_commands_of_a_pair_refuse_a_row():
     ]
 
 
+def test_the_row_of_the_readme_is_read(root):
+    text = (root / "README.md").read_text(encoding="utf-8").partition("## Rows")[2]
+    found = parse_scene(text.partition("```toml\n")[2].partition("```")[0])
+    assert found.interface_gaps(0.04) == (0.03, 0.04)
+    # Floors of the offices at 3.6, 7.2 and 10.8 m, of the flats at 3, 6, 9 and 12 m.
+    assert [point.level for point in found.neighbours[0].points] == pytest.approx([3.0, 3.6, 6.0, 7.2, 9.0, 10.8, 12.0])
+    assert [point[1:4] for point in found.neighbours[1].points] == [(2.0, 1.0, FLOOR)]
+
+
 # ------------------------------------------------------------------------------------------------ faults
 
 
