@@ -69,7 +69,8 @@ def given_point(left: Any, right: Any, left_floor: float, right_floor: float) ->
     one, other = outlines(left, right)
     whole = [side.level_of(floor) for side, floor in ((one, left_floor), (other, right_floor)) if floor == int(floor)]
     levels = whole or [one.level_of(left_floor), other.level_of(right_floor)]
-    return left_floor, right_floor, _kind(one, other, left_floor, right_floor), sum(levels) / len(levels)
+    level = nan if isnan(levels[0]) else sum(levels) / len(levels)  # math's own NaN, so that points compare equal
+    return left_floor, right_floor, _kind(one, other, left_floor, right_floor), level
 
 
 def level_gap(left: Any, right: Any, left_floor: float, right_floor: float) -> float:

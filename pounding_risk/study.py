@@ -138,7 +138,9 @@ class Study:
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
         if not self.neighbours:
             return self
-        here = self.neighbours[place]
+        here, grid = self.neighbours[place], self.grid
+        gaps = grid.gaps if self.gridded_interface in (None, self.interfaces[place]) else (here.gap,)
+        forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
         return replace(
             self,
             buildings=self.buildings[place : place + 2],
@@ -147,6 +149,7 @@ class Study:
             restitution=here.restitution,
             restitution_words=here.restitution_words,
             yield_force=here.yield_force,
+            grid=grid._replace(gaps=gaps, yield_forces=forces),
             neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
             gridded_interface=None,
         )
