@@ -38,7 +38,7 @@ def dashpots(chain: Chain) -> tuple[np.ndarray, np.ndarray]:
     Raises PoundingError where it is not tridiagonal, as modal damping is not.
     """
     matrix, beside = chain.damping, np.diag(chain.damping, -1)
-    storeys = np.append(0.0, -beside)
+    storeys = np.append(0.0, -beside)  # the lowest is one to the ground
     to_ground = np.diag(matrix) - storeys - np.append(storeys[1:], 0.0)
     made = np.diag(np.diag(matrix)) + np.diag(beside, 1) + np.diag(beside, -1)
     if not np.allclose(made, matrix, rtol=1e-12, atol=1e-12 * np.abs(matrix).max()):
@@ -124,3 +124,12 @@ def solve_opensees_row(ops: Any, scene: RowScene, h: float) -> RowAnswer:
             f"convergence in {ITERATIONS} iterations; take a smaller step"
         )
     return RowAnswer(peaks[2], -forces[0], seconds)
+
+
+def errors_of(found: RowAnswer, known: tuple[np.ndarray, np.ndarray]) -> tuple[float, float]:
+    """Relative errors of the peak displacements, the worst mass, and of the peak forces, against the largest one."""
+    displacement, force = known
+    return (
+        float(np.abs(found.peak_displacement / displacement - 1.0).max()),
+        float(np.abs(found.peak_contact_force - force).max() / force.max()),
+    )

@@ -111,7 +111,9 @@ class Row(Motion):
             drift[start:end, start:end] -= np.eye(end - start, k=-1)
         super().__init__(mass, damping, drift, self.shares(), np.array([m.gap for m in meetings]), rtol)
         self.spring, self.shear, self.strength, self.hardening = spring, shear, strength, hardening
-        self.limit = np.where(np.isfinite(strength), (1.0 - hardening) * strength, math.inf)
+        self.limit = np.full(count, math.inf)
+        yields = np.isfinite(strength)
+        self.limit[yields] = (1.0 - hardening[yields]) * strength[yields]
         self.slip = np.zeros(count)  # d at which the yielding part of H carries nothing
         self.side = np.zeros(count)  # ±1 where a storey yields
         self.contacts: list[Contact | None] = [None] * len(meetings)
