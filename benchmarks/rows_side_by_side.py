@@ -40,17 +40,16 @@ def contacts_of(scene: RowScene) -> Any:
         np.full(count, np.inf),
         [scene.law] * count,
         [scene.restitution] * count,
-        np.zeros(count, dtype=bool),
     )
 
 
 def solve_row(scene: RowScene, rtol: float, times: int = 1) -> RowAnswer:
     """One run from rest by this package, and the processor's time for one, over so many."""
     points = [Point(interface, float(left), float(right), FLOOR, np.nan) for interface, left, right in scene.points]
-    row, contacts = rows.lay_out(scene.chains, points), contacts_of(scene)
+    row, contacts = rows.lay_out(scene.chains, points, scene.dt), contacts_of(scene)
     begun = time.process_time()
     for _ in range(times):
-        run = rows.run_row(row, contacts, scene.acceleration, scene.dt, rtol=rtol)
+        run = rows.run_row(row, contacts, scene.acceleration, rtol=rtol)
     seconds = (time.process_time() - begun) / times
     return RowAnswer(run.floors[:, 0], run.points[:, PEAK_FORCE], seconds)
 

@@ -86,7 +86,7 @@ class Answer(NamedTuple):
 
     points: dict[str, np.ndarray]  # (K,)
     floors: np.ndarray  # (D, 4): largest |u|, |drift|, |storey shear|, |absolute acceleration|
-    rest: np.ndarray  # (D, 2): drift at the end, and the plastic drift in it
+    rest: np.ndarray  # (D, 2): drift at the end; that in the middle of the storey's elastic range then
     open_energy: float  # share of the energy put in that is nowhere
     state: np.ndarray  # u, then v, at the end
 
@@ -243,7 +243,7 @@ class Row(Motion):
         }  # fmt: skip
         caps = np.array([m.yield_force for m in self.meetings])
         points["yield_demand"] = points["uncapped_force"] / caps
-        rest = np.column_stack([drift, (1.0 - self.hardening) * slip])
+        rest = np.column_stack([drift, slip])
         floors = self.floor_peaks()
         return Answer(points, floors, rest, left / max(abs(put_in), begun), np.concatenate([self.u, self.v]))
 

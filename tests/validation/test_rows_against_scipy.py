@@ -66,7 +66,6 @@ def contacts_of(meetings: Sequence[Meeting]) -> Any:
         np.array([each.yield_force for each in meetings]),
         [LAWS[each.law](each.stiffness) for each in meetings],
         rules,
-        np.zeros(len(meetings), dtype=bool),
     )
 
 
@@ -77,8 +76,9 @@ def truth(name: str) -> Answer:
 
 
 def by_solver(case: Case, rtol: float = RTOL) -> Any:
-    row = rows.lay_out(case.chains, points_of(case.meetings))
-    return rows.run_row(row, contacts_of(case.meetings), *case.shaking.samples(), rtol=rtol)
+    acceleration, dt = case.shaking.samples()
+    row = rows.lay_out(case.chains, points_of(case.meetings), dt)
+    return rows.run_row(row, contacts_of(case.meetings), acceleration, rtol=rtol)
 
 
 def named(run: Any) -> dict[str, np.ndarray]:
@@ -131,8 +131,9 @@ def test_row_agrees_with_scipy(name: str):
 def test_free_flight_of_a_row_is_direct_integration(name: str):
     """Without contact the solver has no step error at all; what is left is SciPy's."""
     case = CASES[name]
-    true = integrate(case.chains, (), *case.shaking.samples())
-    free = rows.free_row(rows.lay_out(case.chains, ()), *case.shaking.samples())
+    acceleration, dt = case.shaking.samples()
+    true = integrate(case.chains, (), acceleration, dt)
+    free = rows.free_row(rows.lay_out(case.chains, (), dt), acceleration)
     np.testing.assert_allclose(free.floors, true.floors, rtol=1e-9)
     assert np.all(np.abs(free.rest - true.rest) <= 1e-9 * true.floors[:, 1:2])
 
