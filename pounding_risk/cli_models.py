@@ -6,7 +6,7 @@ from typing import Any
 
 
 def models() -> None:
-    """Every contact model, effect and typology, and what each takes."""
+    """Contact models, effects and typologies: what each takes."""
     from pounding_risk.cli_output import print_table
     from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.instant import CONTACT_MODELS
@@ -18,15 +18,15 @@ def models() -> None:
     print("\nRestitution: e is asked for; exact where a relation is known that returns it; – where none takes part.\n")
     print_table(("effect", "options", "acts on", "where it is from"), list(map(_effect, EFFECTS.items())), "llll")
     print()
-    heads = (
+    kinds = (
         "typology",
-        "period T [s], h [m]",
+        "period in s, h in m",
         "mode shape",
-        "yields at [g]",
+        "yields at, in g",
         "verified",
-        "what it is and where it is from",
+        "what and where it is from",
     )
-    print_table(heads, list(map(_typology, TYPOLOGIES.values())), "llllll")
+    print_table(kinds, list(map(_typology, TYPOLOGIES.values())), "llllll")
 
 
 def _model(name: str, law: Any) -> tuple[str, ...]:
