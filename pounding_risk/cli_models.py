@@ -18,14 +18,7 @@ def models() -> None:
     print("\nRestitution: e is asked for; exact where a relation is known that returns it; – where none takes part.\n")
     print_table(("effect", "options", "acts on", "where it is from"), list(map(_effect, EFFECTS.items())), "llll")
     print()
-    kinds = (
-        "typology",
-        "period in s, h in m",
-        "mode shape",
-        "yields at, in g",
-        "verified",
-        "what and where it is from",
-    )
+    kinds = ("typology", "period in s, h in m", "mode shape", "yields at, in g", "verified", "where it is from")
     print_table(kinds, list(map(_typology, TYPOLOGIES.values())), "llllll")
 
 
