@@ -106,14 +106,14 @@ def overlap(one: np.ndarray, other: np.ndarray) -> bool:
 @given(stars(), stars(), st.floats(-8.0, 8.0))
 def test_moved_together_by_their_clear_distance_two_outlines_touch(left, right, across):
     """Less by 10 µm leaves them apart, more by that lets them overlap; matplotlib tells which."""
-    right = right + (40.0, across)
+    right = right + np.array([40.0, across])
     gap = footprints.clear_distance(Footprint((left,)), Footprint((right,)))
     common = min(left[:, 1].max(), right[:, 1].max()) - max(left[:, 1].min(), right[:, 1].min())
     assume(abs(common) > 1e-3)
     if common < 0.0:
         assert gap == np.inf
         return
-    assert 0.0 < gap < 40.0
+    assert 16.0 <= gap <= 64.0  # radii are 12 at most
     assert not overlap(left, right - (gap - 1e-5, 0.0))
     assert overlap(left, right - (gap + 1e-5, 0.0))
 
@@ -146,6 +146,6 @@ def test_the_axis_turns_with_the_street(angle, sizes):
 
 
 def test_walls_without_a_grid_leave_the_line_of_the_centres():
-    triangles = [np.array([(0, 0), (9, 0), (4.5, 7.8)], float) + (10.0 * n, 3.0 * n) for n in range(5)]
+    triangles = [np.array([(0, 0), (9, 0), (4.5, 7.8)], float) + np.array([10.0, 3.0]) * n for n in range(5)]
     axis = footprints.street_axis([Footprint((each,)) for each in triangles], 1.0, 0.1)
     assert axis == pytest.approx(np.array([10.0, 3.0]) / sqrt(109.0), abs=1e-9)
