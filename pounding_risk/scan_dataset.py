@@ -86,7 +86,7 @@ def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw
         alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
         alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
         for suffix, columns in (("", raw[place]), ("_free", alone)):
-            for name, values in building_outputs(columns, study.buildings, pga).items():
+            for name, values in building_outputs(columns, study.pair, pga).items():
                 array = found.setdefault(name + suffix, np.zeros((*frees.shape, *values.shape)))
                 array[place] = values
     return found
