@@ -18,7 +18,7 @@ import numpy as np
 from pounding_risk.block_rules import Filled, House, Notes, Rules, house
 from pounding_risk.block_scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
 from pounding_risk.block_tables import BlockError, Entry, read_table, repeated
-from pounding_risk.footprints import Facing, azimuth, facing, length, local, street_axis, turned
+from pounding_risk.footprints import Array, Facing, azimuth, facing, length, local, middle, street_axis, turned
 from pounding_risk.quantities import GAP, say, shown
 from pounding_risk.scenario import parse_scene
 
@@ -121,12 +121,14 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     table = read_table(source, rules.metres)
     notes = Notes([], [], list(table.left_out))
     numbers = {entry.place: number for number, entry in enumerate(table.entries, start=1)}
+    outlines = [entry.footprint for entry in table.entries if entry.footprint is not None]
+    origin = middle(outlines) if outlines else None  # one for all streets, so that a plan can show them
     rows: list[BlockRow] = []
     alone: list[House] = []
     for street in dict.fromkeys(entry.values.get("street", "") for entry in table.entries):
         entries = [entry for entry in table.entries if entry.values.get("street", "") == street]
-        if entries[0].footprint is not None and not rules.metres:
-            entries = _in_metres(entries, notes.faults)
+        if not rules.metres:
+            entries = _in_metres(entries, origin, notes.faults)
         houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
         found = list(_Street(houses, [entry.place for entry in entries], rules, notes).rows())
         alone += [row.buildings[0] for row in found if not row.gaps]
@@ -136,9 +138,11 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     return Block(source.name, tuple(rows), tuple(alone), tuple(notes.filled), tuple(notes.doubts), rules)
 
 
-def _in_metres(entries: Sequence[Entry], faults: list[str]) -> list[Entry]:
-    """Entries of one street with their footprints in metres."""
-    footprints = local([entry.footprint for entry in entries if entry.footprint is not None])
+def _in_metres(entries: Sequence[Entry], origin: Array | None, faults: list[str]) -> list[Entry]:
+    """Entries of one street with their footprints, if they have any, in metres."""
+    if origin is None:
+        return list(entries)
+    footprints = local([entry.footprint for entry in entries if entry.footprint is not None], origin)
     if length(footprints) > LONGEST_STREET:
         places = f"{entries[0].place} to {entries[-1].place}"
         faults.append(
