@@ -40,6 +40,7 @@ COMMANDS = (
     "assess",
     "view",
     "report",
+    "block",
 )
 SCENE = """\
 [scene]
