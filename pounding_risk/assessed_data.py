@@ -32,7 +32,8 @@ OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an att
     "effects": "effects",
 }
 NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
-LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage"}  # they leave the free motion linear
+# They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
+LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
 NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
 UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
 
@@ -71,18 +72,48 @@ def check_dataset(results: xr.Dataset) -> None:
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """Each pair of neighbours, named "left | right", and the dataset without the dimension of interfaces."""
+    """Each pair of neighbours, named "left | right", and its part of the dataset, without the dimension of interfaces.
+
+    ``gap`` is the interface's own. Where the grid varies another's gap, its own is one: beside that gap of the other
+    which is nearest to the scene's.
+    """
     names = [str(name) for name in results["building"].values]
     pairs = [f"{left} | {right}" for left, right in pairwise(names)]
     if "interface" not in results.dims:
         return [(pairs[0], results)]
-    return [(name, results.isel(interface=at, building=slice(at, at + 2))) for at, name in enumerate(pairs)]
+    return [(name, _one_interface(results, at)) for at, name in enumerate(pairs)]
+
+
+def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
+    part = {"interface": at, "building": slice(at, at + 2)}
+    if "contact_point" in results.dims:
+        part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
+    gaps = own_gaps(results).isel(interface=at)
+    if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
+        part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
+        gaps = gaps.isel(gap=part["gap"])
+    return results.isel(part).assign_coords(gap=("gap", gaps.values, results["gap"].attrs))
+
+
+def own_gaps(results: xr.Dataset) -> xr.DataArray:
+    """The gap [m] of each interface of a row at each gap of the grid, which may vary one interface's alone."""
+    if "interface_gap" in results.variables:
+        return results["interface_gap"].transpose("gap", "interface")
+    return results["gap"].expand_dims(interface=results["interface"].values).transpose("gap", "interface")
+
+
+def scene_place(results: xr.Dataset) -> int:
+    """The place along the grid's gaps of a row that is nearest to the scene's own gap, where that varies."""
+    gaps = own_gaps(results).values
+    varied = np.flatnonzero(np.ptp(gaps, axis=0) > 0.0)
+    at = int(varied[0]) if varied.size else 0
+    return int(np.abs(gaps[:, at] - scene_gap(results, at)).argmin())
 
 
 def scene_gap(results: xr.Dataset, place: int) -> float:
-    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it."""
-    scene = tomllib.loads(results.attrs["scene_resolved"])
-    return parse(scene["interface"][place]["gap"], GAP)
+    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it: one for all, or one each."""
+    tables = tomllib.loads(results.attrs["scene_resolved"])["interface"]
+    return parse(tables[min(place, len(tables) - 1)]["gap"], GAP)
 
 
 def is_linear(results: xr.Dataset) -> bool:

@@ -1,0 +1,158 @@
+"""A street in plan, each building coloured by how often it is struck and how often a contact of it reaches F_E."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures_rows import heading
+from pounding_risk.figures_style import QUIET, blank, plain
+from pounding_risk.row_case import RowCase, share_of_building
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+WIDTH, DEPTH, ALLEY = 9.0, 12.0, 6.0  # m, of a building and between rows, where no footprints are given
+PANELS = (("impact_count", "touches a neighbour"), ("yield_exceedance", "a contact of it reaches $F_E$"))
+# Shares up to these are hatched so, that the map is read in grey as well.
+HATCHES = ((0.0, ""), (0.16, "."), (0.5, "//"), (0.84, "xx"), (1.0, "xxxx"))
+ALONE = "#e6e6e6"
+DARK = 0.55  # from which share on the letters are white
+
+
+def plan_figure(
+    rows: RowCase | Sequence[RowCase], footprints: Mapping[str, ArrayLike] | None = None, note: str = "",
+    *, titled: bool = True,
+) -> Figure:  # fmt: skip
+    """Street plan of one row or several: the share of the motions in which each building touches, and yields.
+
+    ``footprints`` are corners (n, 2) [m] by the building's name; those of buildings in no row are drawn as standing
+    alone. Without footprints rows are drawn side by side, with nominal widths and depths. Raises PoundingError where a
+    building of a row has no footprint, or one that is no polygon.
+    """
+    cases = [rows] if isinstance(rows, RowCase) else list(rows)
+    corners = _of_rows(cases) if footprints is None else _checked(footprints, cases)
+    every = np.concatenate(list(corners.values()))
+    span = np.ptp(every, axis=0)
+    flat = bool(span[0] > 2.6 * span[1])
+    figure, axes = blank(*((2, 1) if flat else (1, 2)), _size(span, flat))
+    picture: Any = None
+    for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
+        picture = _panel(axis, cases, corners, name)
+        axis.set_title(words, fontsize=10, loc="left")
+    bar = figure.colorbar(picture, ax=axes, aspect=30, pad=0.01, label="share of the motions")
+    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+    _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
+    if titled:
+        heading(figure, plan_finding(cases), cases[0], note)
+    return figure
+
+
+def plan_finding(cases: Sequence[RowCase]) -> str:
+    """How many buildings touch a neighbour in more than half of the motions, and which is struck most."""
+    shares = {
+        building.name: share_of_building(case, "impact_count", at)
+        for case in cases
+        for at, building in enumerate(case.buildings)
+    }
+    known = {name: share for name, share in shares.items() if np.isfinite(share)}
+    if not any(share > 0.0 for share in known.values()):
+        return f"No building touches a neighbour in {cases[0].motions} motions"
+    often = sum(share > 0.5 for share in known.values())
+    most = max(known, key=lambda name: known[name])
+    return (
+        f"{often} of {len(shares)} buildings touch a neighbour in more than half of the motions; "
+        f"{most} most often, in {100 * known[most]:.0f} %"
+    )
+
+
+def _of_rows(cases: Sequence[RowCase]) -> dict[str, Array]:
+    """Nominal footprints: buildings of a row left to right, rows one above the other from the top down."""
+    found = {}
+    for number, case in enumerate(cases):
+        low = -number * (DEPTH + ALLEY)
+        for at, building in enumerate(case.buildings):
+            left = at * WIDTH
+            ends = ((left, low), (left + WIDTH, low), (left + WIDTH, low + DEPTH), (left, low + DEPTH))
+            found[building.name] = np.array(ends)
+    return found
+
+
+def _checked(footprints: Mapping[str, ArrayLike], cases: Sequence[RowCase]) -> dict[str, Array]:
+    found = {str(name): np.asarray(corners, dtype=float) for name, corners in footprints.items()}
+    for name, corners in found.items():
+        if corners.ndim != 2 or corners.shape[1:] != (2,) or len(corners) < 3 or not np.isfinite(corners).all():
+            raise PoundingError(f"footprint of {name}: is no polygon; give three corners or more, each x and y in m")
+    missing = [building.name for case in cases for building in case.buildings if building.name not in found]
+    if missing:
+        raise PoundingError(
+            f"no footprint of {', '.join(missing)}; give one, or none at all for a plan of the row alone"
+        )
+    return found
+
+
+def _size(span: Array, flat: bool) -> tuple[float, float]:
+    """Panels of the street's own shape, within a page."""
+    ratio = float(np.clip(span[1] / max(span[0], 1e-9), 0.08, 4.0))
+    if flat:
+        width = float(np.clip(0.09 * span[0], 8.0, 20.0))
+        return width, 2.2 + 2.0 * (0.85 * width * ratio + 0.4)
+    return 13.0, 2.2 + min(5.6 * ratio, 9.0)
+
+
+def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[str, Array], name: str) -> Any:
+    from matplotlib.collections import PolyCollection
+
+    shares = {
+        building.name: share_of_building(case, name, at) for case in cases for at, building in enumerate(case.buildings)
+    }
+    for who, polygon in corners.items():
+        if who not in shares:
+            axis.fill(*polygon.T, facecolor=ALONE, edgecolor="#888888", linewidth=0.8)
+    drawn = PolyCollection([corners[who] for who in shares], edgecolors="black", linewidths=0.9, cmap="cividis_r")
+    drawn.set_array(np.ma.masked_invalid(list(shares.values())))
+    drawn.set_clim(0.0, 1.0)
+    axis.add_collection(drawn)
+    for who, share in shares.items():
+        _told(axis, corners[who], who, share)
+    axis.set(aspect="equal", xticks=[], yticks=[])
+    axis.autoscale_view()
+    axis.grid(False)
+    for side in axis.spines.values():
+        side.set_visible(False)
+    return drawn
+
+
+def _told(axis: Any, polygon: Array, name: str, share: float) -> None:
+    """Hatching of the share's class, and the name with the number, upright where the footprint is narrow."""
+    is_dark = share > DARK
+    if np.isfinite(share):
+        hatch = next(hatch for most, hatch in HATCHES if share <= most)
+        axis.fill(
+            *polygon.T, facecolor="none", hatch=hatch, edgecolor="#ffffff66" if is_dark else "#00000044", linewidth=0
+        )
+    wide, deep = np.ptp(polygon, axis=0)
+    words = f"{name}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
+    axis.annotate(
+        plain(words), polygon.mean(axis=0), ha="center", va="center", fontsize=7.5,
+        rotation=90 if deep > 1.8 * wide else 0, color="white" if is_dark else "black",
+        bbox={"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75},
+    )  # fmt: skip
+
+
+def _legend(figure: Figure, alone: bool) -> None:
+    from matplotlib.patches import Patch
+
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": QUIET}
+    handles = [
+        Patch(hatch=hatch * 2, label="0 %" if most == 0.0 else f"to {100 * most:.0f} %", **look)
+        for most, hatch in HATCHES
+    ]
+    if alone:
+        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="stands alone"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False)
