@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_rows import heading
 from pounding_risk.figures_style import QUIET, blank, plain
-from pounding_risk.row_case import RowCase, share_of_building
+from pounding_risk.row_findings import RowCase, share_of_building
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

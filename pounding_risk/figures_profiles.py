@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_rows import heading
 from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, plain
-from pounding_risk.row_case import RowCase, any_of_building
+from pounding_risk.row_findings import RowCase, any_of_building
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,7 +18,7 @@ from pounding_risk.figures_style import (
     plain,
     title,
 )
-from pounding_risk.row_case import RowCase, Standing, Touch
+from pounding_risk.row_findings import RowCase, Standing, Touch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

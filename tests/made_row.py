@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 G = 9.80665
+COLUMN_FORCE = 3e5  # N
 MOTION = ("record", "polarity", "pga")
 CASE = (*MOTION, "contact_model", "gap", "yield_force")
 PERIODS = np.geomspace(0.05, 5.0, 60)
@@ -115,14 +116,14 @@ def _closing(free: np.ndarray, point: Any, random: np.random.Generator) -> np.nd
 
 
 def _at_points(closing: np.ndarray, points: Sequence[Any], spaces: np.ndarray, forces: np.ndarray) -> dict[str, Any]:
-    """Contact at every point, and gathered by interface; a column yields at half of the floors' F_E."""
+    """Contact at every point, and gathered by interface; a column yields at a force of its own."""
     places = np.array([point[0] for point in points])
     missing = np.maximum(
         closing[:, :, :, None, None, None, :] - spaces[:, places][None, None, None, None, :, None], 0.0
     )
     missing = np.repeat(missing, forces.size, axis=-2)
     column = np.array([point[3] == "column" for point in points])
-    strength = np.where(column, np.minimum(0.5 * forces[:, None], 3e5), forces[:, None])
+    strength = np.where(column, COLUMN_FORCE, forces[:, None])
     uncapped = 1.2e7 * missing**0.7
     force = np.minimum(uncapped, strength)
     count = np.where(missing > 0.0, 1 + np.floor(missing * 100.0), 0).astype(np.int32)
@@ -154,6 +155,9 @@ def _at_points(closing: np.ndarray, points: Sequence[Any], spaces: np.ndarray, f
         {"units": "m", "long_name": "here"},
     )
     reach = found["peak_closing_free"][1][:, :, :, None, None, None] * np.where(found["impact_count"][1] > 0, 0.8, 1.1)
+    alone = found["peak_closing_free"][1][:, :, :, None, None, None]
+    spread = np.where(found["impact_count"][1] > 0, spaces[:, None] + 1e-3, alone)
+    found["peak_closing"] = ((*CASE, "interface"), spread, {"units": "m", "long_name": "towards contact"})
     about = {"units": "m", "long_name": "largest |u_left - u_right|"}
     found["peak_relative_displacement"] = ((*CASE, "interface"), reach, about)
     return found
@@ -232,6 +236,11 @@ def _coordinates(
         "contact_point_left_floor": ("contact_point", [point[1] for point in points]),
         "contact_point_right_floor": ("contact_point", [point[2] for point in points]),
         "contact_point_kind": ("contact_point", [point[3] for point in points]),
+        "contact_point_yield_force": (
+            ("yield_force", "contact_point"),
+            [[COLUMN_FORCE if point[3] == "column" else force for point in points] for force in forces],
+            {"units": "N"},
+        ),
         "contact_point_level": ("contact_point", [point[4] for point in points], {"units": "m"}),
         "building_mass": ("building", [2e5 * each.storeys or np.nan for each in STREET], {"units": "kg"}),
         "building_period": ("building", [each.period for each in STREET], {"units": "s"}),

@@ -18,7 +18,7 @@ from pounding_risk.figures_plan import PANELS, plan_figure
 from pounding_risk.figures_profiles import amplification, profile, profiles_figure
 from pounding_risk.figures_rows import ON_A_LINE, elevation_figure
 from pounding_risk.figures_style import write
-from pounding_risk.row_case import RowCase, any_of_building, row_case
+from pounding_risk.row_findings import RowCase, any_of_building, row_case
 
 HERE = {"gap": 0.05, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 
