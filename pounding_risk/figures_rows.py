@@ -18,7 +18,7 @@ from pounding_risk.figures_style import (
     plain,
     title,
 )
-from pounding_risk.row_findings import RowCase, Standing, Touch
+from pounding_risk.row_findings import RowCase, Standing, Touch, force_told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,13 +104,6 @@ def where_words(case: RowCase) -> str:
 def between(interface: str) -> str:
     """Both buildings of an interface, as a sentence has them."""
     return interface.replace(" | ", " and ")
-
-
-def force_told(force: float) -> str:
-    """A force in kN or MN."""
-    if not np.isfinite(force):
-        return "no force"
-    return f"{force / 1e6:.3g} MN" if force >= 1e6 else f"{force / 1e3:.3g} kN"
 
 
 def _lines(case: RowCase) -> list[_Line]:

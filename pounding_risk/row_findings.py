@@ -111,7 +111,7 @@ def row_case(
         place["pga"] = int(amplitudes.argmax()) if pga is None else _nearest(amplitudes, pga)
     gaps = own_gaps(results).isel(gap=place["gap"]).values
     shown = results.isel(place)
-    return RowCase(shown, _buildings(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))
+    return RowCase(shown, standing(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))
 
 
 def _nearest(values: Array, wanted: float) -> int:
@@ -142,8 +142,8 @@ def _model(results: xr.Dataset, asked: str | None) -> int:
     return known.index(asked)
 
 
-def _buildings(shown: xr.Dataset) -> tuple[Standing, ...]:
-    """Every building; one without a height is as tall as its taller neighbour."""
+def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
+    """Every building of a row's dataset; one without a height is as tall as its taller neighbour."""
     heights = shown["building_height"].values.astype(float)
     levels = shown["floor_level"].transpose("building", "storey").values
     storeys = shown["building_storeys"].values
@@ -161,7 +161,7 @@ def _buildings(shown: xr.Dataset) -> tuple[Standing, ...]:
 
 
 def _places(shown: xr.Dataset) -> tuple[Place, ...]:
-    buildings = _buildings(shown)
+    buildings = standing(shown)
     columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
     found = []
     for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
@@ -199,6 +199,13 @@ def _mean(values: NDArray[Any]) -> float:
 def _median(values: Array) -> float:
     known = values[np.isfinite(values)]
     return float(np.median(known)) if known.size else float("nan")
+
+
+def force_told(force: float) -> str:
+    """A force in kN or MN; of none, that there is none."""
+    if not np.isfinite(force):
+        return "no force"
+    return f"{force / 1e6:.3g} MN" if force >= 1e6 else f"{force / 1e3:.3g} kN"
 
 
 def any_of_building(case: RowCase, name: str, building: int) -> Array:

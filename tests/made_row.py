@@ -76,7 +76,7 @@ def _points(at: int, one: Made, other: Made) -> list[tuple[int, float, float, st
     """Every floor against the floor at its level, or the column there, up to the lower roof."""
     if not other.storeys or not one.storeys:
         level = max(one.storeys * one.storey_height, other.storeys * other.storey_height)
-        return [(at, float(one.storeys), float(other.storeys), "floor", level)]
+        return [(at, float(one.storeys or 1), float(other.storeys or 1), "floor", level)]
     heights = [side.storey_height for side in (one, other)]
     roofs = [side.storeys * side.storey_height for side in (one, other)]
     levels = {
@@ -287,3 +287,34 @@ def _with_a_failure(dataset: xr.Dataset) -> xr.Dataset:
             found[place] = np.nan if found.dtype.kind == "f" else -1
     dataset["status"][place] = 2
     return dataset
+
+
+def made_run(seconds: float = 20.0, gap: float = 0.02, dt: float = 0.005) -> xr.Dataset:
+    """One run of the same row with its histories: each building swings at its period, forces are pulses."""
+    row = made_row(records=2)
+    time = np.arange(0.0, seconds + dt / 2, dt)
+    swell = np.sin(np.pi * time / seconds) ** 2
+    moved = np.full((time.size, len(STREET), row.sizes["storey"]), np.nan)
+    for at, each in enumerate(STREET):
+        for floor in range(each.storeys):
+            phase = 2.0 * np.pi * time / each.period + at
+            moved[:, at, floor] = each.reach * ((floor + 1) / each.storeys) ** 1.1 * swell * np.sin(phase)
+    force = np.zeros((time.size, row.sizes["contact_point"]))
+    for place in range(row.sizes["contact_point"]):
+        at = int(row["contact_point_interface"][place])
+        left, right = (
+            _at_floor(moved[:, None, None], at + side, float(row[f"contact_point_{name}_floor"][place]))[:, 0, 0]
+            for side, name in enumerate(("left", "right"))
+        )
+        force[:, place] = 5e7 * np.maximum(left - right - gap, 0.0)
+    coordinates = [name for name in row.coords if set(row[name].dims) & {"building", "contact_point", "interface"}]
+    run = xr.Dataset(
+        {
+            "displacement": (("time", "building", "storey"), moved, {"units": "m"}),
+            "contact_force": (("time", "contact_point"), force, {"units": "N"}),
+        },
+        coords={"time": ("time", time, {"units": "s"})}
+        | {name: row[name].isel(yield_force=0, missing_dims="ignore") for name in coordinates},
+    )
+    facts = {"title": "A street, made, not solved", "record": "MADE-01", "polarity": "as recorded", "pga": 0.4 * G}
+    return run.assign_attrs(facts, contact_model="viscous_elastoplastic", gap=gap)
