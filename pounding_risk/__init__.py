@@ -22,6 +22,7 @@ _HOMES = {
     "accuracy": "ladder",
     "stability": "hard",
     "effects": "effect_costs",
+    "modes": "modal",
     "read_scene": "scenario",
     "read_motion": "motions",
     "code_table": "separations",

@@ -26,6 +26,7 @@ from pounding_risk.cli_input import (
     writable,
 )
 from pounding_risk.cli_models import models
+from pounding_risk.cli_modes import modes
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
@@ -382,6 +383,7 @@ def stability(
 
 
 app.command()(models)
+app.command()(modes)
 app.command()(separations)
 app.command()(assess)
 app.command()(view)

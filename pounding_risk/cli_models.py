@@ -32,7 +32,7 @@ def _model(name: str, law: Any) -> tuple[str, ...]:
 
 
 def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
-    from pounding_risk.models.effects import acts_on_ground
+    from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
     from pounding_risk.quantities import Quantity
 
     name, kind = entry
@@ -40,7 +40,8 @@ def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
         f"{key} [{allowed.unit}]" if isinstance(allowed, Quantity) else f"{key} ({' or '.join(allowed)})"
         for key, allowed in kind.options.items()
     ]
-    acts = "the ground" if acts_on_ground(name) else " and ".join(["yielding", *kind.needs])
+    law = " and ".join(["yielding", *kind.needs])
+    acts = "the ground" if acts_on_ground(name) else "the buildings" if acts_on_buildings(name) else law
     return name, ", ".join(options) or "–", acts, f"{_first_line(kind)} {kind.reference}"
 
 

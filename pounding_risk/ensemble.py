@@ -91,7 +91,7 @@ def _add_checks(dataset: xr.Dataset, study: Study, made: Any, arrays: Any, how_m
     frees, laws = made
     raw, how = arrays
     grid = RunGrid(
-        oscillators(*study.buildings),
+        oscillators(*study.pair),
         frees,
         laws,
         np.array(study.grid.gaps),
@@ -133,13 +133,11 @@ def _calibrated(study: Study, name: str) -> Any:
     terms = study.equal_terms
     if not study.needs_equal_terms(name) or terms is None:
         return study.law(name)
-    left, right = (building.oscillator() for building in study.buildings)
-    mass = 1.0 / (left.inverse_mass + right.inverse_mass)
     stiffness = equal_stiffness(
         lambda value: study.law(name, value),
         study.law(study.stiff_name),
         terms.speed,
-        mass,
+        study.striking_mass,
         study.restitution,
         terms.same,
     )
@@ -150,7 +148,7 @@ def free_responses(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
     """Responses without contact, by record, polarity and amplitude."""
     shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
     frees = np.empty(shape, dtype=object)
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     for place in np.ndindex(shape):
         motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
         frees[place] = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
@@ -170,7 +168,7 @@ def _worker(
     study: Study, frees: np.ndarray, laws: tuple[Any, ...], arrays: Any, screening: bool
 ) -> Callable[[Chunk], int]:
     raw, how = arrays
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     gaps, strengths = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
 
     def work(chunk: Chunk) -> int:

@@ -11,7 +11,7 @@ import xarray as xr
 from pounding_risk.core.flight import SIGNALS
 from pounding_risk.core.tally import STATUS, STATUS_SENTENCES
 from pounding_risk.measures import LEAST_PERIOD, response_spectra
-from pounding_risk.models.effects import EFFECTS, acts_on_ground, bare, references
+from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.models.instant import is_instant
 from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
@@ -86,7 +86,7 @@ def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw
         alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
         alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
         for suffix, columns in (("", raw[place]), ("_free", alone)):
-            for name, values in building_outputs(columns, study.buildings, pga).items():
+            for name, values in building_outputs(columns, study.pair, pga).items():
                 array = found.setdefault(name + suffix, np.zeros((*frees.shape, *values.shape)))
                 array[place] = values
     return found
@@ -156,8 +156,8 @@ def _building_coordinates(study: Study) -> dict[str, Any]:
 
 def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
     """Where these laws and the scene's effects are from."""
-    grounds = [EFFECTS[effect.name] for effect in study.effects if acts_on_ground(effect.name)]
-    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in grounds)]))  # type: ignore[attr-defined]
+    others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))  # type: ignore[attr-defined]
 
 
 def _attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:

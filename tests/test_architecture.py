@@ -68,7 +68,8 @@ ALSO = {
     "models/contact.py": {"pounding_risk.models.memory"},
     # An effect wraps a law, and refuses numbers of a scene in words.
     "models/effects.py": {"collections.abc", "pounding_risk.errors"}
-    | {f"pounding_risk.models.{name}" for name in ("contact", "memory", "ground")},
+    | {f"pounding_risk.models.{name}" for name in ("building_effects", "contact", "memory", "ground")},
+    "models/building_effects.py": {"collections.abc", "dataclasses", "itertools", "pounding_risk.errors"},
     "models/ground.py": {"numpy"},  # a ground motion is arrays
     "models/exact_damping.py": {"pounding_risk.models.contact"},  # the same laws, damped otherwise
     "models/instant.py": {

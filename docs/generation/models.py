@@ -7,7 +7,7 @@ from typing import Any, get_type_hints
 from generation.markdown import docstring, plain, table
 from pounding_risk.models import contact, exact_damping, instant
 from pounding_risk.models.contact import LAWS, SHIPPED, stiffness_quantity
-from pounding_risk.models.effects import EFFECTS, acts_on_ground
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
 from pounding_risk.models.exact_damping import EXACT
 from pounding_risk.models.instant import INSTANT_LAWS
 from pounding_risk.models.restitution import NAMED
@@ -83,7 +83,7 @@ def _range(quantity: Quantity) -> str:
 EFFECTS_HEAD = """# Effects
 
 Each is off unless a scene names it, and what is off is not in the machine code. This page is what the classes of
-`pounding_risk/models/effects.py` say of themselves.
+`pounding_risk/models/effects.py` and `building_effects.py` beside it say of themselves.
 
 """
 
@@ -98,9 +98,15 @@ def effects_page() -> str:
             table(("option", "what", "unit and range", "example", ""), rows) + "\n" if rows else "It has no option.\n\n"
         )
         needs = "".join(f" Needs `{each}`." for each in kind.needs)
-        text += f"Acts on {'the ground motion' if acts_on_ground(name) else 'laws with a yield force'}.{needs} "
+        text += f"Acts on {_acts_on(name)}.{needs} "
         text += f"Source: {plain(kind.reference)}.\n\n"
     return text
+
+
+def _acts_on(name: str) -> str:
+    if acts_on_buildings(name):
+        return "the buildings"
+    return "the ground motion" if acts_on_ground(name) else "laws with a yield force"
 
 
 def _option(allowed: Any, optional: bool) -> tuple[str, str, str, str]:

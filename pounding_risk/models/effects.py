@@ -1,9 +1,10 @@
-"""Effects: what a scene may add to its contact law, or to the ground motion under it.
+"""Effects: what a scene may add to its contact law, to the ground motion under it, or to its buildings.
 
 An effect of yielding wraps a law and changes some of its verbs; one of the ground gives each building a motion of its
-own. A scene without effects hands the kernels the bare law on level ground, so that an effect that is not named is
-not in the machine code. An effect that is added here is found by the scene reader, the commands and the tests.
-Effects wrap each other in the order of this module, whatever the order in a scene.
+own; one of buildings, in `building_effects`, changes their storeys or what they stand on. A scene without effects hands
+the kernels the bare law on level ground, so that an effect that is not named is not in the machine code. An effect that
+is added here is found by the scene reader, the commands and the tests. Effects act in the order of this module,
+whatever the order in a scene.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.building_effects import BUILDING_EFFECTS
 from pounding_risk.models.contact import snake_case
 from pounding_risk.models.ground import Passing, delayed
 from pounding_risk.models.memory import complete
@@ -111,14 +113,15 @@ def effect(reference: str, options: Mapping[str, Any], optional: tuple[str, ...]
     """Make a class an effect: scenes know its name.
 
     ``options`` are the keys that a scene gives it, each a `Quantity` or the words it may be; all but the ``optional``
-    ones must be there. ``needs`` are the effects that it acts on. A class with ``grounds`` acts on the ground motion;
-    any other wraps a law, and passes on every verb of it that it does not say itself.
+    ones must be there. ``needs`` are the effects that it acts on. A class with ``grounds`` acts on the ground motion,
+    one with ``built`` on buildings; any other wraps a law, and passes on every verb of it that it does not say itself.
     """
 
     def known(kind: Any) -> Any:
         kind.reference, kind.options, kind.optional, kind.needs = reference, options, optional, needs
-        EFFECTS[snake_case(kind.__name__)] = kind
-        if hasattr(kind, "grounds"):
+        name = snake_case(kind.__name__)
+        EFFECTS[name] = kind
+        if not acts_on_law(name):
             return kind
         for verb, passed_on in PASSED_ON.items():
             if verb not in vars(kind):
@@ -133,9 +136,19 @@ def acts_on_ground(name: str) -> bool:
     return hasattr(EFFECTS[name], "grounds")
 
 
+def acts_on_buildings(name: str) -> bool:
+    """True for an effect that changes what stands on the ground, and leaves contact law and motion as they are."""
+    return hasattr(EFFECTS[name], "built")
+
+
+def acts_on_law(name: str) -> bool:
+    """True for an effect that wraps the contact law."""
+    return not acts_on_ground(name) and not acts_on_buildings(name)
+
+
 def refusal(kind: Any, name: str = "") -> str:
     """Why the effect ``name``, by default any of yielding, does not act on this class of law; "" where it does."""
-    if kind.capped or (name and acts_on_ground(name)):
+    if kind.capped or (name and not acts_on_law(name)):
         return ""
     return "has no yield force, so that nothing yields"
 
@@ -152,7 +165,7 @@ def with_effects(law: Any, effects: Iterable[tuple[str, Iterable[tuple[str, Any]
 
     Raises PoundingError for a law that an effect does not act on.
     """
-    asked = {name: dict(options) for name, options in effects if not acts_on_ground(name)}
+    asked = {name: dict(options) for name, options in effects if acts_on_law(name)}
     why = refusal(type(bare(law)))
     if asked and why:
         kind = snake_case(type(bare(law)).__name__)
@@ -171,6 +184,12 @@ def wave_of(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> WavePas
             "effects: two of them change the ground motion, and it cannot be known in which order; keep one"
         )
     return waves[0] if waves else None
+
+
+def building_effects(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> tuple[Any, ...]:
+    """Those of these effects, (name, options) each, that act on buildings, in their order here."""
+    asked = {name: dict(options) for name, options in effects if acts_on_buildings(name)}
+    return tuple(EFFECTS[name].on(**asked[name]) for name in EFFECTS if name in asked)  # type: ignore[attr-defined]
 
 
 def references(law: Any) -> str:
@@ -325,3 +344,7 @@ class WavePassage(NamedTuple):
     def grounds(self, ground: Any, step: float) -> Passing:
         """The motion under each building, from a_g [m/s²] at samples ``step`` [s] apart."""
         return delayed(ground, step, self.lag)
+
+
+for building_effect in BUILDING_EFFECTS:
+    effect(building_effect.reference, building_effect.options, building_effect.optional)(building_effect)

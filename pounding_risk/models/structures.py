@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, pi
 from typing import Annotated, NamedTuple
 
-from pounding_risk.quantities import DAMPING, FLOOR_LENGTH, MASS, PERIOD, WAVE_SPEED
+from pounding_risk.quantities import DAMPING, FLOOR_LENGTH, HEIGHT, MASS, PERIOD, WAVE_SPEED
 
 # sqrt(E/ρ) of concrete C25/30 is 3490 m/s: E_cm = 31 GPa (EN 1992-1-1, Table 3.1), 25 kN/m³ (EN 1991-1-1, Table A.1).
 CONCRETE_WAVE_SPEED = 3500.0  # m/s
@@ -27,6 +27,7 @@ class Building(NamedTuple):
     damping: Annotated[float, DAMPING]
     floor_length: Annotated[float, FLOOR_LENGTH] = 0.0
     wave_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
+    height: Annotated[float, HEIGHT] = 0.0
 
     @classmethod
     def rigid(cls, name: str, mass: float = inf) -> Building:
@@ -37,6 +38,16 @@ class Building(NamedTuple):
     def is_rigid(self) -> bool:
         """True where the building moves with the ground."""
         return self.period == 0.0
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Height of its one storey [m]; empty where it is not known."""
+        return (self.height,) if self.height > 0.0 else ()
+
+    @property
+    def strengths(self) -> tuple[float, ...]:
+        """Yield shears of its storeys [N]: none, a single mass stays elastic."""
+        return ()
 
     @property
     def stiffness(self) -> float:

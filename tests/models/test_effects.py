@@ -214,7 +214,8 @@ def test_neutral_parameters():
 def test_order_in_a_scene_does_not_matter():
     one = with_all(ViscousElastoplastic(BETA))
     assert [type(one), type(one.law), type(one.law.law)] == [UnloadingStiffness, PermanentSet, StrainRate]
-    assert list(EFFECTS) == ["strain_rate", "permanent_set", "unloading_stiffness", "wave_passage"]
+    of_buildings = ["inelastic_storeys", "p_delta", "soil_flexibility"]
+    assert list(EFFECTS) == ["strain_rate", "permanent_set", "unloading_stiffness", "wave_passage", *of_buildings]
 
 
 def test_interpreted_is_compiled():
