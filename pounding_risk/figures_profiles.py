@@ -91,12 +91,15 @@ def profiles_finding(case: RowCase) -> str:
     return f"With contact the largest storey drift is {' and '.join(told)} what it is without, in the median"
 
 
-def amplification(case: RowCase, building: int) -> float:
-    """Median over the motions with contact of the building's largest drift over that without; NaN without contact."""
+def amplification(case: RowCase, building: int, name: str = "peak_drift") -> float:
+    """Median over the motions with contact of a building's largest drift over that without; NaN without contact.
+
+    Of any other output ``name`` that has a twin without contact, likewise.
+    """
     touched = any_of_building(case, "impact_count", building) == 1.0
     both = [
-        case.results[name].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
-        for name in ("peak_drift", "peak_drift_free")
+        case.results[each].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
+        for each in (name, f"{name}_free")
     ]
     ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
     known = ratio[np.isfinite(ratio)]
