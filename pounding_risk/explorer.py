@@ -115,7 +115,7 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
 
 def _check_size(dataset: xr.Dataset, source: str) -> None:
     """Raise PoundingError for more cases than a page can hold, with a part that it can."""
-    cases = left = dataset["status"].size
+    cases = left = dataset["status"].size * dataset.sizes.get("interface", 1)
     if cases <= MOST_CASES:
         return
     several = {axis: option for axis, option in OPTIONS.items() if dataset.sizes.get(axis, 1) > 1}
@@ -128,7 +128,10 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     hint = "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
         hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
-    raise PoundingError(f"{source}: {cases:,} cases are more than the {MOST_CASES:,} that a page can hold; {hint}")
+    each = " of all interfaces" if "interface" in dataset.dims else ""
+    raise PoundingError(
+        f"{source}: {cases:,} cases{each} are more than the {MOST_CASES:,} that a page can hold; {hint}"
+    )
 
 
 def page_model(dataset: xr.Dataset) -> dict[str, Any]:
@@ -289,8 +292,9 @@ def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
     told = []
     if "interface_gap" in dataset.variables:
         gaps = dataset["interface_gap"].transpose("gap", "interface").values
-        names = dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]
-        told.append(f"The gap is that of {' and '.join(map(str, names)) or names.size}; the others keep their own.")
+        varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
+        whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
+        told.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
         told.append("Storey profiles are left out, there are too many; choose fewer records or models to see them.")
     return told
