@@ -203,6 +203,56 @@ if not INTERPRETED:
     borrowed = njit(forceinline=True, **FLAGS)(lambda array: _without_reference(array))
 
 
+def _leaves(kind) -> int:
+    """How many numbers a model of this numba type holds."""
+    return sum(map(_leaves, kind.types)) if isinstance(kind, types.BaseTuple) else 1
+
+
+@intrinsic
+def _model_of(typingctx, model, values, place):
+    def codegen(context, builder, signature, arguments):
+        kind, table = signature.args[0], make_array(signature.args[1])(context, builder, arguments[1])
+        data = builder.gep(table.data, [builder.mul(arguments[2], context.get_constant(types.intp, _leaves(kind)))])
+
+        def build(part, at):
+            if not isinstance(part, types.BaseTuple):
+                return builder.load(builder.gep(data, [context.get_constant(types.intp, at)])), at + 1
+            found = []
+            for inner in part.types:
+                value, at = build(inner, at)
+                found.append(value)
+            return context.make_tuple(builder, part, found), at
+
+        return build(kind, 0)[0]
+
+    return model(model, values, place), codegen
+
+
+def model_of(model, values, place):
+    """A model of the same kind as ``model`` with the numbers of row ``place`` of ``values``, as `numbers_of` has them.
+
+    One compiled kernel so serves contacts whose laws differ in their numbers. ``values`` is C-contiguous, of floats.
+    """
+    numbers = iter(values[place])
+
+    def build(part):
+        return type(part)(*(build(each) if isinstance(each, tuple) else float(next(numbers)) for each in part))
+
+    return build(model)
+
+
+if not INTERPRETED:
+    model_of = njit(forceinline=True, **FLAGS)(lambda model, values, place: _model_of(model, values, place))
+
+
+def numbers_of(model) -> list[float]:
+    """Every number of a model, in the order of its fields; those of a model inside it in its place."""
+    found: list[float] = []
+    for value in model:
+        found += numbers_of(value) if isinstance(value, tuple) else [float(value)]
+    return found
+
+
 def is_ours(kind: type) -> bool:
     """True for a class of this package, whose source the digest covers."""
     return kind.__module__.partition(".")[0] == __name__.partition(".")[0]

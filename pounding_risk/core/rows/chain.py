@@ -1,0 +1,281 @@
+"""One building of a row: a chain of masses on storeys, its accelerations, its Taylor series, and bounds on it.
+
+    m ü_i = −(C u̇)_i − V_i + V_{i+1} − m a_g,   V_i = k_i (u_i − u_{i−1}) + c_i
+
+with the constants c_i of storeys that have yielded. While no storey changes its branch the motion under a linear a_g is
+its own Taylor series; y = u̇ + K⁻¹ M 1 · (slope of a_g) is then a free vibration, and so are its derivatives. The
+energy of a free vibration only falls, which bounds every derivative of the motion from what it is at the start:
+
+    |ü_i| ≤ sqrt(2 E / m_i),   2 E = Σ m ü² + Σ k (y_i − y_{i−1})².
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from pounding_risk._jit import kernel
+from pounding_risk.core.rows.layout import (
+    BRANCH,
+    CONSTANT,
+    DRIFT,
+    FORCE,
+    INVERSE,
+    LIMIT,
+    MASS,
+    PLACE,
+    PLASTIC,
+    SHAKE,
+    SHEAR,
+    SOFT,
+    SPRING,
+    STATIC,
+    TANGENT,
+)
+from pounding_risk.core.series import (
+    SIGNAL,
+    highest,
+    slope_at,
+    value_at,
+)
+
+
+@kernel
+def accelerate(row, live, b, state, pull, desk, out):
+    """ü of building ``b`` without contact from rows ``state``, ``state`` + 1 into row ``out``; ``pull`` is a_g.
+
+    Returns the power that ground and dampers put in.
+    """
+    first, last = row.first[b], row.first[b + 1]
+    below = 0.0
+    for i in range(first, last):
+        force = live[TANGENT, i] * (desk[state, i] - below) + live[CONSTANT, i]
+        below = desk[state, i]
+        desk[out, i] = -force
+        if i > first:
+            desk[out, i - 1] += force
+    power = 0.0
+    for i in range(first, last):
+        drag = row.floors[MASS, i] * pull
+        for j in range(first, last):
+            drag += row.damping[i, j - first] * desk[state + 1, j]
+        power -= drag * desk[state + 1, i]
+        desk[out, i] = (desk[out, i] - drag) * row.floors[INVERSE, i]
+    return power
+
+
+@kernel
+def energy_of(row, live, b, state, desk):
+    """Kinetic energy and potential of the storeys' forces of one building [J]."""
+    total, below = 0.0, 0.0
+    for i in range(row.first[b], row.first[b + 1]):
+        drift = desk[state, i] - below
+        below = desk[state, i]
+        total += row.floors[MASS, i] * desk[state + 1, i] ** 2 + live[TANGENT, i] * drift * drift
+        total += 2.0 * live[CONSTANT, i] * drift
+    return 0.5 * total
+
+
+@kernel
+def lay_series(row, run, b, state, pull, rise, terms):
+    """Taylor coefficients of every u of building ``b`` into ``run.series``; a_g = pull + rise x."""
+    first, last = row.first[b], row.first[b + 1]
+    series, live = run.series, run.live
+    for i in range(first, last):
+        series[i, 0] = run.desk[state, i]
+        series[i, 1] = run.desk[state + 1, i]
+    for n in range(terms - 2):
+        share = 1.0 / ((n + 1) * (n + 2))
+        below = 0.0
+        for i in range(first, last):
+            force = live[TANGENT, i] * (series[i, n] - below)
+            if n == 0:
+                force += live[CONSTANT, i]
+            below = series[i, n]
+            series[i, n + 2] = -force
+            if i > first:
+                series[i - 1, n + 2] += force
+        ground = pull if n == 0 else (rise if n == 1 else 0.0)
+        for i in range(first, last):
+            drag = 0.0
+            for j in range(first, last):
+                drag += row.damping[i, j - first] * series[j, n + 1]
+            push = (series[i, n + 2] - (n + 1) * drag) * row.floors[INVERSE, i] - ground
+            series[i, n + 2] = push * share
+
+
+@kernel
+def place_on(row, run, b, x, terms, state):
+    """Rows ``state``, ``state`` + 1 of building ``b`` at x on its series."""
+    for i in range(row.first[b], row.first[b + 1]):
+        run.desk[state, i] = value_at(run.series, i, terms, x)
+        run.desk[state + 1, i] = slope_at(run.series, i, terms, x)
+
+
+@kernel
+def step_over(row, live, b, pull, rise, desk, state, out):
+    """Building ``b`` over one node interval, exactly, from rows ``state`` to rows ``out``."""
+    first, last = row.first[b], row.first[b + 1]
+    count = last - first
+    place = row.map_start[b]
+    if row.bends[b]:
+        settle_about(row, live, b, desk, state, -1.0)
+    for part in range(2):
+        for i in range(count):
+            total = 0.0
+            for j in range(count):
+                total += row.maps[place + j] * desk[state, first + j]
+            place += count
+            for j in range(count):
+                total += row.maps[place + j] * desk[state + 1, first + j]
+            place += count
+            total += row.maps[place] * pull + row.maps[place + 1] * rise
+            place += 2
+            desk[out + part, first + i] = total
+    if row.bends[b]:
+        settle_about(row, live, b, desk, state, 1.0)
+        settle_about(row, live, b, desk, out, 1.0)
+
+
+@kernel
+def settle_about(row, live, b, desk, state, sign):
+    """Add ``sign`` times the displacements at which a building rests, with the plastic drifts that it has."""
+    rest = 0.0
+    for i in range(row.first[b], row.first[b + 1]):
+        rest += row.floors[SOFT, i] * live[PLASTIC, i] / row.floors[SPRING, i]
+        desk[state, i] += sign * rest
+
+
+@kernel
+def bounds(row, live, b, rise, desk, state, here, spare):
+    """(2 E of ü, 2 E of its second derivative) of building ``b``; ``here`` is its row of ü, ``spare`` two free rows."""
+    first, last = row.first[b], row.first[b + 1]
+    motion, below = 0.0, 0.0
+    for i in range(first, last):
+        y = desk[state + 1, i] + row.floors[STATIC, i] * rise
+        motion += row.floors[MASS, i] * desk[here, i] ** 2 + live[TANGENT, i] * (y - below) ** 2
+        below = y
+    # Third and fourth derivatives of u, by the same equation once and twice differentiated.
+    derive(row, live, b, desk, state + 1, here, rise, spare)
+    derive(row, live, b, desk, here, spare, 0.0, spare + 1)
+    shake, below = 0.0, 0.0
+    for i in range(first, last):
+        shake += row.floors[MASS, i] * desk[spare + 1, i] ** 2 + live[TANGENT, i] * (desk[spare, i] - below) ** 2
+        below = desk[spare, i]
+    return motion, shake
+
+
+@kernel
+def derive(row, live, b, desk, place, speed, ground, out):
+    """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
+    first, last = row.first[b], row.first[b + 1]
+    below = 0.0
+    for i in range(first, last):
+        force = live[TANGENT, i] * (desk[place, i] - below)
+        below = desk[place, i]
+        desk[out, i] = -force
+        if i > first:
+            desk[out, i - 1] += force
+    for i in range(first, last):
+        drag = 0.0
+        for j in range(first, last):
+            drag += row.damping[i, j - first] * desk[speed, j]
+        desk[out, i] = (desk[out, i] - drag) * row.floors[INVERSE, i] - ground
+
+
+@kernel
+def lay_signal(row, run, signal, i, bottom, pull, rise, terms):
+    """The Taylor series of a watched signal of dof ``i`` onto the board; returns its number of terms.
+
+    ``bottom`` is true for the lowest dof of a building. The storey shear is that of `SHEAR` and of the yielding part.
+    """
+    board, series = run.board, run.series
+    if signal == SHAKE:
+        for n in range(terms - 2):
+            board[SIGNAL, n] = (n + 1) * (n + 2) * series[i, n + 2]
+        board[SIGNAL, 0] += pull
+        board[SIGNAL, 1] += rise
+        return terms - 2
+    for n in range(terms):
+        board[SIGNAL, n] = series[i, n] - (series[i - 1, n] if signal != PLACE and not bottom else 0.0)
+    if signal == FORCE:
+        stiffness = shear_stiffness(row, run.live, i)
+        for n in range(terms):
+            board[SIGNAL, n] *= stiffness
+        board[SIGNAL, 0] += run.live[CONSTANT, i]
+    return terms
+
+
+@kernel
+def shear_stiffness(row, live, i):
+    """What storey shear a further drift brings [N/m]: without the part of p_delta."""
+    return row.floors[SHEAR, i] + (live[TANGENT, i] - row.floors[SPRING, i])
+
+
+@kernel
+def raise_peaks(row, run, b, pull, rise, stop, terms):
+    """Raise the peaks of building ``b`` by those of its series on [0, stop]; a_g = pull + rise x."""
+    first, last = row.first[b], row.first[b + 1]
+    signals = (PLACE, DRIFT, SHAKE, FORCE)
+    count = 4 if row.bends[b] else 3
+    for i in range(first, last):
+        for number in range(count):
+            signal = signals[number]
+            raise_signal(row, run, signal, i, first, pull, rise, stop, terms)
+
+
+@kernel
+def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
+    """Raise the peak of one signal by that of its series on [0, stop]."""
+    count = lay_signal(row, run, signal, i, i == first, pull, rise, terms)
+    best = highest(run.board, SIGNAL, count, 1.0, stop, run.peaks[signal, i])
+    run.peaks[signal, i] = highest(run.board, SIGNAL, count, -1.0, stop, best)
+
+
+@kernel
+def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
+    """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
+
+    ``ends`` = (row of states at the start, at the end, of ü at the start, at the end). Returns whether its series is laid.
+    """
+    first, last = row.first[b], row.first[b + 1]
+    desk, peaks = run.desk, run.peaks
+    eighth = 0.125 * step * step
+    swing, shake = sqrt(energies[0]), sqrt(energies[1])
+    below = below_end = below_bend = 0.0
+    for i in range(first, last):
+        root = sqrt(row.floors[INVERSE, i])
+        bend = swing * root
+        here, there = desk[ends[0], i], desk[ends[1], i]
+        drift, drift_end = here - below, there - below_end
+        felt, felt_end = desk[ends[2], i] + pull, desk[ends[3], i] + (pull + rise * step)
+        peaks[PLACE, i] = max(peaks[PLACE, i], abs(there))
+        peaks[DRIFT, i] = max(peaks[DRIFT, i], abs(drift_end))
+        peaks[SHAKE, i] = max(peaks[SHAKE, i], abs(felt_end))
+        wanted = max(abs(here), abs(there)) + eighth * bend > peaks[PLACE, i]
+        drifts = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend) > peaks[DRIFT, i]
+        shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > peaks[SHAKE, i]
+        odd = not abs(there) + abs(felt_end) < inf
+        below, below_end, below_bend = here, there, bend
+        if (wanted or drifts or shakes or odd) and not laid:
+            lay_series(row, run, b, ends[0], pull, rise, terms)
+            laid = True
+        if wanted or odd:
+            raise_signal(row, run, PLACE, i, first, pull, rise, step, terms)
+        if drifts or odd:
+            raise_signal(row, run, DRIFT, i, first, pull, rise, step, terms)
+        if shakes or odd:
+            raise_signal(row, run, SHAKE, i, first, pull, rise, step, terms)
+    return laid
+
+
+@kernel
+def soften(row, live, i, branch):
+    """Set a storey's branch: 0 elastic about its plastic drift, ±1 yielding."""
+    live[BRANCH, i] = branch
+    soft = row.floors[SOFT, i]
+    if branch == 0.0:
+        live[TANGENT, i] = row.floors[SPRING, i]
+        live[CONSTANT, i] = -soft * live[PLASTIC, i]
+    else:
+        live[TANGENT, i] = row.floors[SPRING, i] - soft
+        live[CONSTANT, i] = branch * soft * row.floors[LIMIT, i]

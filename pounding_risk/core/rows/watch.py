@@ -1,0 +1,313 @@
+"""Peaks within a step in contact: forces, distances, displacements, drifts and accelerations of the continuous motion.
+
+A crest between both ends of a step is searched for only where the tangents at the ends leave room for a new peak.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+from pounding_risk._jit import kernel, model_of
+from pounding_risk.core.collide import ELASTIC
+from pounding_risk.core.rows.chain import shear_stiffness
+from pounding_risk.core.rows.events import across_between, drift_in
+from pounding_risk.core.rows.flight import across
+from pounding_risk.core.rows.layout import (
+    A_END,
+    A_NUDGED,
+    A_PEEK,
+    A_START,
+    BOTTOM,
+    CLOSED,
+    CONSTANT,
+    DRIFT,
+    END,
+    END_FORCE,
+    END_RISE,
+    FORCE,
+    GAP,
+    J_END,
+    J_START,
+    LAST,
+    NOW,
+    NUDGED,
+    PEAK,
+    PEEK,
+    PLACE,
+    PLATEAU,
+    REGION,
+    SHAKE,
+    SLOPE,
+    SLOPES,
+    SPRING,
+    START_FORCE,
+    START_RISE,
+    STRENGTH,
+    TANGENT,
+)
+from pounding_risk.core.rows.stage import between, ground_at, load, spread, transmitted, uncapped
+from pounding_risk.core.rows.touch import note_yield
+from pounding_risk.core.tally import FIRST_YIELD, LOWEST_FORCE
+
+PUSH, REACH = 4, 5  # what is watched beside the signals of a dof
+
+
+@kernel
+def reading(row, run, law, group, what, k, x, span, terms):
+    """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
+    if what == PLACE:
+        return between(run, 0, k, x)
+    if what == DRIFT:
+        return between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
+    clock = span[0] + x * span[1]
+    if what == SHAKE:
+        for i in range(group.low, group.high):
+            run.desk[PEEK, i] = between(run, 0, i, x)
+            run.desk[PEEK + 1, i] = between(run, 1, i, x)
+        pull = ground_at(group, clock)
+        load(row, run, law, group, PEEK, pull, A_PEEK)
+        return run.desk[A_PEEK, k] + pull
+    after = group.origin + clock * clock * clock * clock - span[2]
+    place = across_between(row, run, group, k, 0, x, after, terms)
+    if what == REACH:
+        return place
+    rate = across_between(row, run, group, k, 1, x, after, terms)
+    return uncapped(model_of(law, run.laws, k), run, k, max(place - run.book[k, GAP], 0.0), rate)
+
+
+@kernel
+def crest(row, run, law, group, what, k, sign, span, terms):
+    """(largest sign × reading inside the step, its place): golden section with parabolic steps (Brent 1973, ch. 5)."""
+    golden = 0.381966011250105
+    low, high = 0.0, 1.0
+    x = w = v = golden
+    fx = -sign * reading(row, run, law, group, what, k, x, span, terms)
+    fw = fv = fx
+    step = before = 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        close = 1e-6 + 1e-8 * x
+        if abs(x - middle) <= 2.0 * close - 0.5 * (high - low):
+            break
+        parabola = False
+        if abs(before) > close:
+            r, q = (x - w) * (fx - fv), (x - v) * (fx - fw)
+            p = (x - v) * q - (x - w) * r
+            q = 2.0 * (q - r)
+            p = -p if q > 0.0 else p
+            q = abs(q)
+            parabola = abs(p) < abs(0.5 * q * before) and q * (low - x) < p < q * (high - x)
+            before = step
+            if parabola:
+                step = p / q
+        if not parabola:
+            before = high - x if x < middle else low - x
+            step = golden * before
+        if abs(step) < close:
+            step = close if step >= 0.0 else -close
+        u = x + step
+        fu = -sign * reading(row, run, law, group, what, k, u, span, terms)
+        if fu <= fx:
+            low, high = (x, high) if u >= x else (low, x)
+            v, w, x, fv, fw, fx = w, x, u, fw, fx, fu
+        else:
+            low, high = (u, high) if u < x else (low, u)
+            if fu <= fw or w == x:
+                v, w, fv, fw = w, u, fw, fu
+            elif fu <= fv or v == x or v == w:
+                v, fv = u, fu
+    return -fx, x
+
+
+@kernel
+def hides(here, there, rise, fall, s, h, best):
+    """True where a signal with these end values and slopes may pass ``best`` between both ends of a step."""
+    if fall >= 0.0:
+        return False
+    if s == 0.0:
+        # The slope at the touch itself is no measure of what follows.
+        return True
+    if rise <= 0.0:
+        return False
+    return max(here, there) + h * rise * fall / (fall - rise) > best
+
+
+@kernel
+def raise_from(row, run, law, group, what, k, best, ends, span, terms, laid):
+    """(max(best, |signal| over the step), whether the step is laid out); ``ends`` = values and slopes at both ends."""
+    here, there, rise, fall = ends
+    best = max(best, abs(there))
+    # Error control keeps a step from hiding a crest twice as high as both its ends.
+    if 2.0 * max(abs(here), abs(there)) > best:
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            if hides(sign * here, sign * there, sign * rise, sign * fall, span[0], span[1], best):
+                if not laid:
+                    spread(row, run, law, group, span[0], span[1])
+                    laid = True
+                best = max(best, crest(row, run, law, group, what, k, sign, span, terms)[0])
+    return best, laid
+
+
+@kernel
+def accelerations(row, run, law, group, s, h, at_end):
+    """ü at one end of the step into A_START or A_END, and its slope per unit of s into J_START or J_END."""
+    desk = run.desk
+    state, line = (END, SLOPE + LAST) if at_end else (NOW, SLOPE)
+    out, rises = (A_END, J_END) if at_end else (A_START, J_START)
+    place = s + h if at_end else s
+    nudge = 1e-7 * h
+    load(row, run, law, group, state, ground_at(group, place), out)
+    for i in range(group.low, group.high):
+        desk[NUDGED, i] = desk[state, i] + nudge * desk[line, i]
+        desk[NUDGED + 1, i] = desk[state + 1, i] + nudge * desk[line + SLOPES, i]
+    load(row, run, law, group, NUDGED, ground_at(group, place + nudge), A_NUDGED)
+    before, ahead = ground_at(group, place), ground_at(group, place + nudge)
+    for i in range(group.low, group.high):
+        desk[rises, i] = ((desk[A_NUDGED, i] + ahead) - (desk[out, i] + before)) / nudge
+
+
+@kernel
+def watch_floors(row, run, law, group, span, terms, laid):
+    """Peaks of every dof of the group over an accepted step; returns whether the step is laid out."""
+    desk, peaks = run.desk, run.peaks
+    s, h = span[0], span[1]
+    cube = s * s * s
+    shaken = s == 0.0
+    end = s + h
+    clock, pull, pull_end = 4.0 * cube, ground_at(group, s), ground_at(group, end)
+    clock_end = 4.0 * end * end * end
+    for i in range(group.low, group.high):
+        line, last = SLOPE, SLOPE + LAST
+        ends = desk[NOW, i], desk[END, i], desk[line, i], desk[last, i]
+        peaks[PLACE, i], laid = raise_from(row, run, law, group, PLACE, i, peaks[PLACE, i], ends, span, terms, laid)
+        ends = (
+            drift_in(row, desk, NOW, i),
+            drift_in(row, desk, END, i),
+            drift_in(row, desk, line, i),
+            drift_in(row, desk, last, i),
+        )
+        best = peaks[DRIFT, i]
+        peaks[DRIFT, i], laid = raise_from(row, run, law, group, DRIFT, i, best, ends, span, terms, laid)
+        if run.live[CONSTANT, i] != 0.0 or peaks[FORCE, i] > 0.0 or run.live[TANGENT, i] != row.floors[SPRING, i]:
+            # The shear turns where the drift does; between events it is linear in it.
+            stiffness, constant = shear_stiffness(row, run.live, i), run.live[CONSTANT, i]
+            for at in range(2):
+                peaks[FORCE, i] = max(peaks[FORCE, i], abs(stiffness * ends[at] + constant))
+        if not shaken:
+            felt = desk[line + SLOPES, i] / clock + pull
+            felt_end = desk[last + SLOPES, i] / clock_end + pull_end
+            peaks[SHAKE, i] = max(peaks[SHAKE, i], abs(felt_end))
+            shaken = 2.0 * max(abs(felt), abs(felt_end)) > peaks[SHAKE, i]
+    if shaken:
+        accelerations(row, run, law, group, s, h, False)
+        accelerations(row, run, law, group, s, h, True)
+        for i in range(group.low, group.high):
+            ends = desk[A_START, i] + pull, desk[A_END, i] + pull_end, desk[J_START, i], desk[J_END, i]
+            best = max(peaks[SHAKE, i], abs(ends[0]))
+            peaks[SHAKE, i], laid = raise_from(row, run, law, group, SHAKE, i, best, ends, span, terms, laid)
+    return laid
+
+
+@kernel
+def watch_points(row, run, law, group, watch, span, terms, now, laid):
+    """Peak forces of closed contacts and extremes of all distances; returns whether the step is laid out.
+
+    ``now`` = time of the clock's origin.
+    """
+    book, desk = run.book, run.desk
+    for k in range(row.start[watch[0]], row.start[watch[1]]):
+        inside = row.start[group.first] <= k < row.start[group.last]
+        if inside and book[k, CLOSED] > 0.0:
+            laid = watch_force(row, run, law, group, k, span, terms, now, laid)
+        else:
+            here, there = across(row, k, desk, NOW), across(row, k, desk, END)
+            rise, fall = across(row, k, desk, SLOPE), across(row, k, desk, SLOPE + LAST)
+            run.reach[0, k], laid = raise_reach(
+                row, run, law, group, k, 1.0, run.reach[0, k], (here, there, rise, fall), span, terms, laid
+            )
+            lowest, laid = raise_reach(
+                row, run, law, group, k, -1.0, -run.reach[1, k], (-here, -there, -rise, -fall), span, terms, laid
+            )
+            run.reach[1, k] = -lowest
+    return laid
+
+
+@kernel
+def raise_reach(row, run, law, group, k, sign, best, ends, span, terms, laid):
+    """(max(best, sign × distance over the step), whether the step is laid out)."""
+    here, there, rise, fall = ends
+    best = max(best, there)
+    # At a touch elsewhere the motion goes on smoothly here: its slope in time is the measure.
+    if hides(here, there, rise, fall, span[0], span[1], best) and (span[0] > 0.0 or there > here):
+        if not laid:
+            spread(row, run, law, group, span[0], span[1])
+            laid = True
+        best = max(best, crest(row, run, law, group, REACH, k, sign, span, terms)[0])
+    return best, laid
+
+
+@kernel
+def watch_force(row, run, law, group, k, span, terms, now, laid):
+    """Peak uncapped force of one contact over a step, the yield that it may be, and the lowest force of a law that pulls."""
+    book, tally = run.book, run.tally
+    here, there, rise, fall = book[k, START_FORCE], book[k, END_FORCE], book[k, START_RISE], book[k, END_RISE]
+    before = book[k, PEAK]
+    best = max(before, here)
+    if 2.0 * max(here, there) > best:
+        best = max(best, there)
+        if hides(here, there, rise, fall, span[0], span[1], best):
+            if not laid:
+                spread(row, run, law, group, span[0], span[1])
+                laid = True
+            best = max(best, crest(row, run, law, group, PUSH, k, 1.0, span, terms)[0])
+    if best > before and run.levels.size > 0:
+        laid = time_levels(row, run, law, group, k, best, span, terms, now, laid)
+    book[k, PEAK] = best
+    if model_of(law, run.laws, k).floor() == -inf:
+        lowest = min(here, there)
+        if 2.0 * lowest < tally[k, LOWEST_FORCE]:
+            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, tally[k, LOWEST_FORCE])):
+                if not laid:
+                    spread(row, run, law, group, span[0], span[1])
+                    laid = True
+                lowest = min(lowest, -crest(row, run, law, group, PUSH, k, -1.0, span, terms)[0])
+            tally[k, LOWEST_FORCE] = min(tally[k, LOWEST_FORCE], lowest)
+    if int(book[k, REGION]) == ELASTIC and book[k, STRENGTH] < inf and best > before and best >= book[k, STRENGTH]:
+        # A crest that just passes F_E is a yield too, though no branch of it is landed on.
+        end = span[0] + span[1]
+        note_yield(run, k, now + end * end * end * end)
+    if int(book[k, REGION]) > ELASTIC:
+        delta = max(across(row, k, run.desk, END) - book[k, GAP], 0.0)
+        rate = across(row, k, run.desk, END + 1)
+        force = transmitted(model_of(law, run.laws, k), run, k, delta, rate)
+        book[k, PLATEAU] = max(book[k, PLATEAU], force)
+    return laid
+
+
+@kernel
+def time_levels(row, run, law, group, k, best, span, terms, now, laid):
+    """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
+    for level in range(run.levels.size):
+        if run.levels[level] > best or not run.first[k, level] != run.first[k, level]:
+            continue
+        x = 0.0
+        if run.book[k, START_FORCE] < run.levels[level]:
+            if not laid:
+                spread(row, run, law, group, span[0], span[1])
+                laid = True
+            low, high = 0.0, 1.0
+            if run.book[k, END_FORCE] < run.levels[level]:
+                high = crest(row, run, law, group, PUSH, k, 1.0, span, terms)[1]
+            for _ in range(50):
+                x = 0.5 * (low + high)
+                if reading(row, run, law, group, PUSH, k, x, span, terms) < run.levels[level]:
+                    low = x
+                else:
+                    high = x
+            x = high
+        s = span[0] + x * span[1]
+        run.first[k, level] = now + s * s * s * s
+        if run.tally[k, FIRST_YIELD] != run.tally[k, FIRST_YIELD]:
+            run.tally[k, FIRST_YIELD] = run.first[k, level]
+    return laid

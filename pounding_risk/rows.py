@@ -1,0 +1,313 @@
+"""A row of buildings under one ground motion: laid out once, run with and without contact.
+
+The buildings are chains of masses (`chains`), the contact points places on them (`contact_points`). Between contacts
+the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and lands on every event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, floor, inf
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from pounding_risk._jit import lowered, numbers_of
+from pounding_risk.core.collide import make_desk
+from pounding_risk.core.rows.layout import (
+    BOTTOM,
+    DRIFT,
+    ENERGY,
+    FORCE,
+    GREW,
+    INVERSE,
+    LIMIT,
+    MASS,
+    PLASTIC,
+    RESIDUAL,
+    SHEAR,
+    SOFT,
+    SPRING,
+    STATIC,
+    STATUS,
+    STEPS,
+    Row,
+    new_run,
+)
+from pounding_risk.core.rows.layout import NODE as AT_END
+from pounding_risk.core.rows.march import WATCHED, march
+from pounding_risk.core.series import MAX_TERMS
+from pounding_risk.core.tally import TALLIED
+from pounding_risk.models.contact import Linear
+from pounding_risk.models.restitution import Restitution, constant
+
+if TYPE_CHECKING:
+    from pounding_risk.chains import Chain
+
+POINT_COLUMNS = TALLIED + 2
+GREW_STATUS = WATCHED
+HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
+
+
+class Contacts(NamedTuple):
+    """What stands at the contact points of a row, K values each."""
+
+    gaps: np.ndarray  # m
+    yield_forces: np.ndarray  # N, inf never yields
+    laws: Sequence[Any]  # of one class
+    restitutions: Sequence[Restitution]
+    watched: np.ndarray | None = None  # where a touch ends the run; None is nowhere
+    fastest: np.ndarray | None = None  # `FreeRow.fastest`, found anew where it is not given [m/s]
+
+
+class RowRun(NamedTuple):
+    """What a run of a row leaves; K contact points, D dofs of all buildings in turn."""
+
+    points: np.ndarray  # (K, POINT_COLUMNS) the tally by place, then highest and lowest u_left − u_right
+    floors: np.ndarray  # (D, 4) largest |u|, |drift|, |storey shear|, |absolute acceleration|
+    rest: np.ndarray  # (D, 2) drift at the end, plastic drift then
+    status: int
+    steps: int
+    energy: float  # largest at a touch or parting [J]
+    residual: float  # what the contacts leave unaccounted for [J]
+    grew: int  # a watched point that was touched, −1 where none was
+    fastest: np.ndarray  # (K,) peak closing or parting speed at nodes, of a run without contact [m/s]
+    first: np.ndarray  # (K, L) when a force first reaches a level
+    reached: np.ndarray  # (K, L) contacts in which it does
+    states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for
+
+
+class Laid(NamedTuple):
+    """A row as the kernels have it, for samples ``dt`` apart."""
+
+    row: Row
+    dt: float
+    parts: int  # node intervals a sample
+    terms: int  # of the Taylor series over one of them
+
+    @property
+    def step(self) -> float:
+        """Time from node to node [s]."""
+        return self.dt / self.parts
+
+
+def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
+    """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
+
+    A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
+    Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
+    2.5 rad between them, so that a Taylor series sums to rounding over every interval.
+    """
+    rate = max((_rate(chain) for chain in chains), default=0.0)
+    parts = max(1, ceil(rate * dt / 2.5))
+    step, terms, size = dt / parts, 4, 1.0
+    while size > 1e-19 and terms < MAX_TERMS:
+        size *= max(rate * step, 1e-3) / (terms - 3)
+        terms += 1
+    counts = [chain.mass.size for chain in chains]
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    floors = np.zeros((8, int(first[-1])))
+    damping = np.zeros((int(first[-1]), max([1, *counts])))
+    maps: list[np.ndarray] = []
+    for place, chain in zip(first, chains, strict=False):
+        here = slice(int(place), int(place) + chain.mass.size)
+        _lay_floors(floors[:, here], chain)
+        damping[here, : chain.mass.size] = chain.damping
+        maps.append(_map(chain, step))
+    interfaces = [int(point.interface) for point in points]
+    if interfaces != sorted(interfaces):
+        raise ValueError("contact points are not in the order of their interfaces")
+    ends = np.full((len(points), 4), -1, dtype=np.int64)
+    shares = np.zeros((len(points), 4))
+    for k, point in enumerate(points):
+        for side, level in enumerate((point.left_floor, point.right_floor)):
+            b = int(point.interface) + side
+            for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
+                ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
+                shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
+    row = Row(
+        first,
+        np.searchsorted(interfaces, np.arange(len(chains))).astype(np.int64),
+        ends,
+        shares,
+        floors,
+        damping,
+        np.concatenate([*maps, np.zeros(1)]),
+        np.concatenate([[0], np.cumsum([each.size for each in maps])[:-1]]).astype(np.int64),
+        np.array([bool(np.isfinite(chain.strength).any()) for chain in chains], dtype=np.int64),
+    )
+    return Laid(row, float(dt), parts, terms)
+
+
+def cut_out(laid: Laid, first: int, last: int) -> Laid:
+    """The layout of the buildings ``first`` to ``last`` of a row alone, with the contact points between them.
+
+    Its nodes are those of the whole row, so that what moves alone in either moves the same, to the bit.
+    """
+    row = laid.row
+    dofs, points = slice(row.first[first], row.first[last + 1]), slice(row.start[first], row.start[last])
+    starts = np.append(row.map_start, row.maps.size - 1)
+    maps = slice(starts[first], starts[last + 1])
+    ends = row.ends[points]
+    return laid._replace(
+        row=Row(
+            row.first[first : last + 2] - dofs.start,
+            row.start[first : last + 1] - points.start,
+            np.where(ends < 0, -1, ends - dofs.start),
+            row.shares[points].copy(),
+            row.floors[:, dofs].copy(),
+            row.damping[dofs].copy(),
+            np.append(row.maps[maps], 0.0),
+            row.map_start[first : last + 1] - maps.start,
+            row.bends[first : last + 1].copy(),
+        )
+    )
+
+
+def _rate(chain: Chain) -> float:
+    """The largest |eigenvalue| of the motion [1/s]."""
+    return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())
+
+
+def _stiffness(spring: np.ndarray) -> np.ndarray:
+    above = np.append(spring[1:], 0.0)
+    return np.diag(spring + above) - np.diag(spring[1:], 1) - np.diag(spring[1:], -1)
+
+
+def _motion(chain: Chain) -> np.ndarray:
+    """d/dt of (u, v, a_g, its slope)."""
+    n = chain.mass.size
+    a = np.zeros((2 * n + 2, 2 * n + 2))
+    a[:n, n : 2 * n] = np.eye(n)
+    a[n : 2 * n, :n] = -_stiffness(chain.spring) / chain.mass[:, None]
+    a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
+    a[n : 2 * n, 2 * n] = -1.0
+    a[2 * n, 2 * n + 1] = 1.0
+    return a
+
+
+def _map(chain: Chain, step: float) -> np.ndarray:
+    """(u, v) after a node interval from (u, v, a_g, its slope), row by row."""
+    n = chain.mass.size
+    return expm(_motion(chain) * step)[: 2 * n].ravel() if n else np.zeros(0)
+
+
+def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
+    """The rows of `Row.floors` of one building."""
+    if chain.mass.size == 0:
+        return
+    floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
+    floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
+    floors[LIMIT] = chain.strength / chain.shear
+    floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
+    floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
+    floors[BOTTOM, 0] = 1.0
+
+
+def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
+    """Dofs and their shares of the place at a floor number; dof −1 is the ground."""
+    if chain.mass.size == 0:
+        return [(-1, 0.0), (-1, 0.0)]
+    above = ceil(level)
+    share = 1.0 if above == floor(level) else level - floor(level)
+    if not 0 <= above <= chain.mass.size - chain.foundations:
+        raise ValueError(f"floor {level:g} is not one of a building of {chain.mass.size - chain.foundations} floors")
+    upper = above - 1 + chain.foundations
+    return [(upper, share), (upper - 1, 1.0 - share)] if share < 1.0 else [(upper, 1.0), (-1, 0.0)]
+
+
+def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
+    """a_g at the nodes; NaN from the first sample on that is not finite."""
+    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    count = (len(known) - 1) * laid.parts + 1
+    return np.interp(np.arange(count) / laid.parts, np.arange(len(known)), known)
+
+
+def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
+    """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
+    points = laid.row.ends.shape[0]
+    contacts = Contacts(
+        np.full(points, inf),
+        np.full(points, inf),
+        [Linear(1.0)] * points,
+        [constant(1.0)] * points,
+        None,
+        np.zeros(points),
+    )
+    return _run(laid, contacts, acceleration, 1e-6, np.zeros(0), survey=True, states=states)
+
+
+def run_row(
+    laid: Laid,
+    contacts: Contacts,
+    acceleration: np.ndarray,
+    *,
+    rtol: float = 1e-6,
+    levels: np.ndarray | None = None,
+    states: bool = False,
+) -> RowRun:
+    """The row with its contacts under a_g [m/s²] at the samples of its layout, from rest.
+
+    ``levels`` [N, ascending] are forces whose first reaching is timed at every point, and whose contacts are counted: a
+    law without a cap answers so for every yield force. ``states`` keeps u and v at every node.
+    """
+    if contacts.fastest is None:
+        contacts = contacts._replace(fastest=free_row(laid, acceleration).fastest)
+    times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
+    return _run(laid, contacts, acceleration, rtol, times, survey=False, states=states)
+
+
+def _run(
+    laid: Laid,
+    contacts: Contacts,
+    acceleration: np.ndarray,
+    rtol: float,
+    levels: np.ndarray,
+    *,
+    survey: bool,
+    states: bool,
+) -> RowRun:
+    row, points = laid.row, laid.row.ends.shape[0]
+    ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
+    laws = [lowered(law) for law in contacts.laws] or [lowered(Linear(1.0))]
+    rules = [lowered(rule) for rule in contacts.restitutions] or [lowered(constant(1.0))]
+    kinds = {type(law) for law in laws}
+    if len(kinds) > 1:
+        raise ValueError(f"one law for all contacts of a row, not {', '.join(kind.__name__ for kind in kinds)}")
+    watched = np.zeros(points) if contacts.watched is None else np.asarray(contacts.watched, dtype=np.float64)
+    run = new_run(
+        row,
+        (
+            np.array(contacts.gaps, dtype=np.float64),
+            np.array(contacts.yield_forces, dtype=np.float64),
+            np.array([numbers_of(law) for law in laws]),
+            np.array([numbers_of(rule) for rule in rules]),
+            watched,
+            np.zeros(points) if survey else np.array(contacts.fastest, dtype=np.float64),
+        ),
+        levels,
+        make_desk(rtol),
+    )
+    dofs = row.floors.shape[1]
+    kept = np.zeros((ground.size if states else 0, 2, dofs))
+    march(row, run, laws[0], rules[0], ground, laid.step, laid.terms, float(rtol), survey, kept)
+    floors = np.ascontiguousarray(run.peaks.T)
+    elastic = np.repeat(row.bends == 0, np.diff(row.first))
+    floors[elastic, FORCE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT]
+    at_end = run.desk[AT_END]
+    drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[:dofs])
+    return RowRun(
+        np.column_stack([run.tally, run.reach.T]) if points else np.zeros((0, POINT_COLUMNS)),
+        floors,
+        np.column_stack([drift, run.live[PLASTIC]]),
+        int(run.whole[STATUS]),
+        int(run.whole[STEPS]),
+        float(run.whole[ENERGY]),
+        float(run.whole[RESIDUAL]),
+        int(run.whole[GREW]),
+        run.fastest,
+        run.first,
+        run.reached,
+        kept,
+    )
