@@ -29,6 +29,8 @@ _HOMES = {
     "assess": "assessment",
     "view": "explorer",
     "report": "reports",
+    "block": "blocks",
+    "read_block": "blocks",
     "open_results": "results",
     "save": "results",
 }

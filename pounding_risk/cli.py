@@ -14,6 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from pounding_risk.cli_assess import assess
+from pounding_risk.cli_block import block
 from pounding_risk.cli_input import (
     FIGURES,
     Blow,
@@ -388,3 +389,4 @@ app.command()(separations)
 app.command()(assess)
 app.command()(view)
 app.command()(report)
+app.command()(block)
