@@ -178,7 +178,7 @@ ASSESSED = (
 DRAWN = [
     name
     for name in NAMES
-    if re.fullmatch(rf"figures.*|results\.py|explorer\.py|row_findings\.py|animation\.py|reports/.*|{ASSESSED}", name)
+    if re.fullmatch(rf"figures.*|results\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}", name)
 ]
 
 

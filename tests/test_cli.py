@@ -38,6 +38,7 @@ COMMANDS = (
     "assess",
     "view",
     "report",
+    "draw",
     "block",
 )
 SCENE = """\
