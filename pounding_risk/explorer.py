@@ -139,7 +139,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
     dataset = _prepared(dataset)
     pickers = [str(dim) for dim in dataset["status"].dims if dim not in MAP]
     # Of a row the page shows one interface and the two buildings beside it.
-    pickers += [dim for dim in ("interface",) if dim in dataset.dims]
+    pickers += [dim for dim in ("interface",) if dim in dataset.dims and dim not in pickers]
     axes = [*pickers, *MAP, *(dim for dim in ("building",) if dim in dataset.dims)]
     return {
         "title": str(dataset.attrs.get("title") or "Results of a scan"),

@@ -80,7 +80,7 @@ def plan_finding(cases: Sequence[RowCase]) -> str:
 
 def _of_rows(cases: Sequence[RowCase]) -> dict[Key, Rings]:
     """Nominal footprints: buildings of a row left to right, rows one above the other from the top down."""
-    found = {}
+    found: dict[Key, Rings] = {}
     for number, case in enumerate(cases):
         low = -number * (DEPTH + ALLEY)
         for at, building in enumerate(case.buildings):

@@ -160,6 +160,8 @@ def _panel(axis: Any, case: RowCase, building: int, name: str) -> None:
     levels = np.array(case.buildings[building].levels)
     for values, (colour, dash) in ((found.free, WITHOUT), (found.struck, WITH)):
         heights, (low, middle, high) = _against_height(levels, values, quantity.of_storey)
+        if heights.size == 1:  # one floor: no area between its ends
+            axis.plot([low[0], high[0]], [heights[0]] * 2, color=colour, alpha=0.3, linewidth=5.0)
         axis.fill_betweenx(heights, low, high, color=colour, alpha=0.18, linewidth=0.0)
         marker = "" if quantity.of_storey else "."
         axis.plot(middle, heights, color=colour, linestyle=dash, linewidth=1.9, marker=marker, markersize=7)

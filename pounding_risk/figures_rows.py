@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 WIDTH = 9.0  # m, of every building as drawn
 WIDEST_GAP = 1.5  # m, as drawn
-LETTERS_AN_INCH = 10.0  # of a title
+LETTERS_AN_INCH = 11.0  # of a title
 ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # by which gaps are drawn larger than they are
 ON_A_LINE = 8  # buildings; a longer row is drawn in several lines
 CROWDED = 8  # contact points of an interface; of more, only some have their numbers written
@@ -52,7 +52,7 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
     lines = _lines(case)
     tallest = max(building.height for building in case.buildings)
     across = max(line.last - line.first + 1 for line in lines)
-    size = (max(7.2, 1.5 + 1.75 * across), 1.6 + len(lines) * (1.5 + min(max(0.16 * tallest, 2.0), 5.5)))
+    size = (max(8.6, 1.5 + 1.75 * across), 1.6 + len(lines) * (1.5 + min(max(0.16 * tallest, 2.0), 5.5)))
     figure, axes = blank(len(lines), 1, size)
     picture: Any = None
     for axis, line in zip(axes[:, 0], lines, strict=True):
