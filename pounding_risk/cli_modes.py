@@ -24,7 +24,7 @@ def modes(
     ] = NONE,
     figure: Figure = None,
 ) -> None:
-    """How each building of a scene vibrates: periods, participation and damping of its modes."""
+    """How each building vibrates: periods, participation, damping."""
     figure_file = writable("--figure", figure, FIGURES)
     from pounding_risk.cli_output import draw, print_table
     from pounding_risk.modal import modes as run

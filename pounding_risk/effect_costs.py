@@ -18,7 +18,7 @@ from pounding_risk.ladder import bench_of, run_event
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, refusal
 from pounding_risk.quantities import Quantity, parse
 from pounding_risk.results import as_text, check_target, save
-from pounding_risk.study import Effect, Study, known_law
+from pounding_risk.study import Effect, Study, known_law, needs_pair
 
 NONE, ALL = "none", "all together"
 CASES_TIMED = 24
@@ -56,6 +56,7 @@ def effects(
     target = None if out is None else check_target(out)
     study = as_study(study)
     _check_pair(study)
+    needs_pair(study, "effects")
     laws = study.grid.contact_models
     asked = study.effects or tuple(_example(name) for name in EFFECTS if any(_acts(name, law) for law in laws))
     taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))

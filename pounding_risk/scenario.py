@@ -83,6 +83,7 @@ from pounding_risk.study import (
     Grid,
     Study,
 )
+from pounding_risk.typologies import TYPOLOGIES
 
 __all__ = [
     "EqualTerms",
@@ -158,6 +159,8 @@ class BuildingTable(Section):
     storey_heights: Annotated[tuple[float, ...] | float, storeyed(STOREY_HEIGHT)] = ()
     storey_strengths: Annotated[tuple[float, ...] | float, storeyed(STOREY_STRENGTH)] = ()
     storeys: Annotated[int, Reads(scene_keys.storey_count, {"type": "integer"})] = 0
+    typology: Annotated[str, Reads(scene_keys.one_of(list(TYPOLOGIES), "a typology"), {"enum": list(TYPOLOGIES)})] = ""
+    floor_mass: Annotated[float, measured(FLOOR_MASS)] = 0.0
     damping_rule: Annotated[
         str, Reads(scene_keys.one_of(DAMPING_RULES, "a rule of damping"), {"enum": list(DAMPING_RULES)})
     ] = DAMPING_RULES[0]

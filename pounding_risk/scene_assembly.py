@@ -78,11 +78,11 @@ def assembled(tables: Any, origin: Origin, row: bool) -> tuple[Study, list[Fault
 
 
 def _buildings(tables: list[Any], effects: tuple[Effect, ...]) -> tuple[tuple[Building | Storeys, ...], list[Fault]]:
-    """The buildings, and a fault for each that an effect on buildings does not fit."""
+    """The buildings, and a fault for each that is none, or that an effect on buildings does not fit."""
     found, faults = [], []
     for index, table in enumerate(tables):
-        found.append(building_of(table))
         try:
+            found.append(building_of(table))
             chain_of(found[-1], effects)
         except PoundingError as error:
             faults.append(Fault(("building", index), str(error)))

@@ -25,7 +25,8 @@ from pounding_risk.quantities import (
     shown,
 )
 from pounding_risk.scene_text import Fault, tables
-from pounding_risk.storeys import Storeys
+from pounding_risk.storeys import Storeys, generated
+from pounding_risk.typologies import TYPOLOGIES
 
 RIGID, MASS_ALONE, STOREYS, GENERATED = "rigid", "mass", "storeys", "generated"
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights")  # what tells the storeys, each a list or one value
@@ -53,6 +54,7 @@ ABSENT = {
     "storey_heights": 'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
     "height": 'missing; write height = "12 m", of the roof above the ground',
     "storeys": "missing; write storeys = 4",
+    "typology": f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
     "floor_mass": 'missing; write floor_mass = "200 t", of every floor',
 }
 
@@ -167,7 +169,7 @@ def _lengths(base: tuple[str, int], keys: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def building_of(table: Any) -> Building | Storeys:
-    """The building of a table without a fault."""
+    """The building of a table without a fault; raises PoundingError for a height that its code's period is not for."""
     kind = kind_of({key: getattr(table, key) for key in table.model_fields_set})
     if kind == RIGID:
         return Building.rigid(table.name, table.mass)._replace(height=table.height)
@@ -175,6 +177,17 @@ def building_of(table: Any) -> Building | Storeys:
         period = table.period or 2.0 * pi * sqrt(table.mass / table.stiffness)
         lengths = table.floor_length, table.wave_speed
         return Building(table.name, table.mass, period, table.damping, *lengths, table.height)
+    if kind == GENERATED:
+        return generated(
+            table.name,
+            height=table.height,
+            storeys=table.storeys,
+            typology=table.typology,
+            floor_mass=table.floor_mass,
+            period=table.period or None,
+            damping=table.damping,
+            damping_rule=table.damping_rule,
+        )
     lists = [getattr(table, key) for key in (*LISTS, "storey_strengths")]
     count = table.storeys or next(len(values) for values in lists if isinstance(values, tuple) and values)
     masses, stiffnesses, heights, strengths = (

@@ -10,12 +10,12 @@ from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, refusal
-from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
+from pounding_risk.models.instant import CONTACT_MODELS, INSTANT_LAWS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.quantities import QuantityError, parse
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, RELATIONS, least_of, misfit, out_of_reach, related
 from pounding_risk.scene_buildings import building_checks
-from pounding_risk.scene_row import lacks_gap, most_interfaces, row_checks
+from pounding_risk.scene_row import is_row, lacks_gap, most_interfaces, row_checks
 from pounding_risk.scene_text import Fault, as_list, table, tables
 from pounding_risk.study import EQUAL_TERMS
 
@@ -58,6 +58,7 @@ def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
 def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
     grid, interfaces = table(raw, "grid"), tables(raw, "interface")[: most_interfaces(raw)]
     named = next((keys["contact_model"] for _, keys in interfaces if "contact_model" in keys), None)
+    refused = isinstance(named, str) and named in INSTANT_LAWS and is_row(raw)  # which says what to choose instead
     for index, keys in interfaces:
         base = ("interface", index)
         if "gap" not in keys and lacks_gap(raw, index):
@@ -68,7 +69,7 @@ def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
                 f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}',
                 absent=True,
             )
-        yield from _laws(index, keys, grid, named)
+        yield from _laws(index, keys, grid, None if refused else named)
 
 
 def _named(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:

@@ -21,10 +21,10 @@ from pounding_risk.quantities import EXAMPLES, RESTITUTION, Quantity, parse, sho
 from pounding_risk.relations import AS_PUBLISHED, faults
 from pounding_risk.scene_checks import LATER_RESTITUTION
 from pounding_risk.scene_text import nearest
+from pounding_risk.storeys import MOST_STOREYS
 from pounding_risk.study import EQUAL_TERMS, Effect, unknown_law
 
 LONGEST_AXIS = 10_000  # values of one grid key
-MOST_STOREYS = 200
 SIDES = ("left", "right")
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
 

@@ -55,6 +55,13 @@ KEYS: dict[str, dict[str, Key]] = {
             f"Yield shear of each storey, for inelastic_storeys: {_STOREYS}.", '"1400 kN"', "storeys stay elastic"
         ),
         "storeys": Key("How many storeys, where no list tells it.", "4", "as many as the lists have values"),
+        "typology": Key(
+            "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
+            "that of period, and a stated shape of the first mode.",
+            '"concrete_frame"',
+            "storeys are not generated",
+        ),
+        "floor_mass": Key("Mass of every floor of generated storeys.", '"200 t"', "storeys are not generated"),
         "damping_rule": Key(
             "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
             '"rayleigh"',

@@ -37,7 +37,7 @@ from pounding_risk.typologies import known_typology
 Array = NDArray[np.float64]
 
 DAMPING_RULES = ("modal", "rayleigh", "stiffness")
-MOST_STOREYS = 200  # of a generated building
+MOST_STOREYS = 200  # of a building that a scene describes
 RAYLEIGH_SHARE = 0.95  # of the mass: Rayleigh's second mode is the one by which the modes carry so much of it
 
 

@@ -62,6 +62,25 @@ class Typology(NamedTuple):
             )
         return self.code.coefficient * height**self.code.exponent
 
+    @property
+    def period_words(self) -> str:
+        """The code's formula."""
+        limit = "" if self.code.highest == inf else f" up to {self.code.highest:g} m"
+        return f"{self.code.coefficient:g} h^{self.code.exponent:g}{limit}"
+
+    @property
+    def shape_words(self) -> str:
+        """The first mode's shape."""
+        return "z / h" if self.power == 1.0 else f"(z / h)^{self.power:g}"
+
+    @property
+    def yield_words(self) -> str:
+        """Yield acceleration [g] by the number of storeys."""
+        told = [
+            f"{value:g} to {rise} storeys" for value, rise in zip(self.yield_accelerations, self.rises, strict=False)
+        ]
+        return ", ".join([*told, f"{self.yield_accelerations[-1]:g} above"])
+
     def yield_acceleration(self, storeys: int) -> float:
         """The spectral acceleration [g] at which a building of so many storeys yields."""
         return self.yield_accelerations[sum(storeys > rise for rise in self.rises)]

@@ -16,6 +16,7 @@ from pounding_risk.figures_modes import MOST_MODES, modes_figure
 from pounding_risk.figures_style import write
 from pounding_risk.modal import building_modes
 from pounding_risk.models.structures import Building
+from pounding_risk.scenario import read_scene
 from pounding_risk.storeys import generated
 from pounding_risk.study import Effect
 
@@ -36,6 +37,48 @@ def test_modes_of_a_scene(scene):
     assert [each.name for each in found] == ["frame", "masonry"]
     assert [each.periods.tolist() for each in found] == [pytest.approx([0.208]), pytest.approx([0.007])]
     assert all(each.dampings == pytest.approx([0.05]) and each.shares == pytest.approx([1.0]) for each in found)
+
+
+ROW = """
+[scene]
+name = "Three"
+[[building]]
+name = "flats"
+floor_masses = "25 t"
+storeys = 3
+storey_stiffnesses = "3.46 MN/m"
+storey_heights = "3 m"
+damping_rule = "stiffness"
+[[building]]
+name = "wall"
+rigid = true
+[[building]]
+name = "shop"
+mass = "200 t"
+period = "0.3 s"
+height = "3 m"
+[[interface]]
+gap = "20 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180"]
+[effects]
+p_delta = {}
+"""
+
+
+def test_a_row_of_all_kinds(tmp_path):
+    """Jankowski's three storeys with the weight on them; a rigid building has no modes."""
+    path = tmp_path / "row.toml"
+    path.write_text(ROW, encoding="utf-8")
+    flats, wall, shop = pr.modes(path)
+    assert flats.periods[0] > 1.2001 and flats.levels.tolist() == [3.0, 6.0, 9.0]
+    assert wall.periods.size == 0 and shop.levels.tolist() == [3.0]
+    without = pr.modes(replace(read_scene(path), effects=()))[0]
+    assert without.periods[0] == pytest.approx(1.2001, abs=6e-5)
+    assert without.dampings == pytest.approx(0.05 * without.periods[0] / without.periods, rel=1e-9)
 
 
 def test_effects_of_the_scene_act():

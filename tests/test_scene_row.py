@@ -10,6 +10,7 @@ from math import inf
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_cases import cases
 
 from pounding_risk import read_scene, scenario, simulate
 from pounding_risk.contact_points import COLUMN, FLOOR, Point, floor_number, floor_words
@@ -17,7 +18,7 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.structures import Building
 from pounding_risk.plan import validate
 from pounding_risk.scenario import parse_scene, study_from
-from pounding_risk.storeys import Storeys
+from pounding_risk.storeys import Storeys, generated
 from pounding_risk.study import Study
 
 ROW = (resources.files("pounding_risk") / "scenes" / "row.toml").read_text("utf-8")
@@ -106,6 +107,19 @@ def test_each_interface_has_its_own_stiffness_gap_and_restitution():
     assert parse_scene(alone.to_toml()) == alone
 
 
+def test_storeys_may_be_generated_from_height_and_typology():
+    shop = 'mass = "150 t"\nperiod = "0.25 s"\nheight = "6 m"'
+    lines = 'typology = "masonry"\nheight = "6 m"\nstoreys = 2\nfloor_mass = "80 t"'
+    found = parse_scene(ROW.replace(shop, lines))
+    made = found.buildings[2]
+    assert made == generated("shop", height=6.0, storeys=2, typology="masonry", floor_mass=8e4)
+    assert made.period == pytest.approx(0.0488 * 6.0**0.75, rel=1e-12)  # ASCE 7, T = C_t h^x
+    assert [point[1:] for point in found.neighbours[1].points] == [(1.0, 1.0, FLOOR, 3.0), (2.0, 2.0, FLOOR, 6.0)]
+    slower = parse_scene(ROW.replace(shop, f'{lines}\nperiod = "0.5 s"')).buildings[2]
+    assert slower.period == pytest.approx(0.5, rel=1e-12)
+    assert parse_scene(found.to_toml()) == found
+
+
 def test_one_table_is_that_of_all_neighbours():
     text = ROW[: ROW.index("[[interface]]                    # flats | shop")] + ROW[ROW.index("[records]") :]
     found = parse_scene(text)
@@ -148,20 +162,11 @@ def test_contact_points_of_the_scene_itself():
     assert parse_scene(found.to_toml()) == found
 
 
-@pytest.mark.parametrize(
-    ("lines", "row"),
-    [
-        ("", False),
-        ('height = "6 m"\n', False),  # of one: the other is as tall
-        ("rigid = true\n", None),
-        ('storey_heights = "3 m"\nstorey_stiffnesses = "40 MN/m"\nfloor_masses = ["40 t"]\n', None),
-    ],
-)
-def test_what_makes_a_scene_a_row(lines, row):
-    text = PAIR.replace(
-        'mass = "82 t"\nperiod = "0.1 s"\n', lines if row is None else f'mass = "82 t"\nperiod = "0.1 s"\n{lines}'
-    )
-    assert parse_scene(text).is_row is ("storey" in lines)
+def test_storeys_make_a_scene_a_row_and_a_wall_does_not():
+    mass = 'mass = "82 t"\nperiod = "0.1 s"\n'
+    one_storey = 'storey_heights = "3 m"\nstorey_stiffnesses = "40 MN/m"\nfloor_masses = ["40 t"]\n'
+    assert parse_scene(PAIR.replace(mass, one_storey)).is_row
+    assert not parse_scene(PAIR.replace(mass, "rigid = true\n")).is_row
 
 
 @pytest.mark.parametrize(
@@ -210,22 +215,35 @@ def test_commands_of_a_pair_refuse_a_row():
     with pytest.raises(SceneError) as error:
         simulate(parse_scene(ROW))
     assert error.value.faults == [
-        "simulate runs two single masses that meet mass to mass, and this scene is a row of 3 buildings or has storeys; "
-        "use scan, or write a scene of the two masses"
+        "simulate runs two single masses that meet mass to mass, and this scene is a row of 3 buildings or has storeys"
+        "; use scan, or write a scene of the two masses"
     ]
+
+
+def test_the_row_of_the_readme_is_read(root):
+    text = (root / "README.md").read_text(encoding="utf-8").partition("## Rows")[2]
+    found = parse_scene(text.partition("```toml\n")[2].partition("```")[0])
+    assert found.interface_gaps(0.04) == (0.03, 0.04)
+    # Floors of the offices at 3.6, 7.2 and 10.8 m, of the flats at 3, 6, 9 and 12 m.
+    assert [point.level for point in found.neighbours[0].points] == pytest.approx([3.0, 3.6, 6.0, 7.2, 9.0, 10.8, 12.0])
+    assert [point[1:4] for point in found.neighbours[1].points] == [(2.0, 1.0, FLOOR)]
 
 
 # ------------------------------------------------------------------------------------------------ faults
 
-CASES = [
-    ('storeys = 5\nfloor_masses = "210 t"', 'floor_masses = ["1 t"]', []),
-]
+
+@pytest.mark.parametrize(("text", "overrides", "sentences"), cases("scene_row_faults.txt", ROW))
+def test_each_fault(text, overrides, sentences):
+    assert faults(text, *overrides) == sentences
 
 
-@pytest.mark.parametrize(("old", "new", "sentences"), CASES)
-def test_each_fault(old, new, sentences):
-    assert old in ROW
-    assert faults(ROW.replace(old, new, 1)) == sentences
+def test_two_walls_side_by_side_are_refused():
+    walls = '[[building]]\nname = "wall"\nrigid = true\n[[building]]\nname = "rock"\nrigid = true\n[records]'
+    text = ROW[: ROW.index("[[interface]]                    # flats")] + ROW[ROW.index("[records]") :]
+    assert faults(text.replace("[records]", walls)) == [
+        "line 40, building.rock.rigid: its left neighbour is rigid too, and two walls never meet; write both as one, "
+        "or give one a mass and a period"
+    ]
 
 
 # ------------------------------------------------------------------------------------------------ any row
@@ -271,9 +289,28 @@ def test_round_trip_of_any_row(data, count):
     assert parse_scene(found.to_toml()) == found
 
 
+POINTS = [[{"left": "storey 2", "right": "column 1 at 0.5"}], [{"left": "storey 9"}]]
 JUNK = st.sampled_from(
-    [None, True, 3, -1.0, "", "3 m", "2 t", "inf", [], ["3 m"], ["3 m", "2 t"], {}, "hertz", "merged", "storey 2"]
-    + [[{"left": "storey 2", "right": "column 1 at 0.5"}], [{"left": "storey 9"}], "flats | shop", [["3 m"]]]
+    [
+        *POINTS,
+        None,
+        True,
+        3,
+        -1.0,
+        "",
+        "3 m",
+        "2 t",
+        "inf",
+        [],
+        ["3 m"],
+        ["3 m", "2 t"],
+        {},
+        "hertz",
+        "merged",
+        "storey 2",
+        "flats | shop",
+        [["3 m"]],
+    ]
 )
 
 
