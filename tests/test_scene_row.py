@@ -203,6 +203,7 @@ def test_a_wall_is_met_wherever_it_stands_beside_a_mass():
         ("building.flats.damping_rule=rayleigh", lambda s: s.buildings[1].damping_rule, "rayleigh"),
         ("building.damping=0.02", lambda s: [building.damping for building in s.buildings], [0.02] * 3),
         ("interface.1.gap=10 mm", lambda s: [each.gap for each in s.neighbours], [0.01, 0.02]),
+        ('interface."flats | shop".gap=10 mm', lambda s: [each.gap for each in s.neighbours], [0.03, 0.01]),
         ("interface.gap=10 mm", lambda s: [each.gap for each in s.neighbours], [0.01, 0.01]),
         ("interface.1.column_yield_force=inf", lambda s: s.neighbours[0].column_yield_force, inf),
     ],
