@@ -156,6 +156,17 @@ def small(function):
     return by_type_alone(njit(forceinline=True, **FLAGS)(function))
 
 
+def part(function):
+    """As `kernel`, for what only one kernel calls: taken into it before types are found, not compiled by itself.
+
+    Every compiled function holds the code of all that it calls, and is optimised with it: each level of calls near the
+    top of a large kernel would compile all that is below it once more.
+    """
+    if INTERPRETED:
+        return function
+    return njit(inline="always", **FLAGS)(function)
+
+
 def by_type_alone(compiled):
     """Let a call compile for the types of its arguments, not for every number that stands in the source of one.
 
@@ -209,10 +220,11 @@ def _leaves(kind) -> int:
 
 
 @intrinsic
-def _model_of(typingctx, model, values, place):
+def _model_of(typingctx, model, values, place, offset):
     def codegen(context, builder, signature, arguments):
         kind, table = signature.args[0], make_array(signature.args[1])(context, builder, arguments[1])
-        data = builder.gep(table.data, [builder.mul(arguments[2], context.get_constant(types.intp, _leaves(kind)))])
+        width = cgutils.unpack_tuple(builder, table.shape)[1]
+        data = builder.gep(table.data, [builder.add(builder.mul(arguments[2], width), arguments[3])])
 
         def build(part, at):
             if not isinstance(part, types.BaseTuple):
@@ -225,15 +237,15 @@ def _model_of(typingctx, model, values, place):
 
         return build(kind, 0)[0]
 
-    return model(model, values, place), codegen
+    return model(model, values, types.intp, types.intp), codegen
 
 
-def model_of(model, values, place):
-    """A model of the same kind as ``model`` with the numbers of row ``place`` of ``values``, as `numbers_of` has them.
+def model_of(model, values, place, offset):
+    """A model of the kind of ``model`` with the numbers that `numbers_of` has written to ``values[place, offset:]``.
 
     One compiled kernel so serves contacts whose laws differ in their numbers. ``values`` is C-contiguous, of floats.
     """
-    numbers = iter(values[place])
+    numbers = iter(values[place, offset:])
 
     def build(part):
         return type(part)(*(build(each) if isinstance(each, tuple) else float(next(numbers)) for each in part))
@@ -242,7 +254,9 @@ def model_of(model, values, place):
 
 
 if not INTERPRETED:
-    model_of = njit(forceinline=True, **FLAGS)(lambda model, values, place: _model_of(model, values, place))
+    model_of = njit(forceinline=True, **FLAGS)(
+        lambda model, values, place, offset: _model_of(model, values, place, offset)
+    )
 
 
 def numbers_of(model) -> list[float]:

@@ -20,6 +20,7 @@ from pounding_risk.core.tally import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESI
 from pounding_risk.row_model import Part, RowModel
 from pounding_risk.row_parts import HELD, Span, settled, tied
 from pounding_risk.rows import GREW_STATUS, HIGHEST, Contacts, RowRun
+from pounding_risk.signals import Samples
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ class Runs:
 class Driven(NamedTuple):
     """A motion of the grid and the row's response to it without contact."""
 
-    acceleration: Array  # m/s²
+    acceleration: Samples  # m/s²
     dt: float  # s
     pga: float  # m/s²
     free: RowRun

@@ -116,7 +116,7 @@ def _point_coordinates(points: tuple[Point, ...], grid: RowGrid) -> dict[str, An
         "left_floor": ([point.left_floor for point in points], described("1", "floor of the left building")),
         "right_floor": ([point.right_floor for point in points], described("1", "floor of the right building")),
     }
-    found: dict[str, Any] = {POINT + name: ("contact_point", *fact) for name, fact in facts.items()}
+    found: dict[str, Any] = {f"{POINT}{name}": ("contact_point", *fact) for name, fact in facts.items()}
     forces = described("N", "yield force F_E at the contact point; inf never yields")
     found["contact_point_yield_force"] = (("yield_force", "contact_point"), grid.yield_forces, forces)
     return found
@@ -148,7 +148,7 @@ def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
             positions(len(buildings)),
             {"long_name": "where in the row: end or interior"},
         ),
-        "storey": ("storey", np.arange(levels.shape[1]) + 1, described("1", "storey, from the ground up")),
+        "storey": ("storey", np.arange(grid.frame.storeys.shape[1]) + 1, described("1", "storey, from the ground up")),
         "floor_level": (AT_STOREYS, levels, described("m", "level of the floor above the storey; NaN where not given")),
     }
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk import rows
@@ -24,6 +23,9 @@ from pounding_risk.rows import RowRun
 from pounding_risk.scan_dataset import AXES
 from pounding_risk.study import Study
 from pounding_risk.threads import How, Progress, counter, work_through
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 Place = tuple[int, ...]

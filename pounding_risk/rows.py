@@ -16,27 +16,39 @@ from scipy.linalg import expm
 from pounding_risk._jit import lowered, numbers_of
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.rows.layout import (
+    BENDS,
+    BOOKED,
     BOTTOM,
     DRIFT,
     ENERGY,
+    FASTEST,
+    FIRST,
     FORCE,
+    GAPS,
     GREW,
     INVERSE,
+    LAW,
     LIMIT,
+    MAP,
     MASS,
+    PLACE,
     PLASTIC,
     RESIDUAL,
+    SHAKE,
     SHEAR,
     SOFT,
     SPRING,
+    START,
     STATIC,
     STATUS,
     STEPS,
+    WHOLE,
     Row,
+    Run,
     new_run,
 )
 from pounding_risk.core.rows.layout import NODE as AT_END
-from pounding_risk.core.rows.march import WATCHED, march
+from pounding_risk.core.rows.march import WATCHED, march, survey
 from pounding_risk.core.series import MAX_TERMS
 from pounding_risk.core.tally import TALLIED
 from pounding_risk.models.contact import Linear
@@ -126,16 +138,18 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
             for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
                 ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
                 shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
+    frame = np.zeros((4, first.size), dtype=np.int64)
+    frame[FIRST] = first
+    frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
+    frame[MAP, 1:] = np.cumsum([each.size for each in maps])
+    frame[BENDS, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     row = Row(
-        first,
-        np.searchsorted(interfaces, np.arange(len(chains))).astype(np.int64),
+        frame,
         ends,
         shares,
         floors,
         damping,
         np.concatenate([*maps, np.zeros(1)]),
-        np.concatenate([[0], np.cumsum([each.size for each in maps])[:-1]]).astype(np.int64),
-        np.array([bool(np.isfinite(chain.strength).any()) for chain in chains], dtype=np.int64),
     )
     return Laid(row, float(dt), parts, terms)
 
@@ -226,16 +240,14 @@ def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
 
 def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
     """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
-    points = laid.row.ends.shape[0]
-    contacts = Contacts(
-        np.full(points, inf),
-        np.full(points, inf),
-        [Linear(1.0)] * points,
-        [constant(1.0)] * points,
-        None,
-        np.zeros(points),
-    )
-    return _run(laid, contacts, acceleration, 1e-6, np.zeros(0), survey=True, states=states)
+    row, points = laid.row, laid.row.ends.shape[0]
+    limits = np.zeros((points, LAW))
+    limits[:, GAPS] = inf
+    run = new_run(row, limits, np.zeros(0), make_desk())
+    ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
+    kept = np.zeros((ground.size if states else 0, 2, row.floors.shape[1]))
+    survey(row, run, ground, laid.step, laid.terms, kept)
+    return _told(row, run, kept)
 
 
 def run_row(
@@ -255,7 +267,7 @@ def run_row(
     if contacts.fastest is None:
         contacts = contacts._replace(fastest=free_row(laid, acceleration).fastest)
     times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
-    return _run(laid, contacts, acceleration, rtol, times, survey=False, states=states)
+    return _run(laid, contacts, acceleration, rtol, times, states=states)
 
 
 def _run(
@@ -265,7 +277,6 @@ def _run(
     rtol: float,
     levels: np.ndarray,
     *,
-    survey: bool,
     states: bool,
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
@@ -275,39 +286,40 @@ def _run(
     kinds = {type(law) for law in laws}
     if len(kinds) > 1:
         raise ValueError(f"one law for all contacts of a row, not {', '.join(kind.__name__ for kind in kinds)}")
-    watched = np.zeros(points) if contacts.watched is None else np.asarray(contacts.watched, dtype=np.float64)
-    run = new_run(
-        row,
-        (
-            np.array(contacts.gaps, dtype=np.float64),
-            np.array(contacts.yield_forces, dtype=np.float64),
-            np.array([numbers_of(law) for law in laws]),
-            np.array([numbers_of(rule) for rule in rules]),
-            watched,
-            np.zeros(points) if survey else np.array(contacts.fastest, dtype=np.float64),
-        ),
-        levels,
-        make_desk(rtol),
+    watched = np.zeros(points) if contacts.watched is None else contacts.watched
+    limits = np.column_stack(
+        [
+            *(contacts.gaps, contacts.yield_forces, watched, contacts.fastest),
+            np.array([numbers_of(law) for law in laws])[:points],
+            np.array([numbers_of(rule) for rule in rules])[:points],
+        ]
     )
+    run = new_run(row, np.ascontiguousarray(limits, dtype=np.float64), levels, make_desk(rtol))
     dofs = row.floors.shape[1]
     kept = np.zeros((ground.size if states else 0, 2, dofs))
-    march(row, run, laws[0], rules[0], ground, laid.step, laid.terms, float(rtol), survey, kept)
-    floors = np.ascontiguousarray(run.peaks.T)
-    elastic = np.repeat(row.bends == 0, np.diff(row.first))
-    floors[elastic, FORCE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT]
+    march(row, run, laws[0], rules[0], ground, laid.step, laid.terms, float(rtol), kept)
+    return _told(row, run, kept)
+
+
+def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
+    """What a run has left, by name."""
+    floors = np.ascontiguousarray(run.desk[PLACE : SHAKE + 1].T)
+    elastic = np.repeat(row.frame[BENDS, :-1] == 0, np.diff(row.frame[FIRST]))
+    floors[elastic, FORCE - PLACE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - PLACE]
     at_end = run.desk[AT_END]
-    drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[:dofs])
+    drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
+    whole = run.board[WHOLE]
     return RowRun(
-        np.column_stack([run.tally, run.reach.T]) if points else np.zeros((0, POINT_COLUMNS)),
+        run.book[:, BOOKED:].copy(),
         floors,
-        np.column_stack([drift, run.live[PLASTIC]]),
-        int(run.whole[STATUS]),
-        int(run.whole[STEPS]),
-        float(run.whole[ENERGY]),
-        float(run.whole[RESIDUAL]),
-        int(run.whole[GREW]),
-        run.fastest,
-        run.first,
-        run.reached,
+        np.column_stack([drift, run.desk[PLASTIC]]),
+        int(whole[STATUS]),
+        int(whole[STEPS]),
+        float(whole[ENERGY]),
+        float(whole[RESIDUAL]),
+        int(whole[GREW]),
+        run.limits[:, FASTEST].copy(),
+        run.timed[1],
+        run.timed[2],
         kept,
     )

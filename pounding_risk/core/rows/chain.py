@@ -15,12 +15,16 @@ from math import inf, sqrt
 
 from pounding_risk._jit import kernel
 from pounding_risk.core.rows.layout import (
+    BENDS,
+    BOTTOM,
     BRANCH,
     CONSTANT,
     DRIFT,
+    FIRST,
     FORCE,
     INVERSE,
     LIMIT,
+    MAP,
     MASS,
     PLACE,
     PLASTIC,
@@ -33,6 +37,7 @@ from pounding_risk.core.rows.layout import (
 )
 from pounding_risk.core.series import (
     SIGNAL,
+    first_rise,
     highest,
     slope_at,
     value_at,
@@ -40,15 +45,15 @@ from pounding_risk.core.series import (
 
 
 @kernel
-def accelerate(row, live, b, state, pull, desk, out):
+def accelerate(row, b, state, pull, desk, out):
     """ü of building ``b`` without contact from rows ``state``, ``state`` + 1 into row ``out``; ``pull`` is a_g.
 
     Returns the power that ground and dampers put in.
     """
-    first, last = row.first[b], row.first[b + 1]
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     below = 0.0
     for i in range(first, last):
-        force = live[TANGENT, i] * (desk[state, i] - below) + live[CONSTANT, i]
+        force = desk[TANGENT, i] * (desk[state, i] - below) + desk[CONSTANT, i]
         below = desk[state, i]
         desk[out, i] = -force
         if i > first:
@@ -64,22 +69,22 @@ def accelerate(row, live, b, state, pull, desk, out):
 
 
 @kernel
-def energy_of(row, live, b, state, desk):
+def energy_of(row, b, state, desk):
     """Kinetic energy and potential of the storeys' forces of one building [J]."""
     total, below = 0.0, 0.0
-    for i in range(row.first[b], row.first[b + 1]):
+    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         drift = desk[state, i] - below
         below = desk[state, i]
-        total += row.floors[MASS, i] * desk[state + 1, i] ** 2 + live[TANGENT, i] * drift * drift
-        total += 2.0 * live[CONSTANT, i] * drift
+        total += row.floors[MASS, i] * desk[state + 1, i] ** 2 + desk[TANGENT, i] * drift * drift
+        total += 2.0 * desk[CONSTANT, i] * drift
     return 0.5 * total
 
 
 @kernel
 def lay_series(row, run, b, state, pull, rise, terms):
     """Taylor coefficients of every u of building ``b`` into ``run.series``; a_g = pull + rise x."""
-    first, last = row.first[b], row.first[b + 1]
-    series, live = run.series, run.live
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    series, desk = run.series, run.desk
     for i in range(first, last):
         series[i, 0] = run.desk[state, i]
         series[i, 1] = run.desk[state + 1, i]
@@ -87,9 +92,9 @@ def lay_series(row, run, b, state, pull, rise, terms):
         share = 1.0 / ((n + 1) * (n + 2))
         below = 0.0
         for i in range(first, last):
-            force = live[TANGENT, i] * (series[i, n] - below)
+            force = desk[TANGENT, i] * (series[i, n] - below)
             if n == 0:
-                force += live[CONSTANT, i]
+                force += desk[CONSTANT, i]
             below = series[i, n]
             series[i, n + 2] = -force
             if i > first:
@@ -106,19 +111,19 @@ def lay_series(row, run, b, state, pull, rise, terms):
 @kernel
 def place_on(row, run, b, x, terms, state):
     """Rows ``state``, ``state`` + 1 of building ``b`` at x on its series."""
-    for i in range(row.first[b], row.first[b + 1]):
+    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         run.desk[state, i] = value_at(run.series, i, terms, x)
         run.desk[state + 1, i] = slope_at(run.series, i, terms, x)
 
 
 @kernel
-def step_over(row, live, b, pull, rise, desk, state, out):
+def step_over(row, b, pull, rise, desk, state, out):
     """Building ``b`` over one node interval, exactly, from rows ``state`` to rows ``out``."""
-    first, last = row.first[b], row.first[b + 1]
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     count = last - first
-    place = row.map_start[b]
-    if row.bends[b]:
-        settle_about(row, live, b, desk, state, -1.0)
+    place = row.frame[MAP, b]
+    if row.frame[BENDS, b]:
+        settle_about(row, b, desk, state, -1.0)
     for part in range(2):
         for i in range(count):
             total = 0.0
@@ -131,46 +136,46 @@ def step_over(row, live, b, pull, rise, desk, state, out):
             total += row.maps[place] * pull + row.maps[place + 1] * rise
             place += 2
             desk[out + part, first + i] = total
-    if row.bends[b]:
-        settle_about(row, live, b, desk, state, 1.0)
-        settle_about(row, live, b, desk, out, 1.0)
+    if row.frame[BENDS, b]:
+        settle_about(row, b, desk, state, 1.0)
+        settle_about(row, b, desk, out, 1.0)
 
 
 @kernel
-def settle_about(row, live, b, desk, state, sign):
+def settle_about(row, b, desk, state, sign):
     """Add ``sign`` times the displacements at which a building rests, with the plastic drifts that it has."""
     rest = 0.0
-    for i in range(row.first[b], row.first[b + 1]):
-        rest += row.floors[SOFT, i] * live[PLASTIC, i] / row.floors[SPRING, i]
+    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+        rest += row.floors[SOFT, i] * desk[PLASTIC, i] / row.floors[SPRING, i]
         desk[state, i] += sign * rest
 
 
 @kernel
-def bounds(row, live, b, rise, desk, state, here, spare):
+def bounds(row, b, rise, desk, state, here, spare):
     """(2 E of ü, 2 E of its second derivative) of building ``b``; ``here`` is its row of ü, ``spare`` two free rows."""
-    first, last = row.first[b], row.first[b + 1]
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     motion, below = 0.0, 0.0
     for i in range(first, last):
         y = desk[state + 1, i] + row.floors[STATIC, i] * rise
-        motion += row.floors[MASS, i] * desk[here, i] ** 2 + live[TANGENT, i] * (y - below) ** 2
+        motion += row.floors[MASS, i] * desk[here, i] ** 2 + desk[TANGENT, i] * (y - below) ** 2
         below = y
     # Third and fourth derivatives of u, by the same equation once and twice differentiated.
-    derive(row, live, b, desk, state + 1, here, rise, spare)
-    derive(row, live, b, desk, here, spare, 0.0, spare + 1)
+    derive(row, b, desk, state + 1, here, rise, spare)
+    derive(row, b, desk, here, spare, 0.0, spare + 1)
     shake, below = 0.0, 0.0
     for i in range(first, last):
-        shake += row.floors[MASS, i] * desk[spare + 1, i] ** 2 + live[TANGENT, i] * (desk[spare, i] - below) ** 2
+        shake += row.floors[MASS, i] * desk[spare + 1, i] ** 2 + desk[TANGENT, i] * (desk[spare, i] - below) ** 2
         below = desk[spare, i]
     return motion, shake
 
 
 @kernel
-def derive(row, live, b, desk, place, speed, ground, out):
+def derive(row, b, desk, place, speed, ground, out):
     """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
-    first, last = row.first[b], row.first[b + 1]
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     below = 0.0
     for i in range(first, last):
-        force = live[TANGENT, i] * (desk[place, i] - below)
+        force = desk[TANGENT, i] * (desk[place, i] - below)
         below = desk[place, i]
         desk[out, i] = -force
         if i > first:
@@ -198,25 +203,25 @@ def lay_signal(row, run, signal, i, bottom, pull, rise, terms):
     for n in range(terms):
         board[SIGNAL, n] = series[i, n] - (series[i - 1, n] if signal != PLACE and not bottom else 0.0)
     if signal == FORCE:
-        stiffness = shear_stiffness(row, run.live, i)
+        stiffness = shear_stiffness(row, run.desk, i)
         for n in range(terms):
             board[SIGNAL, n] *= stiffness
-        board[SIGNAL, 0] += run.live[CONSTANT, i]
+        board[SIGNAL, 0] += run.desk[CONSTANT, i]
     return terms
 
 
 @kernel
-def shear_stiffness(row, live, i):
+def shear_stiffness(row, desk, i):
     """What storey shear a further drift brings [N/m]: without the part of p_delta."""
-    return row.floors[SHEAR, i] + (live[TANGENT, i] - row.floors[SPRING, i])
+    return row.floors[SHEAR, i] + (desk[TANGENT, i] - row.floors[SPRING, i])
 
 
 @kernel
 def raise_peaks(row, run, b, pull, rise, stop, terms):
     """Raise the peaks of building ``b`` by those of its series on [0, stop]; a_g = pull + rise x."""
-    first, last = row.first[b], row.first[b + 1]
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     signals = (PLACE, DRIFT, SHAKE, FORCE)
-    count = 4 if row.bends[b] else 3
+    count = 4 if row.frame[BENDS, b] else 3
     for i in range(first, last):
         for number in range(count):
             signal = signals[number]
@@ -227,8 +232,8 @@ def raise_peaks(row, run, b, pull, rise, stop, terms):
 def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
     """Raise the peak of one signal by that of its series on [0, stop]."""
     count = lay_signal(row, run, signal, i, i == first, pull, rise, terms)
-    best = highest(run.board, SIGNAL, count, 1.0, stop, run.peaks[signal, i])
-    run.peaks[signal, i] = highest(run.board, SIGNAL, count, -1.0, stop, best)
+    best = highest(run.board, SIGNAL, count, 1.0, stop, run.desk[signal, i])
+    run.desk[signal, i] = highest(run.board, SIGNAL, count, -1.0, stop, best)
 
 
 @kernel
@@ -237,8 +242,8 @@ def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
 
     ``ends`` = (row of states at the start, at the end, of ü at the start, at the end). Returns whether its series is laid.
     """
-    first, last = row.first[b], row.first[b + 1]
-    desk, peaks = run.desk, run.peaks
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    desk = run.desk
     eighth = 0.125 * step * step
     swing, shake = sqrt(energies[0]), sqrt(energies[1])
     below = below_end = below_bend = 0.0
@@ -248,12 +253,12 @@ def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
         here, there = desk[ends[0], i], desk[ends[1], i]
         drift, drift_end = here - below, there - below_end
         felt, felt_end = desk[ends[2], i] + pull, desk[ends[3], i] + (pull + rise * step)
-        peaks[PLACE, i] = max(peaks[PLACE, i], abs(there))
-        peaks[DRIFT, i] = max(peaks[DRIFT, i], abs(drift_end))
-        peaks[SHAKE, i] = max(peaks[SHAKE, i], abs(felt_end))
-        wanted = max(abs(here), abs(there)) + eighth * bend > peaks[PLACE, i]
-        drifts = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend) > peaks[DRIFT, i]
-        shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > peaks[SHAKE, i]
+        desk[PLACE, i] = max(desk[PLACE, i], abs(there))
+        desk[DRIFT, i] = max(desk[DRIFT, i], abs(drift_end))
+        desk[SHAKE, i] = max(desk[SHAKE, i], abs(felt_end))
+        wanted = max(abs(here), abs(there)) + eighth * bend > desk[PLACE, i]
+        drifts = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend) > desk[DRIFT, i]
+        shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > desk[SHAKE, i]
         odd = not abs(there) + abs(felt_end) < inf
         below, below_end, below_bend = here, there, bend
         if (wanted or drifts or shakes or odd) and not laid:
@@ -269,13 +274,68 @@ def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
 
 
 @kernel
-def soften(row, live, i, branch):
+def soften(row, desk, i, branch):
     """Set a storey's branch: 0 elastic about its plastic drift, ±1 yielding."""
-    live[BRANCH, i] = branch
+    desk[BRANCH, i] = branch
     soft = row.floors[SOFT, i]
     if branch == 0.0:
-        live[TANGENT, i] = row.floors[SPRING, i]
-        live[CONSTANT, i] = -soft * live[PLASTIC, i]
+        desk[TANGENT, i] = row.floors[SPRING, i]
+        desk[CONSTANT, i] = -soft * desk[PLASTIC, i]
     else:
-        live[TANGENT, i] = row.floors[SPRING, i] - soft
-        live[CONSTANT, i] = branch * soft * row.floors[LIMIT, i]
+        desk[TANGENT, i] = row.floors[SPRING, i] - soft
+        desk[CONSTANT, i] = branch * soft * row.floors[LIMIT, i]
+
+
+@kernel
+def drift_in(row, desk, line, i):
+    """Drift of the storey below dof ``i`` from a row of the desk."""
+    return desk[line, i] - (desk[line, i - 1] if i > 0 and row.floors[BOTTOM, i] == 0.0 else 0.0)
+
+
+@kernel
+def next_strain(row, run, i, stop, terms):
+    """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
+    board, series, desk = run.board, run.series, run.desk
+    bottom = row.floors[BOTTOM, i] > 0.0
+    branch = desk[BRANCH, i]
+    if branch != 0.0:
+        for n in range(terms - 1):
+            rate = (n + 1) * (series[i, n + 1] - (0.0 if bottom else series[i - 1, n + 1]))
+            board[SIGNAL, n] = -branch * rate
+        return first_rise(board, terms - 1, 0.0, stop)
+    found = -1.0
+    for side in range(2):
+        sign = 1.0 - 2.0 * side
+        for n in range(terms):
+            board[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
+        level = row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
+        at = first_rise(board, terms, level, stop if found < 0.0 else found)
+        found = at if at >= 0.0 else found
+    return found
+
+
+@kernel
+def switch_storey(row, run, i, line):
+    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns the change of the potential."""
+    desk = run.desk
+    drift = drift_in(row, run.desk, line, i)
+    before = 0.5 * desk[TANGENT, i] * drift * drift + desk[CONSTANT, i] * drift
+    branch = desk[BRANCH, i]
+    if branch == 0.0:
+        soften(row, desk, i, 1.0 if drift > desk[PLASTIC, i] else -1.0)
+    else:
+        desk[PLASTIC, i] = drift - branch * row.floors[LIMIT, i]
+        soften(row, desk, i, 0.0)
+    return 0.5 * desk[TANGENT, i] * drift * drift + desk[CONSTANT, i] * drift - before
+
+
+@kernel
+def first_strain(row, run, b, stop, terms):
+    """(when, which) storey of building ``b`` changes its branch first on (0, stop] of a flight; (stop, −1) for none."""
+    storey = -1
+    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+        if row.floors[LIMIT, i] < inf:
+            found = next_strain(row, run, i, stop, terms)
+            if found >= 0.0:
+                stop, storey = found, i
+    return stop, storey

@@ -18,6 +18,7 @@ from pounding_risk.core.collide import (
     YIELDING,
 )
 from pounding_risk.core.events import CUT, MET, NONE, PART, TURN, YIELD, first_dip
+from pounding_risk.core.rows.chain import drift_in
 from pounding_risk.core.rows.flight import across
 from pounding_risk.core.rows.layout import (
     APPROACHING,
@@ -26,14 +27,17 @@ from pounding_risk.core.rows.layout import (
     CLOSED,
     END,
     END_FORCE,
+    FIRST,
     GAP,
     LAST,
+    LAW,
     LIMIT,
     NOW,
     PLASTIC,
     REGION,
     SLOPE,
     SLOPES,
+    START,
     START_FORCE,
     STILL,
     STRENGTH,
@@ -50,9 +54,9 @@ def read_force(row, run, law, group, h, state, line, place):
     """Uncapped force of every contact and its slope per unit of s, from a state and its slopes, into the book."""
     book, desk = run.book, run.desk
     nudge = 1e-7 * h
-    for k in range(row.start[group.first], row.start[group.last]):
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if book[k, CLOSED] > 0.0:
-            own = model_of(law, run.laws, k)
+            own = model_of(law, run.limits, k, LAW)
             delta, rate = across(row, k, desk, state) - book[k, GAP], across(row, k, desk, state + 1)
             ahead = delta + nudge * across(row, k, desk, line)
             faster = rate + nudge * across(row, k, desk, line + SLOPES)
@@ -72,18 +76,12 @@ def margin_of_force(run, kind, k, force, rise):
 
 
 @kernel
-def drift_in(row, desk, line, i):
-    """Drift of the storey below dof ``i`` from a row of the desk."""
-    return desk[line, i] - (desk[line, i - 1] if i > 0 and row.floors[BOTTOM, i] == 0.0 else 0.0)
-
-
-@kernel
 def strain_margin(row, run, i, drift, rate):
     """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
-    branch = run.live[BRANCH, i]
+    branch = run.desk[BRANCH, i]
     if branch != 0.0:
         return branch * rate, 0.0
-    strain = drift - run.live[PLASTIC, i]
+    strain = drift - run.desk[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
     return row.floors[LIMIT, i] - side * strain, -side
 
@@ -95,7 +93,7 @@ def margin(row, run, kind, k, at_end):
     state = END if at_end else NOW
     line = SLOPE + LAST if at_end else SLOPE
     if kind == STRAIN:
-        branch = run.live[BRANCH, k]
+        branch = run.desk[BRANCH, k]
         if branch != 0.0:
             return branch * drift_in(row, desk, state + 1, k), branch * drift_in(row, desk, line + SLOPES, k)
         value, turn = strain_margin(row, run, k, drift_in(row, desk, state, k), 0.0)
@@ -148,7 +146,7 @@ def margin_between(row, run, law, group, kind, k, x, span, terms):
     if kind == PART:
         return delta
     rate = across_between(row, run, group, k, 1, x, after, terms)
-    force = uncapped(model_of(law, run.laws, k), run, k, max(delta, 0.0), rate)
+    force = uncapped(model_of(law, run.limits, k, LAW), run, k, max(delta, 0.0), rate)
     return margin_of_force(run, kind, k, force, 0.0)[0]
 
 
@@ -164,7 +162,7 @@ def is_watched(row, run, law, kind, k):
     if kind == YIELD:
         return run.book[k, STRENGTH] < inf
     if kind == CUT:
-        return model_of(law, run.laws, k).floor() > -inf and int(run.book[k, REGION]) != YIELDING
+        return model_of(law, run.limits, k, LAW).floor() > -inf and int(run.book[k, REGION]) != YIELDING
     return kind != PART or run.book[k, APPROACHING] == 0.0
 
 
@@ -240,8 +238,8 @@ def first_event(row, run, law, group, watch, span, terms, laid):
     ``watch`` = (first, last building whose points are watched).
     """
     found, which, place = NONE, -1, 2.0
-    for k in range(row.start[watch[0]], row.start[watch[1]]):
-        inside = row.start[group.first] <= k < row.start[group.last]
+    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+        inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (inside or kind == TOUCH) and is_watched(row, run, law, kind, k):
                 dip, laid = dip_of(row, run, law, group, kind, k, span, terms, laid)
@@ -295,7 +293,7 @@ def fill_spectators(row, run, group, watch, after, terms, line):
     """The neighbours that only look on, ``after`` the start of their series, into rows ``line``; slopes for END, NOW."""
     for b in range(watch[0], watch[1] + 1):
         if not group.first <= b <= group.last:
-            for i in range(row.first[b], row.first[b + 1]):
+            for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
                 run.desk[line, i] = value_at(run.series, i, terms, after)
                 run.desk[line + 1, i] = slope_at(run.series, i, terms, after)
 
@@ -311,7 +309,7 @@ def fill_ends(row, run, group, watch, span, terms):
         line = SLOPE + LAST if at_end else SLOPE
         for b in range(watch[0], watch[1] + 1):
             if not group.first <= b <= group.last:
-                for i in range(row.first[b], row.first[b + 1]):
+                for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
                     run.desk[line, i] = 4.0 * cube * run.desk[(END if at_end else NOW) + 1, i]
                     run.desk[line + SLOPES, i] = 0.0
 
@@ -351,7 +349,7 @@ def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
 @kernel
 def slide(run, group, length):
     """Move the end of a step along its slopes."""
-    desk, points = run.desk, run.gaps.size
+    desk, points = run.desk, run.limits.shape[0]
     for i in range(group.low, group.high):
         desk[END, i] += length * desk[SLOPE + LAST, i]
         desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
@@ -365,15 +363,15 @@ def next_step(run, h, error, rtol):
     if error == 0.0:
         return 5.0 * h
     left = SHARE * rtol / error
-    change = sqrt(sqrt(sqrt(left))) if run.table[FINAL, POWER] == 0.125 else left ** run.table[FINAL, POWER]
+    change = sqrt(sqrt(sqrt(left))) if run.board[FINAL, POWER] == 0.125 else left ** run.board[FINAL, POWER]
     return h * min(5.0, max(0.2, 0.9 * change))
 
 
 @kernel
 def passed(row, run, law, group, watch, landed, which):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
-    for k in range(row.start[watch[0]], row.start[watch[1]]):
-        inside = row.start[group.first] <= k < row.start[group.last]
+    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+        inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (kind == landed and k == which) or not (inside or kind == TOUCH):
                 continue
@@ -417,7 +415,7 @@ def take_step(row, run, law, group, watch, span, left, terms, rtol):
         h = next_step(run, h, error, rtol) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, -1, h, attempts, False
-    if run.table[FINAL, END_WEIGHT] == 0.0:
+    if run.board[FINAL, END_WEIGHT] == 0.0:
         slopes(row, run, law, group, s + h, END, LAST)
     read_force(row, run, law, group, h, NOW, SLOPE, START_FORCE)
     look(row, run, law, group, watch, (s, h, base), terms)

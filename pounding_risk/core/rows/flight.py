@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit import kernel
-from pounding_risk.core.rows.layout import INVERSE
+from pounding_risk.core.rows.layout import HIGHEST, INVERSE, LOWEST
 from pounding_risk.core.series import SIGNAL, first_rise, highest
 
 
@@ -65,8 +65,8 @@ def search_point(row, run, k, gap, stop, terms):
 def raise_reach(row, run, k, stop, terms):
     """Raise the extremes of u_left − u_right at contact point ``k`` by those on [0, stop] of its series."""
     lay_across(row, run, k, terms)
-    run.reach[0, k] = highest(run.board, SIGNAL, terms, 1.0, stop, run.reach[0, k])
-    run.reach[1, k] = -highest(run.board, SIGNAL, terms, -1.0, stop, -run.reach[1, k])
+    run.book[k, HIGHEST] = highest(run.board, SIGNAL, terms, 1.0, stop, run.book[k, HIGHEST])
+    run.book[k, LOWEST] = -highest(run.board, SIGNAL, terms, -1.0, stop, -run.book[k, LOWEST])
 
 
 @kernel
@@ -84,8 +84,8 @@ def bend_across(row, k):
 def wider(run, k, here, there, span, bend):
     """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered."""
     eighth = 0.125 * span * span * bend
-    run.reach[0, k] = max(run.reach[0, k], there)
-    run.reach[1, k] = min(run.reach[1, k], there)
+    run.book[k, HIGHEST] = max(run.book[k, HIGHEST], there)
+    run.book[k, LOWEST] = min(run.book[k, LOWEST], there)
     top, bottom = max(here, there) + eighth, min(here, there) - eighth
     # What is not finite is searched, and ends the run with its status.
-    return top > run.reach[0, k] or bottom < run.reach[1, k] or not abs(top) < inf
+    return top > run.book[k, HIGHEST] or bottom < run.book[k, LOWEST] or not abs(top) < inf

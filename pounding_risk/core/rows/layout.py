@@ -11,18 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk.core.series import MAX_TERMS
+from pounding_risk.core.series import LEFT, MAX_TERMS
 from pounding_risk.core.tally import TALLIED
+from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.tableau import DOP853
 
 # Rows of `Row.floors`, by dof.
 MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
-# Rows of `Run.live`, by dof: the storey's branch and what follows from it, V = TANGENT d + CONSTANT.
-TANGENT, CONSTANT, PLASTIC, BRANCH = range(4)
-# Rows of `Run.peaks`, by dof.
-PLACE, DRIFT, FORCE, SHAKE = range(4)
+# Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding.
+FIRST, START, MAP, BENDS = range(4)
+# Columns of `Run.limits`; the numbers of the contact law follow, then those of the restitution, which are RULE.
+GAPS, FORCES, WATCHING, FASTEST, LAW = range(5)
+RULE = len(Restitution._fields)
 
-# Columns of `Run.book`: what a contact point remembers while a run lasts.
+# Columns of `Run.book`: what a contact point remembers while a run lasts; its tally and the extremes of its distance follow.
 (
     CLOSED,
     GAP,  # with the dents of the contacts so far
@@ -51,6 +53,7 @@ PLACE, DRIFT, FORCE, SHAKE = range(4)
     WORK,
 ) = range(25)
 BOOKED = 25
+HIGHEST, LOWEST, COLUMNS = BOOKED + TALLIED, BOOKED + TALLIED + 1, BOOKED + TALLIED + 2
 
 STAGES = len(DOP853.nodes)
 LAST = STAGES  # slopes at the end of a step
@@ -63,70 +66,52 @@ NODE, NEXT, NOW, END, TRIAL, PEEK, NUDGED = range(0, 14, 2)
 A_START, A_END, A_PEEK, A_NUDGED, J_START, J_END = range(14, 20)
 POLY = 20  # TERMS rows of u, TERMS of v
 SLOPE = POLY + 2 * TERMS  # SLOPES rows of du/ds, SLOPES of dv/ds
-ROWS = SLOPE + 2 * SLOPES
+# By dof too: the storey's branch and what follows from it, V = TANGENT d + CONSTANT; and the peaks so far.
+TANGENT, CONSTANT, PLASTIC, BRANCH, PLACE, DRIFT, FORCE, SHAKE = range(SLOPE + 2 * SLOPES, SLOPE + 2 * SLOPES + 8)
+ROWS = SHAKE + 1
 
-STATUS, STEPS, ENERGY, RESIDUAL, GREW = range(5)  # of `Run.whole`
+WHOLE = LEFT  # row of the board, which only the pair uses otherwise
+STATUS, STEPS, ENERGY, RESIDUAL, GREW = range(5)
 
 
 class Row(NamedTuple):
     """What stays the same for every run of a row; B buildings, D dofs, K contact points."""
 
-    first: np.ndarray  # (B + 1,) dofs of building b are first[b] to first[b + 1] − 1
-    start: np.ndarray  # (B,) points of interface i are start[i] to start[i + 1] − 1
+    frame: (
+        np.ndarray
+    )  # (4, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1, points of interface i START[i] ...
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (8, D)
     damping: np.ndarray  # (D, N) row i of C
     maps: np.ndarray  # (...,) over one node interval: (u, v, a_g, its slope) to (u, v), building by building
-    map_start: np.ndarray  # (B,)
-    bends: np.ndarray  # (B,) 1 where a storey can yield
 
 
 class Run(NamedTuple):
-    """What one run of a row works on and leaves behind."""
+    """What one run of a row works on and leaves behind. Few arrays: every call hands all of them on."""
 
-    gaps: np.ndarray  # (K,) m
-    strengths: np.ndarray  # (K,) yield forces F_E [N]
-    laws: np.ndarray  # (K, numbers) of the contact laws
-    rules: np.ndarray  # (K, numbers) of the restitutions
-    watched: np.ndarray  # (K,) 1 where a touch ends the run
-    fastest: np.ndarray  # (K,) peak closing or parting speed at nodes without contact [m/s]
-    levels: np.ndarray  # (L,) forces whose first reaching is timed [N], ascending
-    first: np.ndarray  # (K, L) when a force first reaches a level, NaN for never [s]
-    reached: np.ndarray  # (K, L) contacts in which it does
-    book: np.ndarray  # (K, BOOKED)
-    tally: np.ndarray  # (K, TALLIED)
-    reach: np.ndarray  # (2, K) highest and lowest u_left − u_right
-    peaks: np.ndarray  # (4, D)
-    live: np.ndarray  # (4, D)
-    whole: np.ndarray  # (5,)
+    limits: np.ndarray  # (K, ...) gap, yield force, watched, fastest; numbers of law and restitution
+    timed: np.ndarray  # (3, K, L) levels of force, when each is first reached, contacts in which it is
+    book: np.ndarray  # (K, COLUMNS)
     desk: np.ndarray  # (ROWS, D)
     quads: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
-    table: np.ndarray  # the tableau, as `collide.make_desk` writes it
-    board: np.ndarray  # (14, 64) where `series` searches
+    board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
     kept: np.ndarray  # what an interval begins with, should it have to be made again
 
 
-def new_run(row: Row, contacts, levels: np.ndarray, table: np.ndarray) -> Run:
-    """Arrays for one run; ``contacts`` = (gaps, yield forces, laws, rules, watched, fastest)."""
+def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray) -> Run:
+    """Arrays for one run; ``levels`` [N] are those that are timed."""
     dofs, points = row.floors.shape[1], row.ends.shape[0]
-    kept = 8 * dofs + points * (BOOKED + TALLIED + 2 + 2 * levels.size) + 5
+    timed = np.zeros((3, points, levels.size))
+    timed[0], timed[1] = levels, np.nan
     return Run(
-        *contacts,
-        levels,
-        np.full((points, levels.size), np.nan),
-        np.zeros((points, levels.size)),
-        np.zeros((points, BOOKED)),
-        np.zeros((points, TALLIED)),
-        np.zeros((2, points)),
-        np.zeros((4, dofs)),
-        np.zeros((4, dofs)),
-        np.zeros(5),
+        limits,
+        timed,
+        np.zeros((points, COLUMNS)),
         np.zeros((ROWS, dofs)),
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
-        table,
-        np.zeros((14, 64)),
-        np.zeros(kept),
+        board,
+        np.zeros(8 * dofs + points * (COLUMNS + 2 * levels.size) + 5),
     )

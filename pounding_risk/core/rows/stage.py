@@ -22,12 +22,14 @@ from pounding_risk.core.rows.layout import (
     GAP,
     LAST,
     LATE,
+    LAW,
     MEMORY,
     NOW,
     POLY,
     REGION,
     SLOPE,
     SLOPES,
+    START,
     STRENGTH,
     TERMS,
     TRIAL,
@@ -76,22 +78,22 @@ def load(row, run, law, group, state, pull, out):
     """ü of the whole group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
     power = 0.0
     for b in range(group.first, group.last + 1):
-        power += accelerate(row, run.live, b, state, pull, run.desk, out)
-    for k in range(row.start[group.first], row.start[group.last]):
+        power += accelerate(row, b, state, pull, run.desk, out)
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.book[k, CLOSED] > 0.0:
             delta = max(across(row, k, run.desk, state) - run.book[k, GAP], 0.0)
             rate = across(row, k, run.desk, state + 1)
-            force = transmitted(model_of(law, run.laws, k), run, k, delta, rate)
+            force = transmitted(model_of(law, run.limits, k, LAW), run, k, delta, rate)
             push_apart(row, k, force, run.desk, out)
             run.quads[SLOPES + 1, k] = force
-            run.quads[SLOPES + 1, run.gaps.size + k] = force * rate
+            run.quads[SLOPES + 1, run.limits.shape[0] + k] = force * rate
     return power
 
 
 @kernel
 def slopes(row, run, law, group, s, state, stage):
     """d(state)/ds = 4 s³ d(state)/dt of the group at a stage."""
-    desk, quads, points = run.desk, run.quads, run.gaps.size
+    desk, quads, points = run.desk, run.quads, run.limits.shape[0]
     clock = 4.0 * s * s * s
     line = SLOPE + stage
     power = load(row, run, law, group, state, ground_at(group, s), line + SLOPES)
@@ -99,7 +101,7 @@ def slopes(row, run, law, group, s, state, stage):
         desk[line, i] = clock * desk[state + 1, i]
     for i in range(group.low, group.high):
         desk[line + SLOPES, i] *= clock
-    for k in range(row.start[group.first], row.start[group.last]):
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.book[k, CLOSED] > 0.0:
             quads[stage, k] = clock * quads[SLOPES + 1, k]
             quads[stage, points + k] = clock * quads[SLOPES + 1, points + k]
@@ -109,7 +111,7 @@ def slopes(row, run, law, group, s, state, stage):
 @kernel
 def trial_state(run, group, line, h):
     """The state at a stage whose row of the table is given, into rows TRIAL."""
-    desk, table = run.desk, run.table
+    desk, table = run.desk, run.board
     for i in range(group.low, group.high):
         desk[TRIAL, i] = desk[NOW, i]
         desk[TRIAL + 1, i] = desk[NOW + 1, i]
@@ -130,7 +132,7 @@ def attempt(row, run, law, group, s, h):
 
     The quadratures at the end stand in row SLOPES of ``quads``; they begin at zero with every step.
     """
-    desk, table, quads, points = run.desk, run.table, run.quads, run.gaps.size
+    desk, table, points = run.desk, run.board, run.limits.shape[0]
     for stage in range(1, int(table[FINAL, COUNTED])):
         trial_state(run, group, TABLE + stage, h)
         slopes(row, run, law, group, s + table[TABLE + stage, STAGE_NODE] * h, TRIAL, stage)
@@ -155,7 +157,7 @@ def attempt(row, run, law, group, s, h):
         fifth += deep * a5 * a5 + fast * b5 * b5
         third += deep * a3 * a3 + fast * b3 * b3
     # The sums of the contacts of the group.
-    for k in range(row.start[group.first], row.start[group.last]):
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.book[k, CLOSED] > 0.0:
             sum_up(run, k, h)
             sum_up(run, points + k, h)
@@ -168,7 +170,7 @@ def attempt(row, run, law, group, s, h):
 @kernel
 def finish_state(row, run, group, h):
     """The state at the end of a step, into rows END."""
-    desk, table = run.desk, run.table
+    desk, table = run.desk, run.board
     for i in range(group.low, group.high):
         desk[END, i] = desk[NOW, i]
         desk[END + 1, i] = desk[NOW + 1, i]
@@ -188,8 +190,8 @@ def finish_state(row, run, group, h):
 def sum_up(run, column, h):
     """The change of one quadrature over a step, into row SLOPES."""
     total, place = 0.0, 0
-    while run.table[FINAL, place] >= 0.0:
-        total += run.table[FINAL, place + 1] * run.quads[int(run.table[FINAL, place]), column]
+    while run.board[FINAL, place] >= 0.0:
+        total += run.board[FINAL, place + 1] * run.quads[int(run.board[FINAL, place]), column]
         place += 4
     run.quads[SLOPES, column] = h * total
 
@@ -197,7 +199,7 @@ def sum_up(run, column, h):
 @kernel
 def spread(row, run, law, group, s, h):
     """The polynomial between both ends of the step just made, as `collide.spread` has it; slopes at LAST stand."""
-    desk, table = run.desk, run.table
+    desk, table = run.desk, run.board
     for late in range(int(table[FINAL, LATES])):
         trial_state(run, group, LATE_TABLE + late, h)
         slopes(row, run, law, group, s + table[LATE_TABLE + late, STAGE_NODE] * h, TRIAL, LATE + late)

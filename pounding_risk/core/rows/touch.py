@@ -11,11 +11,16 @@ from pounding_risk.core.rows.layout import (
     APPROACHING,
     ASKED,
     AT_TOUCH,
+    BOOKED,
     CLOSED,
     DEEPEST,
     DENTED,
     DEPTH,
+    FASTEST,
+    FORCES,
     GAP,
+    HIGHEST,
+    LAW,
     LOST,
     MEMORY,
     NOW,
@@ -23,7 +28,9 @@ from pounding_risk.core.rows.layout import (
     PEAK,
     PLATEAU,
     REGION,
+    RULE,
     SPEED,
+    START,
     STILL,
     STRENGTH,
     TOUCHED,
@@ -50,33 +57,33 @@ from pounding_risk.core.tally import (
 @kernel
 def touch_down(row, run, law, rule, k, time):
     """Contact ``k`` begins at ``time`` with the state in rows NOW."""
-    book, tally, desk = run.book, run.tally, run.desk
-    law, rule = model_of(law, run.laws, k), model_of(rule, run.rules, k)
+    book, desk = run.book, run.desk
+    law, rule = model_of(law, run.limits, k, LAW), model_of(rule, run.limits, k, run.limits.shape[1] - RULE)
     speed = max(across(row, k, desk, NOW + 1), 0.0)
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
-    scale = max(speed, 1e-3 * run.fastest[k], 1e-12)
+    scale = max(speed, 1e-3 * run.limits[k, FASTEST], 1e-12)
     depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
     size = 0.0
     for end in range(4):
         if row.ends[k, end] >= 0:
             size = max(size, abs(desk[NOW, row.ends[k, end]]))
     book[k, CLOSED] = 1.0
-    book[k, STRENGTH] = law.ceiling(run.strengths[k]) * law.hardening(speed)
+    book[k, STRENGTH] = law.ceiling(run.limits[k, FORCES]) * law.hardening(speed)
     book[k, MEMORY] = law.resume(law.begin(e, speed, mass), book[k, WORN])
     book[k, SPEED], book[k, DEPTH] = scale, depth
     # As the pair has it: δ is a difference of displacements, and what they round by becomes a speed.
     book[k, STILL] = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
     book[k, APPROACHING], book[k, REGION] = 1.0, float(ELASTIC)
     book[k, TOUCHED], book[k, AT_TOUCH], book[k, ASKED] = time, speed, e
-    book[k, PEAK] = 0.0 if run.levels.size > 0 else tally[k, DEMAND]
+    book[k, PEAK] = 0.0 if run.timed.shape[2] > 0 else book[k, BOOKED + DEMAND]
     book[k, PLATEAU] = book[k, DEEPEST] = book[k, YIELDED] = book[k, DENTED] = book[k, LOST] = 0.0
     book[k, PACE] = 0.3 * depth / scale
-    if tally[k, COUNT] == 0.0:
-        tally[k, FIRST_TOUCH] = time
-    tally[k, COUNT] += 1.0
-    tally[k, APPROACH] = max(tally[k, APPROACH], speed)
-    tally[k, HELD] += 1.0 if rule.beyond(speed) else 0.0
+    if book[k, BOOKED + COUNT] == 0.0:
+        book[k, BOOKED + FIRST_TOUCH] = time
+    book[k, BOOKED + COUNT] += 1.0
+    book[k, BOOKED + APPROACH] = max(book[k, BOOKED + APPROACH], speed)
+    book[k, BOOKED + HELD] += 1.0 if rule.beyond(speed) else 0.0
 
 
 @kernel
@@ -89,7 +96,7 @@ def own_tolerance(run, k, rtol):
 def turn(row, run, law, k, delta):
     """The motion of contact ``k`` turns at ``delta``; as `core.pound` has it. True where the plateau is not retraced."""
     book = run.book
-    law = model_of(law, run.laws, k)
+    law = model_of(law, run.limits, k, LAW)
     approaching = book[k, APPROACHING] > 0.0
     book[k, MEMORY] = law.turned(book[k, MEMORY], delta, approaching)
     kept = False
@@ -111,36 +118,36 @@ def turn(row, run, law, k, delta):
 @kernel
 def note_yield(run, k, time):
     """The uncapped force of contact ``k`` has met F_E."""
-    book, tally = run.book, run.tally
+    book = run.book
     book[k, PEAK], book[k, PLATEAU] = max(book[k, PEAK], book[k, STRENGTH]), max(book[k, PLATEAU], book[k, STRENGTH])
     book[k, YIELDED] += 1.0
     if book[k, YIELDED] == 1.0:
-        tally[k, YIELDS] += 1.0
-        if tally[k, YIELDS] == 1.0:
-            tally[k, FIRST_YIELD] = time
+        book[k, BOOKED + YIELDS] += 1.0
+        if book[k, BOOKED + YIELDS] == 1.0:
+            book[k, BOOKED + FIRST_YIELD] = time
 
 
 @kernel
 def lift_off(row, run, law, k, time, line, work):
     """Contact ``k`` ends at ``time`` with the state in rows ``line``; ``work`` is what its force has taken in all [J]."""
-    book, tally = run.book, run.tally
-    law = model_of(law, run.laws, k)
+    book = run.book
+    law = model_of(law, run.limits, k, LAW)
     delta = max(across(row, k, run.desk, line) - book[k, GAP], 0.0)
     book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
     loss = work - law.held(book[k, MEMORY], delta, book[k, STRENGTH]) - book[k, LOST]
     hysteresis = law.yielded(loss)
-    tally[k, VISCOUS] += loss - hysteresis
-    tally[k, PLASTIC] += book[k, LOST] + hysteresis
-    tally[k, SET] += book[k, DENTED]
+    book[k, BOOKED + VISCOUS] += loss - hysteresis
+    book[k, BOOKED + PLASTIC] += book[k, LOST] + hysteresis
+    book[k, BOOKED + SET] += book[k, DENTED]
     book[k, WORN] = law.worn(book[k, MEMORY])
-    tally[k, CONTACT_TIME] += time - book[k, TOUCHED]
+    book[k, BOOKED + CONTACT_TIME] += time - book[k, TOUCHED]
     force = book[k, PLATEAU] if book[k, YIELDED] > 0.0 else min(book[k, PEAK], book[k, STRENGTH])
-    tally[k, DEMAND] = max(tally[k, DEMAND], book[k, PEAK])
-    tally[k, PEAK_FORCE] = max(tally[k, PEAK_FORCE], force)
-    tally[k, PENETRATION] = max(tally[k, PENETRATION], book[k, DEEPEST])
-    run.reach[0, k] = max(run.reach[0, k], book[k, GAP] - book[k, DENTED] + book[k, DEEPEST])
-    for level in range(run.levels.size):
-        run.reached[k, level] += 1.0 if run.levels[level] <= book[k, PEAK] else 0.0
+    book[k, BOOKED + DEMAND] = max(book[k, BOOKED + DEMAND], book[k, PEAK])
+    book[k, BOOKED + PEAK_FORCE] = max(book[k, BOOKED + PEAK_FORCE], force)
+    book[k, BOOKED + PENETRATION] = max(book[k, BOOKED + PENETRATION], book[k, DEEPEST])
+    run.book[k, HIGHEST] = max(run.book[k, HIGHEST], book[k, GAP] - book[k, DENTED] + book[k, DEEPEST])
+    for level in range(run.timed.shape[2]):
+        run.timed[2, k, level] += 1.0 if run.timed[0, k, level] <= book[k, PEAK] else 0.0
     book[k, CLOSED] = 0.0
 
 
@@ -149,7 +156,7 @@ def scales(row, run, first, last):
     """(when the last touch was, smallest scale of penetration, of speed, shortest pace) of a group's contacts."""
     book = run.book
     touched, depth, speed, pace = -inf, inf, inf, inf
-    for k in range(row.start[first], row.start[last]):
+    for k in range(row.frame[START, first], row.frame[START, last]):
         if book[k, CLOSED] > 0.0:
             touched = max(touched, book[k, TOUCHED])
             depth, speed = min(depth, book[k, DEPTH]), min(speed, book[k, SPEED])

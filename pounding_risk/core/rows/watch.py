@@ -9,14 +9,15 @@ from math import inf
 
 from pounding_risk._jit import kernel, model_of
 from pounding_risk.core.collide import ELASTIC
-from pounding_risk.core.rows.chain import shear_stiffness
-from pounding_risk.core.rows.events import across_between, drift_in
+from pounding_risk.core.rows.chain import drift_in, shear_stiffness
+from pounding_risk.core.rows.events import across_between
 from pounding_risk.core.rows.flight import across
 from pounding_risk.core.rows.layout import (
     A_END,
     A_NUDGED,
     A_PEEK,
     A_START,
+    BOOKED,
     BOTTOM,
     CLOSED,
     CONSTANT,
@@ -26,9 +27,12 @@ from pounding_risk.core.rows.layout import (
     END_RISE,
     FORCE,
     GAP,
+    HIGHEST,
     J_END,
     J_START,
     LAST,
+    LAW,
+    LOWEST,
     NOW,
     NUDGED,
     PEAK,
@@ -40,6 +44,7 @@ from pounding_risk.core.rows.layout import (
     SLOPE,
     SLOPES,
     SPRING,
+    START,
     START_FORCE,
     START_RISE,
     STRENGTH,
@@ -72,7 +77,7 @@ def reading(row, run, law, group, what, k, x, span, terms):
     if what == REACH:
         return place
     rate = across_between(row, run, group, k, 1, x, after, terms)
-    return uncapped(model_of(law, run.laws, k), run, k, max(place - run.book[k, GAP], 0.0), rate)
+    return uncapped(model_of(law, run.limits, k, LAW), run, k, max(place - run.book[k, GAP], 0.0), rate)
 
 
 @kernel
@@ -170,7 +175,7 @@ def accelerations(row, run, law, group, s, h, at_end):
 @kernel
 def watch_floors(row, run, law, group, span, terms, laid):
     """Peaks of every dof of the group over an accepted step; returns whether the step is laid out."""
-    desk, peaks = run.desk, run.peaks
+    desk = run.desk
     s, h = span[0], span[1]
     cube = s * s * s
     shaken = s == 0.0
@@ -180,32 +185,32 @@ def watch_floors(row, run, law, group, span, terms, laid):
     for i in range(group.low, group.high):
         line, last = SLOPE, SLOPE + LAST
         ends = desk[NOW, i], desk[END, i], desk[line, i], desk[last, i]
-        peaks[PLACE, i], laid = raise_from(row, run, law, group, PLACE, i, peaks[PLACE, i], ends, span, terms, laid)
+        desk[PLACE, i], laid = raise_from(row, run, law, group, PLACE, i, desk[PLACE, i], ends, span, terms, laid)
         ends = (
             drift_in(row, desk, NOW, i),
             drift_in(row, desk, END, i),
             drift_in(row, desk, line, i),
             drift_in(row, desk, last, i),
         )
-        best = peaks[DRIFT, i]
-        peaks[DRIFT, i], laid = raise_from(row, run, law, group, DRIFT, i, best, ends, span, terms, laid)
-        if run.live[CONSTANT, i] != 0.0 or peaks[FORCE, i] > 0.0 or run.live[TANGENT, i] != row.floors[SPRING, i]:
+        best = desk[DRIFT, i]
+        desk[DRIFT, i], laid = raise_from(row, run, law, group, DRIFT, i, best, ends, span, terms, laid)
+        if run.desk[CONSTANT, i] != 0.0 or desk[FORCE, i] > 0.0 or run.desk[TANGENT, i] != row.floors[SPRING, i]:
             # The shear turns where the drift does; between events it is linear in it.
-            stiffness, constant = shear_stiffness(row, run.live, i), run.live[CONSTANT, i]
+            stiffness, constant = shear_stiffness(row, run.desk, i), run.desk[CONSTANT, i]
             for at in range(2):
-                peaks[FORCE, i] = max(peaks[FORCE, i], abs(stiffness * ends[at] + constant))
+                desk[FORCE, i] = max(desk[FORCE, i], abs(stiffness * ends[at] + constant))
         if not shaken:
             felt = desk[line + SLOPES, i] / clock + pull
             felt_end = desk[last + SLOPES, i] / clock_end + pull_end
-            peaks[SHAKE, i] = max(peaks[SHAKE, i], abs(felt_end))
-            shaken = 2.0 * max(abs(felt), abs(felt_end)) > peaks[SHAKE, i]
+            desk[SHAKE, i] = max(desk[SHAKE, i], abs(felt_end))
+            shaken = 2.0 * max(abs(felt), abs(felt_end)) > desk[SHAKE, i]
     if shaken:
         accelerations(row, run, law, group, s, h, False)
         accelerations(row, run, law, group, s, h, True)
         for i in range(group.low, group.high):
             ends = desk[A_START, i] + pull, desk[A_END, i] + pull_end, desk[J_START, i], desk[J_END, i]
-            best = max(peaks[SHAKE, i], abs(ends[0]))
-            peaks[SHAKE, i], laid = raise_from(row, run, law, group, SHAKE, i, best, ends, span, terms, laid)
+            best = max(desk[SHAKE, i], abs(ends[0]))
+            desk[SHAKE, i], laid = raise_from(row, run, law, group, SHAKE, i, best, ends, span, terms, laid)
     return laid
 
 
@@ -216,20 +221,20 @@ def watch_points(row, run, law, group, watch, span, terms, now, laid):
     ``now`` = time of the clock's origin.
     """
     book, desk = run.book, run.desk
-    for k in range(row.start[watch[0]], row.start[watch[1]]):
-        inside = row.start[group.first] <= k < row.start[group.last]
+    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+        inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         if inside and book[k, CLOSED] > 0.0:
             laid = watch_force(row, run, law, group, k, span, terms, now, laid)
         else:
             here, there = across(row, k, desk, NOW), across(row, k, desk, END)
             rise, fall = across(row, k, desk, SLOPE), across(row, k, desk, SLOPE + LAST)
-            run.reach[0, k], laid = raise_reach(
-                row, run, law, group, k, 1.0, run.reach[0, k], (here, there, rise, fall), span, terms, laid
+            run.book[k, HIGHEST], laid = raise_reach(
+                row, run, law, group, k, 1.0, run.book[k, HIGHEST], (here, there, rise, fall), span, terms, laid
             )
             lowest, laid = raise_reach(
-                row, run, law, group, k, -1.0, -run.reach[1, k], (-here, -there, -rise, -fall), span, terms, laid
+                row, run, law, group, k, -1.0, -run.book[k, LOWEST], (-here, -there, -rise, -fall), span, terms, laid
             )
-            run.reach[1, k] = -lowest
+            run.book[k, LOWEST] = -lowest
     return laid
 
 
@@ -250,7 +255,7 @@ def raise_reach(row, run, law, group, k, sign, best, ends, span, terms, laid):
 @kernel
 def watch_force(row, run, law, group, k, span, terms, now, laid):
     """Peak uncapped force of one contact over a step, the yield that it may be, and the lowest force of a law that pulls."""
-    book, tally = run.book, run.tally
+    book = run.book
     here, there, rise, fall = book[k, START_FORCE], book[k, END_FORCE], book[k, START_RISE], book[k, END_RISE]
     before = book[k, PEAK]
     best = max(before, here)
@@ -261,18 +266,18 @@ def watch_force(row, run, law, group, k, span, terms, now, laid):
                 spread(row, run, law, group, span[0], span[1])
                 laid = True
             best = max(best, crest(row, run, law, group, PUSH, k, 1.0, span, terms)[0])
-    if best > before and run.levels.size > 0:
+    if best > before and run.timed.shape[2] > 0:
         laid = time_levels(row, run, law, group, k, best, span, terms, now, laid)
     book[k, PEAK] = best
-    if model_of(law, run.laws, k).floor() == -inf:
+    if model_of(law, run.limits, k, LAW).floor() == -inf:
         lowest = min(here, there)
-        if 2.0 * lowest < tally[k, LOWEST_FORCE]:
-            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, tally[k, LOWEST_FORCE])):
+        if 2.0 * lowest < book[k, BOOKED + LOWEST_FORCE]:
+            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, book[k, BOOKED + LOWEST_FORCE])):
                 if not laid:
                     spread(row, run, law, group, span[0], span[1])
                     laid = True
                 lowest = min(lowest, -crest(row, run, law, group, PUSH, k, -1.0, span, terms)[0])
-            tally[k, LOWEST_FORCE] = min(tally[k, LOWEST_FORCE], lowest)
+            book[k, BOOKED + LOWEST_FORCE] = min(book[k, BOOKED + LOWEST_FORCE], lowest)
     if int(book[k, REGION]) == ELASTIC and book[k, STRENGTH] < inf and best > before and best >= book[k, STRENGTH]:
         # A crest that just passes F_E is a yield too, though no branch of it is landed on.
         end = span[0] + span[1]
@@ -280,7 +285,7 @@ def watch_force(row, run, law, group, k, span, terms, now, laid):
     if int(book[k, REGION]) > ELASTIC:
         delta = max(across(row, k, run.desk, END) - book[k, GAP], 0.0)
         rate = across(row, k, run.desk, END + 1)
-        force = transmitted(model_of(law, run.laws, k), run, k, delta, rate)
+        force = transmitted(model_of(law, run.limits, k, LAW), run, k, delta, rate)
         book[k, PLATEAU] = max(book[k, PLATEAU], force)
     return laid
 
@@ -288,26 +293,26 @@ def watch_force(row, run, law, group, k, span, terms, now, laid):
 @kernel
 def time_levels(row, run, law, group, k, best, span, terms, now, laid):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
-    for level in range(run.levels.size):
-        if run.levels[level] > best or not run.first[k, level] != run.first[k, level]:
+    for level in range(run.timed.shape[2]):
+        if run.timed[0, k, level] > best or not run.timed[1, k, level] != run.timed[1, k, level]:
             continue
         x = 0.0
-        if run.book[k, START_FORCE] < run.levels[level]:
+        if run.book[k, START_FORCE] < run.timed[0, k, level]:
             if not laid:
                 spread(row, run, law, group, span[0], span[1])
                 laid = True
             low, high = 0.0, 1.0
-            if run.book[k, END_FORCE] < run.levels[level]:
+            if run.book[k, END_FORCE] < run.timed[0, k, level]:
                 high = crest(row, run, law, group, PUSH, k, 1.0, span, terms)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
-                if reading(row, run, law, group, PUSH, k, x, span, terms) < run.levels[level]:
+                if reading(row, run, law, group, PUSH, k, x, span, terms) < run.timed[0, k, level]:
                     low = x
                 else:
                     high = x
             x = high
         s = span[0] + x * span[1]
-        run.first[k, level] = now + s * s * s * s
-        if run.tally[k, FIRST_YIELD] != run.tally[k, FIRST_YIELD]:
-            run.tally[k, FIRST_YIELD] = run.first[k, level]
+        run.timed[1, k, level] = now + s * s * s * s
+        if run.book[k, BOOKED + FIRST_YIELD] != run.book[k, BOOKED + FIRST_YIELD]:
+            run.book[k, BOOKED + FIRST_YIELD] = run.timed[1, k, level]
     return laid
