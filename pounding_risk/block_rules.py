@@ -84,7 +84,7 @@ class House(NamedTuple):
     period: float | None = None  # s; None is the typology's
     gap: float = nan  # m, as given, to the building on its right
     walls: tuple[float, float] = (nan, nan)  # m along the street, left and right
-    footprint: Footprint | None = None  # m east and north of the street's middle
+    footprint: Footprint | None = None  # m east and north of the middle of all footprints
 
 
 class Filled(NamedTuple):

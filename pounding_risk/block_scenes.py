@@ -34,6 +34,7 @@ class Contact(NamedTuple):
     restitution: str | float | None = 0.65
     yield_force: str | None = None
     column_yield_force: str | None = None
+    tolerance: str | None = None  # of the levels of floors that meet
 
 
 CONCRETE = Contact()  # concrete on concrete: β and e of Jankowski (2005)

@@ -18,7 +18,7 @@ import numpy as np
 
 from pounding_risk.errors import SceneError
 from pounding_risk.footprints import Array, Footprint, crosses_itself, ring_area
-from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, Quantity, QuantityError, parse, shown
+from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, Quantity, QuantityError, parse, say, shown
 from pounding_risk.scene_text import nearest
 from pounding_risk.storeys import MOST_STOREYS
 
@@ -28,6 +28,9 @@ HEIGHT = Quantity("m", 0.0, inf, "height of a building", example="12.5 m", **POS
 AREA = Quantity("m^2", 0.0, inf, "area of a floor", example="180 m^2", **POSITIVE)
 LOAD = Quantity("Pa", 0.0, inf, "load of a floor", example="10 kN/m^2", **POSITIVE)
 WALL = Quantity("m", -inf, inf, "position along the street", open_low=True, open_high=True, example="24.3 m")
+DEGREE = 111.2e3  # m, of latitude
+COARSE = 5e-3  # m on the ground; coordinates that tell no less are doubted
+MOST_DECIMALS = 8  # of degrees that are still so coarse
 FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther
 # Words, or the quantity of a number.
 COLUMNS: dict[str, Quantity | None] = {
@@ -219,7 +222,20 @@ def _read_geojson(text: str, faults: list[str], metres: bool) -> Table:
         footprint = _footprint(place, geometry, metres, faults)
         if footprint is not None:
             entries.append(Entry(place, values, footprint))
-    return Table(entries, left_out)
+    return Table(entries, [*left_out, *_coarse([each.footprint for each in entries], metres)])
+
+
+def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[str]:
+    """A note where the last decimal of the coordinates is larger on the ground than gaps are."""
+    numbers = np.concatenate([NONE, *(ring for each in footprints if each for ring in each.rings)])
+    for decimals in range(MOST_DECIMALS):
+        size = 10.0**-decimals * (1.0 if metres else DEGREE)
+        if size >= COARSE and (numbers == numbers.round(decimals)).all():
+            yield (
+                f"coordinates have {decimals} decimals, {say(size, GAP, 2)} on the ground, and gaps between footprints "
+                "are no finer; give gap [mm] where it was measured"
+            )
+            return
 
 
 def _check_twins(

@@ -18,8 +18,9 @@ import numpy as np
 from pounding_risk.block_rules import Filled, House, Notes, Rules, house
 from pounding_risk.block_scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
 from pounding_risk.block_tables import BlockError, Entry, read_table, repeated
-from pounding_risk.footprints import Facing, azimuth, facing, length, local, street_axis, turned
+from pounding_risk.footprints import Array, Facing, azimuth, facing, length, local, middle, street_axis, turned
 from pounding_risk.quantities import GAP, say, shown
+from pounding_risk.scenario import parse_scene
 
 LONGEST_STREET = 5e3  # m, within which a plane stands for the ellipsoid to 1e-3
 FINEST_GAP = 4  # decimals of a metre: no survey tells less than 0.1 mm
@@ -91,17 +92,25 @@ def block(
     """Read a street's table, and write the scene of each row and filled.csv, what was filled in, to the folder ``out``.
 
     The table and ``rules`` are as for `read_block`; ``records``, ``contact`` and ``tables`` as for `Block.scenes`.
-    Nothing is written where the table has a fault.
+    Nothing is written where the table has a fault, or a scene would have one (SceneError).
     """
     found = read_block(path, rules)
     if out is not None:
         scenes = found.scenes(records, contact=contact, tables=tables)
+        for name, text in scenes.items():
+            parse_scene(text, source=name)  # so that no scene is written that cannot be read
         write_texts(Path(out), {**scenes, FILLED: filled_csv(found.filled)})
     return found
 
 
 def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     """The rows of a street's table, .csv or .geojson.
+
+    A CSV has a head and a line for each building, a GeoJSON (RFC 7946) a feature with a Polygon or a MultiPolygon and
+    the columns as properties. Columns, each with its unit in brackets, `height [m]`, or in its cells: name, street (one
+    table may have several), height, storeys, typology, period, damping, floor mass, or floor area and floor load, gap
+    (to the building on the right), and in a CSV left wall and right wall (positions along the street). Without walls
+    the lines are in the order of the street. Lines of a CSV that start with # are left out.
 
     ``rules`` fill what is missing, and say what makes a row. A street's axis is theirs, or the walls' direction in
     which most of its buildings face each other, pointing as the file lists them.
@@ -112,12 +121,14 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     table = read_table(source, rules.metres)
     notes = Notes([], [], list(table.left_out))
     numbers = {entry.place: number for number, entry in enumerate(table.entries, start=1)}
+    outlines = [entry.footprint for entry in table.entries if entry.footprint is not None]
+    origin = middle(outlines) if outlines else None  # one for all streets, so that a plan can show them
     rows: list[BlockRow] = []
     alone: list[House] = []
     for street in dict.fromkeys(entry.values.get("street", "") for entry in table.entries):
         entries = [entry for entry in table.entries if entry.values.get("street", "") == street]
-        if entries[0].footprint is not None and not rules.metres:
-            entries = _in_metres(entries, notes.faults)
+        if not rules.metres:
+            entries = _in_metres(entries, origin, notes.faults)
         houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
         found = list(_Street(houses, [entry.place for entry in entries], rules, notes).rows())
         alone += [row.buildings[0] for row in found if not row.gaps]
@@ -127,9 +138,11 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     return Block(source.name, tuple(rows), tuple(alone), tuple(notes.filled), tuple(notes.doubts), rules)
 
 
-def _in_metres(entries: Sequence[Entry], faults: list[str]) -> list[Entry]:
-    """Entries of one street with their footprints in metres."""
-    footprints = local([entry.footprint for entry in entries if entry.footprint is not None])
+def _in_metres(entries: Sequence[Entry], origin: Array | None, faults: list[str]) -> list[Entry]:
+    """Entries of one street with their footprints, if they have any, in metres."""
+    if origin is None:
+        return list(entries)
+    footprints = local([entry.footprint for entry in entries if entry.footprint is not None], origin)
     if length(footprints) > LONGEST_STREET:
         places = f"{entries[0].place} to {entries[-1].place}"
         faults.append(
@@ -169,7 +182,9 @@ class _Street(NamedTuple):
             pairs = facing(turned(footprints, along), reach, least)
         else:
             pairs = list(_by_walls([each.walls for each in self.houses]))
-        settled = [Facing(pair.left, pair.right, self._gap(pair)) for pair in pairs]
+        # A wall that is a rounding error beyond another does not overlap it.
+        rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in pairs]
+        settled = [pair._replace(gap=self._gap(pair)) for pair in rounded]
         kept = [pair for pair in settled if pair.gap < self.rules.limit]
         self._check_line(kept)
         after = {pair.left: pair for pair in kept}
@@ -217,7 +232,7 @@ class _Street(NamedTuple):
             return fill(self.rules.gap, "stated for neighbours without one")
         if pair.gap < 0.0:
             return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
-        return round(pair.gap, FINEST_GAP)
+        return pair.gap
 
     def _check_line(self, kept: Sequence[Facing]) -> None:
         """A fault for a building with two neighbours on one side, and for a gap that leads nowhere."""

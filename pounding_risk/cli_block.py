@@ -14,6 +14,7 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pounding_risk.block_scenes import Contact
     from pounding_risk.blocks import Block, BlockRow
 
 NONE: list[str] = []
@@ -51,8 +52,16 @@ def block(
     column_yield_force: Annotated[
         str | None, typer.Option(help="F_E of floor against column.", show_default="no yielding")
     ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(help="Levels of floors that meet may differ by it.", show_default="50 mm")
+    ] = None,
 ) -> None:
-    """Rows and scenes from the table of a street."""
+    """Rows and scenes from the table of a street.
+
+    Columns of a CSV, or properties of GeoJSON footprints, each with its unit as in "height [m]": name, street, height,
+    storeys, typology, period, damping, floor mass (or floor area and floor load), gap to the building on the right, and
+    in a CSV left wall and right wall. What is missing is filled by the rules below, and listed.
+    """
     if out is not None:
         check_folder(out)
     from pounding_risk.block_rules import LIMIT, Rules
@@ -75,7 +84,8 @@ def block(
     if pga is not None:
         read_option("--pga", pga, PGA)
         tables["records"] = {"pga": pga}
-    contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force)
+    contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
+    _check(contact)
     found = run(street, out, rules, records=_known(record) or None, contact=contact, tables=tables)
     print_block(found)
     if out is not None:
@@ -89,6 +99,29 @@ def _restitution(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
+
+
+def _check(contact: Contact) -> None:
+    """Raises PoundingError that names the option of a value that no scene takes."""
+    from pounding_risk.collision import restitution_of
+    from pounding_risk.models.contact import LAWS, stiffness_quantity
+    from pounding_risk.quantities import GAP, YIELD_FORCE
+    from pounding_risk.study import known_law
+
+    law = known_law(contact.contact_model)
+    if contact.contact_model not in LAWS:
+        laws = ", ".join(LAWS)
+        raise PoundingError(f"--contact-model: {contact.contact_model} is for pairs; in a row choose among {laws}")
+    if contact.stiffness is not None:
+        read_option("--stiffness", contact.stiffness, stiffness_quantity(law))
+    restitution_of(str(contact.restitution))
+    for option, text, quantity in (
+        ("--yield-force", contact.yield_force, YIELD_FORCE),
+        ("--column-yield-force", contact.column_yield_force, YIELD_FORCE),
+        ("--tolerance", contact.tolerance, GAP),
+    ):
+        if text is not None:
+            read_option(option, text, quantity)
 
 
 def _known(records: Sequence[str]) -> Sequence[str]:

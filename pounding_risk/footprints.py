@@ -33,21 +33,25 @@ class Facing(NamedTuple):
     gap: float  # negative where they overlap
 
 
-def local(footprints: Sequence[Footprint]) -> list[Footprint]:
-    """Degrees of longitude and latitude to metres east and north of the mean corner.
+def middle(footprints: Sequence[Footprint]) -> Array:
+    """The mean corner of the outer rings."""
+    mean: Array = np.concatenate([ring for each in footprints for ring in each.rings]).mean(axis=0)
+    return mean
 
-    x = N cos φ₀ (λ − λ₀), y = M (φ − φ₀), with the ellipsoid's radii of curvature at φ₀: across the meridian
-    N = a / sqrt(1 − e² sin² φ₀) and along it M = N (1 − e²) / (1 − e² sin² φ₀). A length is off by some
-    tan φ₀ × distance from the middle / 6400 km: 1e-4 of it at the ends of a street of one kilometre.
+
+def local(footprints: Sequence[Footprint], origin: Array) -> list[Footprint]:
+    """Degrees of longitude and latitude to metres east and north of an origin, in degrees too.
+
+    x = N cos φ₀ (λ − λ'), y = M (φ − φ'), with the ellipsoid's radii of curvature at the mean corner's latitude φ₀:
+    across the meridian N = a / sqrt(1 − e² sin² φ₀), along it M = N (1 − e²) / (1 − e² sin² φ₀). A length is off by
+    some tan φ₀ × distance from the mean corner / 6400 km: 1e-4 of it at the ends of a street of one kilometre.
     """
-    corners = np.concatenate([ring for each in footprints for ring in each.rings])
-    middle = corners.mean(axis=0)
     squashed = FLATTENING * (2.0 - FLATTENING)  # e²
-    latitude = radians(middle[1])
+    latitude = radians(middle(footprints)[1])
     root = 1.0 - squashed * sin(latitude) ** 2
     across = EQUATOR / sqrt(root)
     scale = np.radians([across * cos(latitude), across * (1.0 - squashed) / root])
-    return [moved(each, lambda ring: (ring - middle) * scale) for each in footprints]
+    return [moved(each, lambda ring: (ring - origin) * scale) for each in footprints]
 
 
 def moved(footprint: Footprint, how: Callable[[Array], Array]) -> Footprint:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -24,7 +24,8 @@ from pounding_risk.block_tables import BlockError
 from pounding_risk.blocks import Block, read_block
 from pounding_risk.catalogue import entry
 from pounding_risk.cli import app
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.scenario import parse_scene
 from pounding_risk.typologies import TYPOLOGIES
 
 STREETS = Path(pr.__file__).resolve().parent / "scenes"
@@ -111,6 +112,7 @@ def folder(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("streets")
 
 
+@settings(max_examples=50)
 @given(streets(), st.floats(-3.14, 3.14))
 def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street, turn):
     """However the footprints are turned; in metres, and in degrees near the equator, where 1e-5 degrees are 1.1 m."""
@@ -121,6 +123,7 @@ def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street
     assert sorted(gap for row in table.rows for gap in row.gaps) == pytest.approx(sorted(g for g in gaps if g < 1.0))
 
 
+@settings(max_examples=50)
 @given(streets(), st.floats(-3.14, 3.14))
 def test_degrees_are_as_good_as_metres(folder, street, turn):
     """At the equator, by 110.574 km a degree north and 111.320 km east, the ellipsoid's own (Snyder 1987, table 3)."""
@@ -132,6 +135,7 @@ def test_degrees_are_as_good_as_metres(folder, street, turn):
         assert mine.gaps == pytest.approx(theirs.gaps, abs=2e-4)
 
 
+@settings(max_examples=50)
 @given(streets())
 def test_a_mirrored_street_is_the_mirrored_rows(folder, street):
     """Walls seen from behind reverse the rows, as do footprints listed the other way; footprints turned over do not."""
@@ -164,6 +168,16 @@ def test_both_sides_of_a_street_are_rows_of_their_own(folder):
     assert [row.gaps for row in block.rows] == [(0.02, 0.02)] * 2
     assert [row.name for row in block.rows] == ["street, row 1", "street, row 2"]
     assert {round(row.direction, 6) for row in block.rows} == {90.0}  # east
+
+
+def test_streets_of_one_file_keep_their_places(folder):
+    """Two squares on one meridian, a hundredth of a degree apart: 111.229 km a degree at 50 degrees north (WGS 84)."""
+    size = 1e-4
+    rings = [[[x * size / 10 + 8.0, y * size / 10 + 50.0 + street / 100] for x, y in SQUARE] for street in (0, 1)]
+    features = [feature([ring], street=f"{street}", **{"floor mass [t]": 80}) for street, ring in enumerate(rings)]
+    block = read(folder, json.dumps({"type": "FeatureCollection", "features": features}), "street.geojson")
+    one, other = (house.footprint.rings[0][0] for house in block.alone if house.footprint)
+    assert other - one == pytest.approx([0.0, 1112.29], abs=0.1)
 
 
 def test_streets_of_one_file_are_told_apart(folder):
@@ -353,6 +367,18 @@ def test_coordinates_that_are_not_degrees_are_refused(folder):
     assert "feature 1 to feature 1: their footprints lie 1.57e6 m apart, a street has at most 5000 m" in fault
 
 
+@pytest.mark.parametrize(
+    ("decimals", "metres", "told"), [(6, False, "110 mm"), (8, False, ""), (2, True, "10 mm"), (3, True, "")]
+)
+def test_coordinates_too_coarse_for_gaps_are_noted(folder, decimals, metres, told):
+    """A degree of latitude is 111.2 km: six decimals are 0.11 m, eight 1.1 mm."""
+    size = 1.0 if metres else 1e-5
+    corners = [[round(x * size * 1.23456789, decimals), round(y * size * 1.23456789, decimals)] for x, y in SQUARE]
+    text = json.dumps({"type": "FeatureCollection", "features": [feature([corners], **{"floor mass [t]": 80})]})
+    notes = read(folder, text, "street.geojson", metres=metres).notes
+    assert [f"{told} on the ground" in note for note in notes] == ([True] if told else [])
+
+
 @pytest.mark.parametrize("name", ["street.txt", "none.csv", "nonsense.csv"])
 def test_a_file_that_is_no_table_is_told(folder, name):
     (folder / "street.csv").write_text(HEAD, encoding="utf-8")
@@ -408,6 +434,7 @@ def test_the_shipped_street_is_thirty_buildings_in_three_rows(shipped):
     # Coordinates of 1e-10 degrees are 0.01 mm, gaps 0.1 mm.
     assert part.gaps == pytest.approx(table.rows[1].gaps, abs=1.01e-4)
     assert part.direction == pytest.approx(57.0, abs=1e-3)
+    assert [each.column for each in prints.filled if each.column == "gap"] == []
     assert "made street" in (STREETS / "street.csv").read_text(encoding="utf-8").partition("\n")[0]
     assert "made street" in (STREETS / "street.geojson").read_text(encoding="utf-8")
 
@@ -430,6 +457,35 @@ def test_scenes_hold_every_value_of_their_rows(shipped):
             assert tuple(gaps) == row.gaps
             assert all(entry(name).horizontal for name in scene["records"]["names"])
             assert f"# {len(row.buildings)} buildings of {block.source}" in text
+
+
+def assert_read(block: Block) -> None:
+    """Every scene of a block is read as a row of its buildings and gaps."""
+    for row, (name, text) in zip(block.rows, block.scenes(["RSN6-180"]).items(), strict=True):
+        study = parse_scene(text, source=name)
+        assert study.is_row
+        assert [each.name for each in study.buildings] == [house.name for house in row.buildings]
+        assert tuple(each.gap for each in study.neighbours) == row.gaps
+        for house, built in zip(row.buildings, study.buildings, strict=True):
+            assert built.masses == (house.floor_mass,) * house.storeys
+            assert built.height == pytest.approx(house.height, rel=1e-12)  # a sum of storeys
+            # The period of the chain, an eigenvalue, is the typology's formula C_t h^x.
+            code = TYPOLOGIES[house.typology].code
+            assert built.period == pytest.approx(code.coefficient * house.height**code.exponent, rel=1e-9)
+        for (left, right), neighbour in zip(pairwise(row.buildings), study.neighbours, strict=True):
+            highest = max(point.level for point in neighbour.points)
+            assert highest == pytest.approx(min(left.height, right.height), abs=0.05 + 1e-9)  # levels' tolerance
+
+
+def test_every_scene_of_the_shipped_street_is_read(shipped):
+    for block in shipped:
+        assert_read(block)
+
+
+@settings(max_examples=25)
+@given(streets())
+def test_every_scene_of_a_street_is_read(folder, street):
+    assert_read(read(folder, as_csv(street)))
 
 
 def test_sections_of_a_scene_can_be_given(shipped):
@@ -484,9 +540,17 @@ def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path):
         [str(tmp_path / "bad.csv")],
         [str(STREETS / "street.csv"), "--record", "RSN6"],
         [str(STREETS / "street.csv"), "--floor-load", "10 kN"],
+        [str(STREETS / "street.csv"), "--stiffness", "10 kN/m"],
+        [str(STREETS / "street.csv"), "--contact-model", "hertzian"],
+        [str(STREETS / "street.csv"), "--contact-model", "stereomechanical"],
+        [str(STREETS / "street.csv"), "--restitution", "2"],
+        [str(STREETS / "street.csv"), "--tolerance", "5"],
         [str(STREETS / "street.csv"), "--metres"],
     ):
         told = CliRunner().invoke(app, ["block", *words, "-o", str(out)])
         assert told.exit_code == 2, told.output
         assert told.stderr.startswith("pounding-risk: ")
         assert not out.exists()
+    with pytest.raises(SceneError, match="yield_force"):
+        pr.block(STREETS / "street.csv", out, contact=block_scenes.Contact(yield_force="2"))
+    assert not out.exists()

@@ -44,7 +44,7 @@ def test_metres_are_those_of_the_ellipsoid(longitude, latitude, offsets):
     """
     per_degree = 111e3
     degrees = np.array(offsets) / (per_degree * cos(radians(latitude)), per_degree) + (longitude, latitude)
-    (flat,) = footprints.local([Footprint((degrees,))])
+    (flat,) = footprints.local([Footprint((degrees,))], degrees[0])
     points = np.array([in_space(*each) for each in degrees])
     told = np.linalg.norm(flat.rings[0][:, None] - flat.rings[0], axis=2)
     true = np.linalg.norm(points[:, None] - points, axis=2)
@@ -52,7 +52,8 @@ def test_metres_are_those_of_the_ellipsoid(longitude, latitude, offsets):
 
 
 def test_east_is_x_and_north_is_y():
-    (flat,) = footprints.local([Footprint((np.array([(10.0, 50.0), (10.001, 50.0), (10.0, 50.001)]),))])
+    corners = np.array([(10.0, 50.0), (10.001, 50.0), (10.0, 50.001)])
+    (flat,) = footprints.local([Footprint((corners,))], corners[0])
     origin, east, north = flat.rings[0]
     assert east[0] > origin[0] and east[1] == origin[1]
     assert north[1] > origin[1] and north[0] == origin[0]
