@@ -57,7 +57,8 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
     picture: Any = None
     for axis, line in zip(axes[:, 0], lines, strict=True):
         picture = _draw(axis, case, line, tallest)
-    bar = figure.colorbar(picture, ax=axes, aspect=30, pad=0.01, label="share of the motions with contact")
+        axis.set_xlim(-1.0, max(each.walls[-1] for each in lines) + WIDTH + 1.0)
+    bar = figure.colorbar(picture, ax=axes, aspect=30 * len(lines), pad=0.01, label="share of the motions with contact")
     bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     _legend(figure, case)
     if titled:
@@ -144,7 +145,7 @@ def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
             linewidths=[2.2 if edge == RAISED else 0.9 for edge in edges], plotnonfinite=True,
         )  # fmt: skip
     axis.axhline(0.0, color="black", linewidth=1.4)
-    axis.set(xlim=(-1.0, line.walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.16 * tallest), ylabel="height [m]")
+    axis.set(ylim=(-0.01 * tallest, 1.16 * tallest), ylabel="height [m]")
     axis.set_yticks([tick for tick in axis.get_yticks() if 0.0 <= tick <= tallest])
     axis.spines["left"].set_bounds(0.0, tallest)
     axis.set_xticks([])
