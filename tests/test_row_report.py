@@ -60,8 +60,8 @@ def test_ends_and_interiors_stand_apart(results, blocks):
     touched = (here["impact_count"].isel(interface=0) > 0).values.ravel()
     drift = [here[name].isel(building=0).values.ravel()[touched] for name in ("peak_drift", "peak_drift_free")]
     assert rows[0][2]["raw"] == np.median(drift[0] / drift[1])
-    assert rows[-2][0]["text"].startswith("1 ends")
-    assert rows[-1][0]["text"].startswith("2 interiors")
+    assert rows[-2][0]["text"].startswith("1 end:")
+    assert rows[-1][0]["text"].startswith("2 interiors:")
 
 
 @pytest.mark.slow

@@ -104,7 +104,8 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
     for position in POSITIONS:
         mine = [at for at, building in enumerate(case.buildings) if building.position == position]
         cells = [middle(percentiles([values[at] for at in mine] or [nan]), "1") for values in (raised, shaken)]
-        rows.append([f"{len(mine)} {'ends' if position == 'end' else 'interiors'}: median (16 to 84 %)", "", *cells])
+        who = f"{len(mine)} {position}{'s' if len(mine) != 1 else ''}"
+        rows.append([f"{who}: median (16 to 84 %)", "", *cells])
     impulse = _of_runs(case, "row_impulse", "N s")
     lost = _of_runs(case, "row_energy_lost", "J")
     return [
