@@ -187,7 +187,7 @@ class Contact:
             self.peaks.raise_to(name, top)
             if top < 0.0:
                 continue
-            for i, rise in _near_tops(values):
+            for i, rise in near_tops(values):
                 # The parabola says how far the top stands above the points; three times that is a safe guess.
                 if top + 3.0 * rise <= self.peaks.get(name, 0.0):
                     continue
@@ -203,7 +203,7 @@ class Contact:
                 self.peaks.raise_to(name, -float(search.fun))
 
 
-def _near_tops(values: list[float]) -> list[tuple[int, float]]:
+def near_tops(values: list[float]) -> list[tuple[int, float]]:
     """(index, rise above it) of each point beside a maximum: inner tops, and ends that turn inward."""
     tops = []
     for i in range(1, len(values) - 1):
