@@ -29,6 +29,8 @@ _HOMES = {
     "assess": "assessment",
     "view": "explorer",
     "report": "reports",
+    "draw": "row_pictures",
+    "animate": "animation",
     "block": "blocks",
     "read_block": "blocks",
     "open_results": "results",

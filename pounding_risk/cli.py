@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
+from pounding_risk.cli_draw import draw as draw_row
 from pounding_risk.cli_input import (
     FIGURES,
     Blow,
@@ -389,4 +390,5 @@ app.command()(separations)
 app.command()(assess)
 app.command()(view)
 app.command()(report)
+app.command("draw")(draw_row)
 app.command()(block)

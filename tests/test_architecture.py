@@ -175,7 +175,11 @@ ASSESSED = (
     r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|"
     r"verdicts\.py"
 )
-DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|explorer\.py|reports/.*|{ASSESSED}", name)]
+DRAWN = [
+    name
+    for name in NAMES
+    if re.fullmatch(rf"figures.*|results\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}", name)
+]
 
 
 @pytest.mark.parametrize("name", DRAWN)

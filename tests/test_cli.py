@@ -40,6 +40,7 @@ COMMANDS = (
     "assess",
     "view",
     "report",
+    "draw",
     "block",
 )
 SCENE = """\
