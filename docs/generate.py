@@ -28,6 +28,7 @@ from generation.notebooks import notebook_pages, reading_order, tutorials  # noq
 from generation.records import checks_page, formats_page, steps_page  # noqa: E402
 from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
+from generation.typologies import typologies_page  # noqa: E402
 
 # The site has better for these, and a reader of the site has no use for them.
 UNUSED = ("Test it", "Your own contact law", "Effects, only where a scene names them", "Where to go next")
@@ -43,6 +44,7 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "contact_models.md": laws_page(),
         "effects.md": effects_page(),
         "restitution.md": restitution_page(),
+        "typologies.md": typologies_page(),
         "formats.md": formats_page(),
         "steps.md": steps_page(),
         "checks.md": checks_page(),

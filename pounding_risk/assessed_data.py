@@ -32,7 +32,8 @@ OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an att
     "effects": "effects",
 }
 NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
-LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage"}  # they leave the free motion linear
+# They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
+LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
 NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
 UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
 
@@ -46,6 +47,7 @@ class Motions(NamedTuple):
     amplitudes: tuple[float | None, ...]  # m/s2, of the grid; None for motions as recorded
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude
+    alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
 
 
 def check_dataset(results: xr.Dataset) -> None:
@@ -71,18 +73,48 @@ def check_dataset(results: xr.Dataset) -> None:
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """Each pair of neighbours, named "left | right", and the dataset without the dimension of interfaces."""
+    """Each pair of neighbours, named "left | right", and its part of the dataset, without the dimension of interfaces.
+
+    ``gap`` is the interface's own. Where the grid varies another's gap, its own is one: beside that gap of the other
+    which is nearest to the scene's.
+    """
     names = [str(name) for name in results["building"].values]
     pairs = [f"{left} | {right}" for left, right in pairwise(names)]
     if "interface" not in results.dims:
         return [(pairs[0], results)]
-    return [(name, results.isel(interface=at, building=slice(at, at + 2))) for at, name in enumerate(pairs)]
+    return [(name, _one_interface(results, at)) for at, name in enumerate(pairs)]
+
+
+def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
+    part = {"interface": at, "building": slice(at, at + 2)}
+    if "contact_point" in results.dims:
+        part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
+    gaps = own_gaps(results).isel(interface=at)
+    if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
+        part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
+        gaps = gaps.isel(gap=part["gap"])
+    return results.isel(part).assign_coords(gap=("gap", gaps.values, results["gap"].attrs))
+
+
+def own_gaps(results: xr.Dataset) -> xr.DataArray:
+    """The gap [m] of each interface of a row at each gap of the grid, which may vary one interface's alone."""
+    if "interface_gap" in results.variables:
+        return results["interface_gap"].transpose("gap", "interface")
+    return results["gap"].expand_dims(interface=results["interface"].values).transpose("gap", "interface")
+
+
+def scene_place(results: xr.Dataset) -> int:
+    """The place along the grid's gaps of a row that is nearest to the scene's own gap, where that varies."""
+    gaps = own_gaps(results).values
+    varied = np.flatnonzero(np.ptp(gaps, axis=0) > 0.0)
+    at = int(varied[0]) if varied.size else 0
+    return int(np.abs(gaps[:, at] - scene_gap(results, at)).argmin())
 
 
 def scene_gap(results: xr.Dataset, place: int) -> float:
-    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it."""
-    scene = tomllib.loads(results.attrs["scene_resolved"])
-    return parse(scene["interface"][place]["gap"], GAP)
+    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it: one for all, or one each."""
+    tables = tomllib.loads(results.attrs["scene_resolved"])["interface"]
+    return parse(tables[min(place, len(tables) - 1)]["gap"], GAP)
 
 
 def is_linear(results: xr.Dataset) -> bool:
@@ -91,14 +123,19 @@ def is_linear(results: xr.Dataset) -> bool:
 
 
 def motions_of(results: xr.Dataset) -> Motions:
-    """The motions of one interface, record by record and polarity by polarity."""
+    """The motions of one interface, record by record and polarity by polarity.
+
+    In a row what stands further along may push a building across a gap that the motion without contact leaves open:
+    ``closing`` is then the most that is closed, with the penetration, in such a run under any contact model and F_E.
+    """
     facts = {each.get("name"): each for each in told(results, "records", [])}
     records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
     shared = [recording(facts.get(name, {}), name) for name in records]
     amplitudes: tuple[float | None, ...] = (None,)
     if "pga" in results.coords:
         amplitudes = tuple(float(pga) for pga in np.atleast_1d(results["pga"].values))
-    closing = _by_amplitude(results["peak_closing_free"])
+    alone = _by_amplitude(results["peak_closing_free"])
+    closing = np.fmax(alone, _pushed(results)) if is_of_row(results) else alone
     turns = len(polarities)
     return Motions(
         tuple(name for name in records for _ in polarities),
@@ -106,8 +143,21 @@ def motions_of(results: xr.Dataset) -> Motions:
         np.repeat(labels([_hashable(each) for each in shared]), turns),
         amplitudes,
         closing,
-        np.atleast_1d(np.isfinite(closing).all(axis=1)),
+        np.atleast_1d(np.isfinite(alone).all(axis=1)),
+        alone if is_of_row(results) else None,
     )
+
+
+def is_of_row(results: xr.Dataset) -> bool:
+    """True for one interface of a row, as `interfaces` gives it."""
+    return "interface" in results.coords
+
+
+def _pushed(results: xr.Dataset) -> Array:
+    """The most that each motion closes where it touches at a gap that it leaves open alone; NaN where it never does."""
+    opened = results["peak_closing_free"] <= results["gap"]
+    reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
+    return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in ("record", "polarity", "pga")]))
 
 
 def _hashable(value: Any) -> Any:
@@ -133,8 +183,7 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
     """
     gaps = results["gap"].values
     nearest = int(np.abs(gaps - gap).argmin())
-    forces = results["yield_force"].values
-    one = results["yield_exceedance"].isel(gap=nearest, yield_force=np.isfinite(forces))
+    one = results["yield_exceedance"].isel(gap=nearest, yield_force=_may_yield(results))
     rest = [axis for axis in ("pga", "contact_model", "yield_force") if axis in one.dims]
     values = by_motion(one, rest)
     values = values if "pga" in rest else values[:, None]
@@ -142,16 +191,26 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
 
 
 def finite_forces(results: xr.Dataset) -> Array:
-    """The grid's yield forces [N] without inf, which never yields."""
-    forces = results["yield_force"].values
-    return np.asarray(forces[np.isfinite(forces)])
+    """The grid's yield forces [N] without inf, which never yields, unless columns have a yield force of their own."""
+    return np.asarray(results["yield_force"].values[_may_yield(results)])
+
+
+def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
+    """Under which yield forces of the grid some contact may yield."""
+    if not (is_of_row(results) and "contact_point_yield_force" in results.variables):
+        return np.asarray(np.isfinite(results["yield_force"].values))
+    # By the grid's yield force where floors meet; a column keeps its own.
+    own = results["contact_point_yield_force"].broadcast_like(results["yield_force"])
+    return np.asarray(np.isfinite(own.transpose("yield_force", "contact_point").values).any(axis=1))
 
 
 def intensities(results: xr.Dataset, intensity: str) -> Array:
     """The intensity of every motion [m/s2], (motions, amplitudes): "pga", or "sa(left)", "sa(right)" or by name.
 
-    Sa of a building is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest
-    displacement without contact. Raises PoundingError for another word, and for a rigid building.
+    Sa of a single mass is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest
+    displacement without contact; of a building with storeys, that of the record at its first period with a damping of
+    5 %, by the lines between the periods of the dataset's spectra. Raises PoundingError for another word, and for a
+    rigid building.
     """
     polarities = results.sizes["polarity"]
     if intensity == "pga":
@@ -161,7 +220,18 @@ def intensities(results: xr.Dataset, intensity: str) -> Array:
         return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
     side = _side(results, intensity)
     period = _period(results, intensity)
+    if "building_storeys" in results.coords and int(results["building_storeys"].values[side]) > 1:
+        return _of_records(results, period)
     return _by_amplitude(results["peak_displacement_free"].isel(building=side)) * (2.0 * np.pi / period) ** 2
+
+
+def _of_records(results: xr.Dataset, period: float) -> Array:
+    """Sa of the records at a period [m/s2], as they are scaled, (motions, amplitudes)."""
+    spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
+    at = [np.exp(np.interp(np.log(period), np.log(periods.values), np.log(each))) for each in spectra]
+    scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
+    peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
+    return np.asarray(peaks * intensities(results, "pga"))
 
 
 def _period(results: xr.Dataset, intensity: str) -> float:

@@ -180,7 +180,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     asked = (options.percentile, options.target)
-    sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked)
+    sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
     sensitivity += of_yielding(about, options.target) if about.forces else ()
     fragility = (
         *_contact_curves(results, every, gaps, options),
@@ -244,6 +244,7 @@ def _at_level(motions: Motions, level: int) -> Motions:
         (motions.amplitudes[level],),
         motions.closing[kept, level : level + 1],
         motions.finite[kept],
+        None if motions.alone is None else motions.alone[kept, level : level + 1],
     )
 
 
@@ -293,7 +294,9 @@ def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options:
     ims = data.intensities(results, options.intensity)[motions.finite]
     closing, recordings = motions.closing[motions.finite], _numbered(motions.recordings[motions.finite])
     im, who = ims.ravel(), np.repeat(recordings, ims.shape[1])
-    linear = data.is_linear(results)
+    # What is pushed across a gap by others does not grow with the motion.
+    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
+    linear = data.is_linear(results) and not pushed
     for gap in map(float, gaps):
         touching = (closing > gap).ravel()
         found, method, note = curves.fit(im, touching, who), _method(motions, options), ""

@@ -14,6 +14,8 @@ import typer
 from typer.core import TyperGroup
 
 from pounding_risk.cli_assess import assess
+from pounding_risk.cli_block import block
+from pounding_risk.cli_draw import draw as draw_row
 from pounding_risk.cli_input import (
     FIGURES,
     Blow,
@@ -26,6 +28,7 @@ from pounding_risk.cli_input import (
     writable,
 )
 from pounding_risk.cli_models import models
+from pounding_risk.cli_modes import modes
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
@@ -382,7 +385,10 @@ def stability(
 
 
 app.command()(models)
+app.command()(modes)
 app.command()(separations)
 app.command()(assess)
 app.command()(view)
 app.command()(report)
+app.command("draw")(draw_row)
+app.command()(block)

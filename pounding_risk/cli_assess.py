@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from math import isnan
+from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
 MOST_CURVES = 8  # fragilities of yielding that are listed
 WORDS = {"contact": "contact", "yield": "yielding"}
+COLUMNS = "columns' own"
 KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
 
 
@@ -162,8 +163,7 @@ def _print_yielding(one: InterfaceAssessment, confidence: float) -> None:
         "left out",
     )
     rows = [
-        (str(each.contact_model), engineering(each.yield_force or 0.0, "N"), *_share(each), str(each.left_out or "–"))
-        for each in shown
+        (str(each.contact_model), _force(each.yield_force), *_share(each), str(each.left_out or "–")) for each in shown
     ]
     print_table(heads, rows, "lrrrrrr")
     print()
@@ -205,7 +205,7 @@ def _curves(one: InterfaceAssessment) -> Iterator[Fragility]:
 
 def _curve(each: Fragility) -> tuple[str, ...]:
     model = f"yielding, {each.contact_model}" if each.what == "yield" else each.what
-    force = "–" if each.yield_force is None else engineering(each.yield_force, "N")
+    force = _force(each.yield_force)
     about = (model, _length(each.gap), force)
     return (
         *about,
@@ -226,7 +226,7 @@ def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
     for each, rate in zip(one.fragility, one.rates, strict=True):
         if each not in shown:
             continue
-        force = "–" if rate.yield_force is None else engineering(rate.yield_force, "N")
+        force = _force(rate.yield_force)
         values = (
             f"{rate.annual:.3g}",
             "–" if isnan(rate.low) else f"{rate.low:.2g} to {rate.high:.2g}",
@@ -265,6 +265,13 @@ def _print_separations(one: InterfaceAssessment, percentile: float) -> None:
     print("need more than it asks for from them; NO: the clause is not verified; `separations` shows more")
     if any(ONE_GROUND in each.row.note for each in rows):
         print(f"{SHARED[ONE_GROUND]}.")
+
+
+def _force(value: float | None) -> str:
+    """A yield force; where floors never yield, columns may, at their own."""
+    if value is None:
+        return "–"
+    return engineering(value, "N") if isfinite(value) else COLUMNS
 
 
 def _length(value: float | None) -> str:

@@ -1,4 +1,4 @@
-"""What `models` prints: every contact model and effect there is, from the classes themselves."""
+"""What `models` prints: every contact model, effect and typology there is, from the classes themselves."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from typing import Any
 
 
 def models() -> None:
-    """Every contact model and effect, and what each takes."""
+    """Contact models, effects and typologies: what each takes."""
     from pounding_risk.cli_output import print_table
     from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.instant import CONTACT_MODELS
+    from pounding_risk.typologies import TYPOLOGIES
 
     heads = ("contact model", "stiffness", "restitution", "F_E", "what it is and where it is from")
     # The package's own first, in the order of their module; a user's own laws after them.
     print_table(heads, [_model(name, law) for name, law in CONTACT_MODELS.items()], "lllll")
     print("\nRestitution: e is asked for; exact where a relation is known that returns it; – where none takes part.\n")
     print_table(("effect", "options", "acts on", "where it is from"), list(map(_effect, EFFECTS.items())), "llll")
+    print()
+    kinds = ("typology", "period in s, h in m", "mode shape", "yields at, in g", "verified", "where it is from")
+    print_table(kinds, list(map(_typology, TYPOLOGIES.values())), "llllll")
 
 
 def _model(name: str, law: Any) -> tuple[str, ...]:
@@ -43,6 +47,11 @@ def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
     law = " and ".join(["yielding", *kind.needs])
     acts = "the ground" if acts_on_ground(name) else "the buildings" if acts_on_buildings(name) else law
     return name, ", ".join(options) or "–", acts, f"{_first_line(kind)} {kind.reference}"
+
+
+def _typology(kind: Any) -> tuple[str, ...]:
+    facts = kind.name, kind.period_words, kind.shape_words, kind.yield_words
+    return *facts, "yes" if kind.code.verified else "NO", f"{kind.words}; {kind.code.reference}; {kind.code.source}"
 
 
 def _first_line(kind: Any) -> str:

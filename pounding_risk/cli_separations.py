@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -42,6 +42,7 @@ def separations(
     intensity: Annotated[int | None, typer.Option(help="In China: 6 to 9.", show_default=False)] = None,
     structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
     ground: Annotated[str | None, typer.Option(help="Design acceleration a_g S, in Italy.", show_default=False)] = None,
+    interface: Annotated[str | None, typer.Option(help='Of a row, "left | right".', show_default="every one")] = None,
     figure: Figure = None,
 ) -> None:
     """Separations of building codes, beside those needed."""
@@ -51,18 +52,39 @@ def separations(
             raise PoundingError("--figure: needs a dataset to draw; name one, such as results.nc")
         print_rules()
         return
+    from pounding_risk.assessed_data import interfaces
     from pounding_risk.quantities import PGA
     from pounding_risk.results import open_results
     from pounding_risk.separations import Site, code_table
 
     surface = None if ground is None else read_option("--ground", ground, PGA)
     site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure, surface)
-    table = code_table(open_results(results), percentile, site)
-    print_code_table(table)
+    dataset = open_results(results)
+    chosen = _chosen(interfaces(dataset) if "interface" in dataset.dims else [("", dataset)], interface)
+    if len(chosen) > 1 and figure_file is not None:
+        raise PoundingError(f'--figure: shows one of {len(chosen)} interfaces; add --interface "{chosen[0][0]}"')
+    for name, one in chosen:
+        table = code_table(one, percentile, site)
+        if len(chosen) > 1:
+            print(f"{name}\n")
+        print_code_table(table)
+        if len(chosen) > 1:
+            print()
     if figure_file is not None:
         from pounding_risk.figures_separations import separations_figure
 
         draw(separations_figure(table), figure_file)
+
+
+def _chosen(every: list[tuple[str, Any]], asked: str | None) -> list[tuple[str, Any]]:
+    """The interface that is asked for, or all; raises PoundingError for one that the dataset has not."""
+    if asked is None:
+        return every
+    found = [each for each in every if each[0] == asked]
+    if not found:
+        known = ", ".join(name for name, _ in every if name) or "none: it is of a pair"
+        raise PoundingError(f"--interface: {asked!r} is not in the dataset, which has {known}")
+    return found
 
 
 def _heights(texts: Sequence[str]) -> tuple[float, float] | None:

@@ -31,7 +31,7 @@ from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
 from pounding_risk.results import check_target, save
-from pounding_risk.study import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, unknown_law
+from pounding_risk.study import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, needs_pair, unknown_law
 
 USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise
 ELASTIC = 1e-6  # a law whose restitution is this close to 1 does not dissipate
@@ -73,7 +73,7 @@ def compare(
     speed, relation or ``same`` that is none, and for fewer than two laws; all before the first run.
     """
     target = None if out is None else check_target(out)
-    study = as_study(study)
+    study = needs_pair(as_study(study), "compare")
     without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)
@@ -86,7 +86,7 @@ def compare(
     dataset = dataset.assign(_histories(study, typical_case(dataset, baseline)))
     same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
     dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
-    dataset.attrs |= {"speed": at_speed, "reduced_mass": reduced_mass(study)}
+    dataset.attrs |= {"speed": at_speed, "reduced_mass": study.striking_mass}
     dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
     if target is not None:
         save(dataset, target)
@@ -179,19 +179,13 @@ def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
         )
 
 
-def reduced_mass(study: Study) -> float:
-    """m1 m2 / (m1 + m2) of the two buildings [kg]; the other's mass where one is rigid."""
-    left, right = (building.oscillator() for building in study.buildings)
-    return float(1.0 / (left.inverse_mass + right.inverse_mass))
-
-
 def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impact]:
     """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding.
 
     Floors collide as they are: their impedances are no matter of the reduced mass.
     """
     terms = study.equal_terms or USUAL_TERMS
-    wall = reduced_mass(study), inf
+    wall = study.striking_mass, inf
     found = []
     for name in study.grid.contact_models:
         law, masses = study.law(name, stiffnesses.get(name)), wall
@@ -241,7 +235,7 @@ def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
     records, grid = study.records, study.grid
     pga = grid.pgas[place.get("pga", 0)]
     motion = driven(motions_of(study)[place["record"]], records.polarities[place["polarity"]], pga)
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
     gap, strength = grid.gaps[place["gap"]], grid.yield_forces[place["yield_force"]]
     samples = np.arange(len(motion.acceleration)) * motion.dt

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_left
 from math import isnan, nan
 from typing import Any, NamedTuple
@@ -10,6 +11,8 @@ from pounding_risk.models.structures import Building
 
 FLOOR, COLUMN = KINDS = ("floor", "column")
 TOLERANCE = 0.05  # m, between the levels of floors that count as one
+HERE = r"(storey|column) ([1-9][0-9]*)(?: at ([0-9]*\.?[0-9]+))?"  # how a scene names a place on a building
+LOWEST = 0.001  # part of a storey up which a column may be met; below it is the floor
 Meeting = tuple[float, float, str, float]  # floor of the left building, of the right one, kind, level [m]
 
 
@@ -66,7 +69,8 @@ def given_point(left: Any, right: Any, left_floor: float, right_floor: float) ->
     one, other = outlines(left, right)
     whole = [side.level_of(floor) for side, floor in ((one, left_floor), (other, right_floor)) if floor == int(floor)]
     levels = whole or [one.level_of(left_floor), other.level_of(right_floor)]
-    return left_floor, right_floor, _kind(one, other, left_floor, right_floor), sum(levels) / len(levels)
+    level = nan if isnan(levels[0]) else sum(levels) / len(levels)  # math's own NaN, so that points compare equal
+    return left_floor, right_floor, _kind(one, other, left_floor, right_floor), level
 
 
 def level_gap(left: Any, right: Any, left_floor: float, right_floor: float) -> float:
@@ -74,6 +78,34 @@ def level_gap(left: Any, right: Any, left_floor: float, right_floor: float) -> f
     one, other = outlines(left, right)
     apart = abs(one.level_of(left_floor) - other.level_of(right_floor))
     return 0.0 if isnan(apart) else apart
+
+
+def floor_number(words: str) -> float | None:
+    """The floor number of "storey 2" (its top, 2.0) or "column 3 at 0.5" (2.5); None for other words.
+
+    >>> floor_number("storey 2"), floor_number("column 3 at 0.4"), floor_number("column 3 at 1.4")
+    (2.0, 2.4, None)
+    """
+    found = re.fullmatch(HERE, " ".join(words.split()))
+    if not found or (found[1] == "column") != (found[3] is not None):
+        return None
+    if found[3] is None:
+        return float(found[2])
+    part = float(found[3])
+    return int(found[2]) - 1 + part if LOWEST <= part <= 1.0 - LOWEST else None
+
+
+def floor_words(floor: float) -> str:
+    """What `floor_number` reads as this very floor.
+
+    >>> floor_words(2.0), floor_words(2.4)
+    ('storey 2', 'column 3 at 0.4')
+    """
+    below = int(floor)
+    if floor == below:
+        return f"storey {below}"
+    words = (f"column {below + 1} at {floor - below:.{digits}f}" for digits in range(1, 40))
+    return next(each for each in words if floor_number(each) == floor)
 
 
 def outlines(left: Any, right: Any) -> tuple[Outline, Outline]:

@@ -13,11 +13,12 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.ensemble import as_study, scan
+from pounding_risk.errors import SceneError
 from pounding_risk.ladder import bench_of, run_event
-from pounding_risk.models.effects import EFFECTS, acts_on_ground, refusal
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, refusal
 from pounding_risk.quantities import Quantity, parse
 from pounding_risk.results import as_text, check_target, save
-from pounding_risk.study import Effect, Study, known_law
+from pounding_risk.study import Effect, Study, known_law, needs_pair
 
 NONE, ALL = "none", "all together"
 CASES_TIMED = 24
@@ -43,16 +44,19 @@ def effects(
 ) -> xr.Dataset:
     """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
 
-    The effects are those of the scene; where it names none, all that act on one of its contact models, with the options
-    of their examples. An effect that acts on another is switched on with it. Contact models that one of the effects
-    does not act on are left out. Dimensions: effects, and those of `scan`. Variables: the outputs of `COMPARED`,
-    ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects act on cases that do not yield, too], and
-    ``time`` [s of the processor per run, every case run, median of ``repeats``], ``time_ratio`` over the scene without.
+    The effects are those of the scene; where it names none, all that act on the ground or on one of its contact models,
+    with the options of their examples. An effect that acts on another is switched on with it. Contact models that one
+    of the effects does not act on are left out. Dimensions: effects, and those of `scan`. Variables: the outputs of
+    `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects act on cases that do not yield,
+    too], and ``time`` [s of the processor per run, every case run, median of ``repeats``], ``time_ratio`` over the
+    scene without.
 
-    Raises as `scan` does.
+    Raises as `scan` does, and SceneError for an effect that acts on buildings.
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
+    _check_pair(study)
+    needs_pair(study, "effects")
     laws = study.grid.contact_models
     asked = study.effects or tuple(_example(name) for name in EFFECTS if any(_acts(name, law) for law in laws))
     taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))
@@ -100,7 +104,16 @@ def _example(name: str) -> Effect:
 
 
 def _acts(effect: str, law: str) -> bool:
-    return not refusal(known_law(law), effect)
+    return not acts_on_buildings(effect) and not refusal(known_law(law), effect)
+
+
+def _check_pair(study: Study) -> None:
+    """Raises SceneError for effects that act on buildings: what they cost is a matter of rows, not of pairs."""
+    for name in (effect.name for effect in study.effects if acts_on_buildings(effect.name)):
+        told = "acts on the buildings, and this compares the effects of a pair's contact and ground"
+        raise SceneError(
+            study.source, [f"effects.{name}: {told}; remove {name}, or scan the scene with and without it"]
+        )
 
 
 def run_times(scenes: list[Study], repeats: int) -> np.ndarray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,10 +26,9 @@ from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save
 from pounding_risk.scan_dataset import AXES, Scanned, labelled
 from pounding_risk.study import Study
+from pounding_risk.threads import How, Progress, counter, work_through
 
 CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
-
-Progress = Callable[[int, int], None]
 
 
 class Chunk(NamedTuple):
@@ -65,24 +63,34 @@ def scan(
     check_share(check_fraction)
     study = as_study(study)
     motions, left_out = gathered(study)
+    how_much = How(screening, check_fraction, workers or cpu_count() or 1, progress)
+    if study.is_row:
+        from pounding_risk.row_scan import scan_row  # a pair needs none of it
+
+        dataset = scan_row(study, motions, how_much)
+    else:
+        dataset = _scan_pair(study, motions, how_much)
+    if command:
+        dataset.attrs["command"] = command
+    if left_out:
+        dataset.attrs["left_out"] = as_text(list(left_out))
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def _scan_pair(study: Study, motions: tuple[Motion, ...], how_much: How) -> xr.Dataset:
+    """The dataset of a pair's grid."""
     laws = laws_of(study)
     frees = free_responses(study, motions)
     shape = (*frees.shape, len(laws), len(study.grid.gaps), len(study.grid.yield_forces))
     raw = np.zeros((*shape, COLUMNS))
     how = np.zeros(shape, dtype=np.int8)
-    workers = workers or cpu_count() or 1
-    _run(
-        list(_chunks(shape)), _worker(study, frees, laws, (raw, how), screening), workers, _counter(how.size, progress)
-    )
+    work = _worker(study, frees, laws, (raw, how), how_much.screening)
+    work_through(_chunks(shape), work, how_much.workers, counter(how.size, how_much.progress))
     dataset = labelled(study, Scanned(motions, frees, laws, raw, how))
-    if command:
-        dataset.attrs["command"] = command
-    if left_out:
-        dataset.attrs["left_out"] = as_text(list(left_out))
-    if check_fraction > 0.0:
-        _add_checks(dataset, study, (frees, laws), (raw, how), (check_fraction, workers))
-    if target is not None:
-        save(dataset, target)
+    if how_much.check_fraction > 0.0:
+        _add_checks(dataset, study, (frees, laws), (raw, how), (how_much.check_fraction, how_much.workers))
     return dataset
 
 
@@ -91,7 +99,7 @@ def _add_checks(dataset: xr.Dataset, study: Study, made: Any, arrays: Any, how_m
     frees, laws = made
     raw, how = arrays
     grid = RunGrid(
-        oscillators(*study.buildings),
+        oscillators(*study.pair),
         frees,
         laws,
         np.array(study.grid.gaps),
@@ -133,13 +141,11 @@ def _calibrated(study: Study, name: str) -> Any:
     terms = study.equal_terms
     if not study.needs_equal_terms(name) or terms is None:
         return study.law(name)
-    left, right = (building.oscillator() for building in study.buildings)
-    mass = 1.0 / (left.inverse_mass + right.inverse_mass)
     stiffness = equal_stiffness(
         lambda value: study.law(name, value),
         study.law(study.stiff_name),
         terms.speed,
-        mass,
+        study.striking_mass,
         study.restitution,
         terms.same,
     )
@@ -150,7 +156,7 @@ def free_responses(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
     """Responses without contact, by record, polarity and amplitude."""
     shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
     frees = np.empty(shape, dtype=object)
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     for place in np.ndindex(shape):
         motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
         frees[place] = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
@@ -170,7 +176,7 @@ def _worker(
     study: Study, frees: np.ndarray, laws: tuple[Any, ...], arrays: Any, screening: bool
 ) -> Callable[[Chunk], int]:
     raw, how = arrays
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     gaps, strengths = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
 
     def work(chunk: Chunk) -> int:
@@ -191,37 +197,6 @@ def _worker(
         return int(how[place].size)
 
     return work
-
-
-def _run(chunks: list[Chunk], work: Callable[[Chunk], int], workers: int, advance: Callable[[int], None]) -> None:
-    """Work through the chunks on threads; the kernels release the interpreter."""
-    # The first chunk of each law compiles its kernel: not on two threads at once.
-    laws: set[int] = set()
-    rest: list[Chunk] = []
-    for chunk in chunks:
-        if chunk.law in laws:
-            rest.append(chunk)
-        else:
-            laws.add(chunk.law)
-            advance(work(chunk))
-    pool = ThreadPoolExecutor(workers)
-    try:
-        for future in as_completed([pool.submit(work, chunk) for chunk in rest]):
-            advance(future.result())
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _counter(total: int, progress: Progress | None) -> Callable[[int], None]:
-    done = 0
-
-    def advance(size: int) -> None:
-        nonlocal done
-        done += size
-        if progress:
-            progress(done, total)
-
-    return advance
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:

@@ -32,6 +32,8 @@ MOST_CASES = 200_000  # a page of more is slow to open
 MAP = ("gap", "yield_force")  # the axes of the heat map
 MOTIONS = ("record", "polarity")  # axes of which the page shows one, or all together
 TOLD = ("status", "simulated", "sensitive")  # of each case; the page says them in words
+MOST_OF_STOREYS = 1_500_000  # numbers of storey profiles; a page leaves them out where there are more
+PROFILES = {"storey_drift": True, "storey_shear": True, "storey_acceleration": False, "storey_displacement": False}
 SHARES = ("contact", "yield_exceedance")  # 0 or 1; of several motions, a share
 NO_CASE = ("gap", "yield_force", "contact_model")  # what a quantity without contact does not depend on
 # Units as an engineer writes them, and by what an SI value is multiplied.
@@ -113,7 +115,7 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
 
 def _check_size(dataset: xr.Dataset, source: str) -> None:
     """Raise PoundingError for more cases than a page can hold, with a part that it can."""
-    cases = left = dataset["status"].size
+    cases = left = dataset["status"].size * dataset.sizes.get("interface", 1)
     if cases <= MOST_CASES:
         return
     several = {axis: option for axis, option in OPTIONS.items() if dataset.sizes.get(axis, 1) > 1}
@@ -126,13 +128,18 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     hint = "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
         hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
-    raise PoundingError(f"{source}: {cases:,} cases are more than the {MOST_CASES:,} that a page can hold; {hint}")
+    each = " of all interfaces" if "interface" in dataset.dims else ""
+    raise PoundingError(
+        f"{source}: {cases:,} cases{each} are more than the {MOST_CASES:,} that a page can hold; {hint}"
+    )
 
 
 def page_model(dataset: xr.Dataset) -> dict[str, Any]:
     """What the page holds: axes with their labels, and every variable as a compressed array (see `packed`)."""
     dataset = _prepared(dataset)
     pickers = [str(dim) for dim in dataset["status"].dims if dim not in MAP]
+    # Of a row the page shows one interface and the two buildings beside it.
+    pickers += [dim for dim in ("interface",) if dim in dataset.dims and dim not in pickers]
     axes = [*pickers, *MAP, *(dim for dim in ("building",) if dim in dataset.dims)]
     return {
         "title": str(dataset.attrs.get("title") or "Results of a scan"),
@@ -144,7 +151,41 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "statuses": _sentences(dataset["status"].attrs),
         "told": {name: _variable(dataset[name], axes) for name in TOLD if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
+        "profiles": _profiles(dataset, axes),
     }
+
+
+def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None:
+    """Quantities of storeys, with contact and without; None for a pair, and where they would be too many."""
+    if not _has_profiles(dataset):
+        return None
+    deep = [*axes, "storey"]
+    levels = [[float(level) for level in each if np.isfinite(level)] for each in _floors(dataset)]
+    places = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
+    return {
+        "levels": levels,
+        "points": [[int(at), float(level)] for at, level in places if np.isfinite(level)],
+        "quantities": [
+            {
+                "of_storey": of_storey,
+                "struck": _variable(dataset[name], deep),
+                "free": _variable(dataset[f"{name}_free"], deep),
+            }
+            for name, of_storey in PROFILES.items()
+            if name in dataset and f"{name}_free" in dataset
+        ],
+        "storeys": dataset.sizes["storey"],
+    }
+
+
+def _has_profiles(dataset: xr.Dataset) -> bool:
+    """True for a row with storeys whose profiles are few enough."""
+    names = [name for name in PROFILES if name in dataset]
+    return bool(names) and sum(dataset[name].size for name in names) <= MOST_OF_STOREYS
+
+
+def _floors(dataset: xr.Dataset) -> np.ndarray:
+    return np.asarray(dataset["floor_level"].transpose("building", "storey").values)
 
 
 def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
@@ -238,10 +279,25 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     if "sensitive" in dataset:
         again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
         facts.append(f"{again:,} made again at a tighter tolerance, {moved:,} of them sensitive to it.")
+    facts += _facts_of_a_row(dataset)
     failed = int((status != 0).sum())
     if failed:
         facts.append(f"{failed:,} failed: marked × and counted in no number.")
     return facts
+
+
+def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
+    if "interface" not in dataset.dims:
+        return []
+    told = []
+    if "interface_gap" in dataset.variables:
+        gaps = dataset["interface_gap"].transpose("gap", "interface").values
+        varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
+        whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
+        told.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
+    if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
+        told.append("Storey profiles are left out, there are too many; choose fewer records or models to see them.")
+    return told
 
 
 def page(model: Mapping[str, Any]) -> str:

@@ -82,8 +82,14 @@ def _without_yielding(results: xr.Dataset) -> int:
 
 
 def _one_law(results: xr.Dataset) -> xr.Dataset:
-    """The last contact law and amplitude of a dataset that has several; gaps and yield forces in rising order."""
+    """The last contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
+
+    Of a row the largest of all interfaces.
+    """
     chosen = results.isel({axis: -1 for axis in ("pga", "contact_model") if axis in results.dims})
+    if "interface" in chosen.dims:
+        shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
+        chosen = chosen[shown].max("interface", keep_attrs=True).assign_attrs(results.attrs)
     return chosen.sortby(["gap", "yield_force"])
 
 
@@ -92,6 +98,8 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
     told = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
         told.append(law_words(str(shown["contact_model"].values)))
+    if "interface" in results.dims:
+        told.append(f"the largest of {results.sizes['interface']} interfaces")
     if results.sizes.get("pga", 1) > 1:
         told.append(f"{float(shown['pga']) / STANDARD_GRAVITY:.2f} g")
     return ", ".join(told)

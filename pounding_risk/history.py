@@ -25,7 +25,7 @@ from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
 from pounding_risk.scan_dataset import sources_of
-from pounding_risk.study import Study
+from pounding_risk.study import Study, needs_pair
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
@@ -64,7 +64,7 @@ def simulate(
     both buildings together: W_ground = kinetic + strain + damping + contact. Raises as `scan` does, and
     PoundingError for a record or polarity that the scene does not have and for a number out of its range.
     """
-    study = as_study(study)
+    study = needs_pair(as_study(study), "simulate")
     for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):
         if value is not None and not quantity.allows(value):
             raise PoundingError(f"simulate: {name} is {value:g}; {article(quantity.words)} must be {bounds(quantity)}")
@@ -78,11 +78,11 @@ def simulate(
         study.restitution,
         study.yield_force if yield_force is None else yield_force,
     )
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
     raw, log = logged(pair, free, interface, study.rtol)
     outputs = {key: float(value) for key, value in run_outputs(raw, interface.yield_force).items()}
-    sides = building_outputs(raw, study.buildings, motion.pga)
+    sides = building_outputs(raw, study.pair, motion.pga)
     return _dataset(study, (pair, free, log, interface.gap)).assign_attrs(
         title=study.name,
         record=name,

@@ -1,7 +1,8 @@
 """What an assessment's numbers depend on: the yield force F_E, the contact model, the polarity.
 
 An influence is how far a number moves from one level of a key to another, over all the others. Whether there is
-contact does not depend on F_E or the contact model at all: the motion up to the first touch is the free one.
+contact does not depend on F_E or the contact model at all: the motion up to the first touch is the free one. In a row
+that is so of the first touch of all; what pounding elsewhere then closes is not told apart by them.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Yielding(NamedTuple):
 
 
 def of_contact(
-    closing: Array, polarities: tuple[str, ...], gap: float, asked: tuple[float, float]
+    closing: Array, polarities: tuple[str, ...], gap: float, asked: tuple[float, float], in_row: bool = False
 ) -> tuple[Influence, ...]:
     """Influences on the probability of contact and on the required gap; ``asked`` = (percentile, target)."""
     percentile, target = asked
@@ -56,7 +57,10 @@ def of_contact(
     shares = [(name, float((closing[kinds == name] > gap).mean())) for name in names]
     gaps = [(name, float(np.percentile(closing[kinds == name], percentile))) for name in names]
     free = "none: the motion is free up to the first touch, so that it alone decides whether there is contact"
-    none = tuple(Influence(key, CONTACT, 0.0, "1", (), False, free) for key in ("yield_force", "contact_model"))
+    if in_row:
+        free = "none on the first touch of the row; a motion counts where it touches here under any of them"
+    spread = nan if in_row else 0.0
+    none = tuple(Influence(key, CONTACT, spread, "1", (), False, free) for key in ("yield_force", "contact_model"))
     return (
         _influence("polarity", CONTACT, shares, target),
         _influence("polarity", f"{REQUIRED} at {percentile:g} %", gaps, gap),
@@ -82,13 +86,15 @@ def ranked(influences: Sequence[Influence]) -> str:
     if yielding:
         first, *rest = yielding
         told.append(f"whether F_E is reached depends most on {_spread(first)}" + _then(rest))
-    contact = next(each for each in influences if each.what == CONTACT and each.key == "polarity")
-    moved = f"by {contact.spread:.2f}" if contact.spread > 0.0 else "by nothing here"
-    if not np.isnan(contact.spread):
-        told.append(f"the polarity moves P(contact) {moved}, F_E and the contact model never do")
-    else:
+    contact = {each.key: each.spread for each in influences if each.what == CONTACT}
+    moved = f"by {contact['polarity']:.2f}" if contact["polarity"] > 0.0 else "by nothing here"
+    never = contact["yield_force"] == contact["contact_model"] == 0.0
+    if not np.isnan(contact["polarity"]):
+        also = ", F_E and the contact model never do" if never else ""
+        told.append(f"the polarity moves P(contact) {moved}{also}")
+    elif never:
         told.append("F_E and the contact model never change whether there is contact")
-    return "; ".join(told)
+    return "; ".join(told) or "one level of each key was scanned, which tells nothing of what matters"
 
 
 def _then(rest: Sequence[Influence]) -> str:

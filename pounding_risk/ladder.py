@@ -36,7 +36,7 @@ from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions
-from pounding_risk.study import Study, known_law
+from pounding_risk.study import Study, known_law, needs_pair
 from pounding_risk.work_precision import (
     EVENT,
     FIRST,
@@ -150,7 +150,7 @@ def accuracy(
     Raises as `scan` does, before the first run.
     """
     target = None if out is None else check_target(out)
-    study = as_study(study)
+    study = needs_pair(as_study(study), "accuracy")
     bench = bench_of(study, cases)
     left_out = [f"fixed steps and SciPy: they know no {bench.alien}"] if bench.alien else []
     compile_time = warm_up(bench)
@@ -189,7 +189,7 @@ def bench_of(study: Study, cases: int) -> Bench:
     for (number, name), law in product(enumerate(names), grid.contact_models):
         labels = (f"{name}, {law}, gap {gap:.4g} m, F_E {force:.4g} N" for gap, force in product(gaps, strengths))
         batches.append(Batch(number, lowered(law_of(study, law)), tuple(labels)))
-    pair = oscillators(*study.buildings)
+    pair = oscillators(*study.pair)
     levels = np.array(gaps), np.array(strengths)
     return Bench(
         pair, tuple(motions), tuple(batches), *levels, study.restitution, wave_of(study.effects), _alien(study)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, prod
+from math import inf, isnan, prod
 from pathlib import Path
 from typing import NamedTuple
 
+from pounding_risk.contact_points import COLUMN, FLOOR
 from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
@@ -16,10 +17,12 @@ from pounding_risk.quantities import (
     DAMPING,
     FLOOR_LENGTH,
     GAP,
+    HEIGHT,
     MASS,
     PERIOD,
     PGA,
     RTOL,
+    STOREY_HEIGHT,
     TAIL,
     TIME,
     WAVE_SPEED,
@@ -29,9 +32,11 @@ from pounding_risk.quantities import (
 )
 from pounding_risk.record_request import Spectral
 from pounding_risk.relations import AS_PUBLISHED
+from pounding_risk.storeys import Storeys
 from pounding_risk.study import Effect, Study, known_law
 
-BYTES_A_CASE = 8 * 25  # about as many outputs as a pair has, before compression
+OUTPUTS = 25  # about as many as a pair has, and each interface of a row
+OF_A_POINT, OF_A_BUILDING, OF_A_STOREY = 10, 8, 8  # outputs in a row, about
 
 
 class PlannedRecord(NamedTuple):
@@ -82,13 +87,9 @@ class Plan:
     def summary(self) -> list[tuple[str, str]]:
         """The scene as an engineer reads it: what, and the words for it; one pair a line."""
         study = self.study
-        sides = zip(("left", "right"), study.buildings, strict=True)
         return [
             ("scene", study.name),
-            *((f"{side} building", _building(building)) for side, building in sides),
-            ("interface", _interface(study)),
-            *(("contact model", words) for words in _laws(study)),
-            ("restitution", _restitution(study)),
+            *(_of_row(study) if study.is_row else _of_pair(study)),
             *(("effect", _effect(effect)) for effect in study.effects),
             ("records", _amplitude(study, len(self.records))),
             ("polarity", " and ".join(study.records.polarities)),
@@ -100,7 +101,7 @@ class Plan:
     def _cases(self) -> str:
         factors = [f"{count} {name.replace('_', ' ')}s" for name, count in self.shape.items() if count > 1]
         factors = [factor.replace("polaritys", "polarities") for factor in factors]
-        size = self.cases * BYTES_A_CASE / 1e6
+        size = self.cases * _bytes_a_case(self.study) / 1e6
         product = f" = {' × '.join(factors)}" if len(factors) > 1 else ""
         return f"{self.cases}{product}; a dataset of about {max(size, 0.1):.1f} MB at most"
 
@@ -132,7 +133,8 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
             study = replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
     else:
         study = read_scene(scene, overrides)
-    check_reach(study, study.grid.contact_models)
+    for place in range(len(study.interfaces)):
+        check_reach(study.at(place), study.grid.contact_models)
     found = gathered(study)
     return Plan(study, tuple(_planned(motion) for motion in found.motions), found.left_out)
 
@@ -150,10 +152,76 @@ def _planned(motion: Motion) -> PlannedRecord:
     )
 
 
-def _building(building: Building) -> str:
+def _bytes_a_case(study: Study) -> int:
+    """About as many bytes as the outputs of a case take, before compression."""
+    if not study.is_row:
+        return 8 * OUTPUTS
+    storeys = sum(len(building.masses) if isinstance(building, Storeys) else 1 for building in study.buildings)
+    return 8 * (
+        OUTPUTS * len(study.neighbours)
+        + OF_A_POINT * len(study.points)
+        + OF_A_BUILDING * len(study.buildings)
+        + OF_A_STOREY * storeys
+    )
+
+
+def _of_pair(study: Study) -> list[tuple[str, str]]:
+    """Buildings, interface and contact models of two single masses."""
+    sides = zip(("left", "right"), study.buildings, strict=True)
+    return [
+        *((f"{side} building", _building(building)) for side, building in sides),
+        ("interface", _interface(study)),
+        *(("contact model", words) for words in _laws(study)),
+        ("restitution", _restitution(study)),
+    ]
+
+
+def _of_row(study: Study) -> list[tuple[str, str]]:
+    """Buildings from left to right, contact models, and each interface with its contact points."""
+    rows = [("building", _building(building)) for building in study.buildings]
+    rows += [("contact model", words) for words in _laws(study)]
+    for place, name in enumerate(study.interfaces):
+        here = study.at(place)
+        quantity = stiffness_quantity(known_law(study.stiff_name))
+        stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
+        rows.append(("interface", f"{name}: gap {say(here.gap, GAP)}{stiffness}, restitution {_restitution(here)}"))
+        rows += [("contact points", words) for words in _points(here)]
+    return rows
+
+
+def _points(here: Study) -> list[str]:
+    """Where two neighbours meet, floor to floor and floor to column, with the yield force of each kind."""
+    told = []
+    (neighbour,), (left, right) = here.neighbours, here.buildings
+    for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
+        places = [
+            f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
+            + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
+            for point in neighbour.points
+            if point.kind == kind
+        ]
+        strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
+        told += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
+    return told
+
+
+def _place(floor: float) -> str:
+    return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
+
+
+def _building(building: Building | Storeys) -> str:
+    if isinstance(building, Storeys):
+        count = len(building.masses)
+        yields = ", with yield shears" if building.strengths else ""
+        return (
+            f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
+            f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
+            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
+        )
+    height = f", height {say(building.height, HEIGHT)}" if building.height else ""
     mass = say(building.mass, MASS) if building.mass < inf else "any mass"
     if building.is_rigid:
-        return f"{building.name}: {mass}, rigid (moves with the ground)"
+        return f"{building.name}: {mass}, rigid (moves with the ground){height}"
     floor = (
         f", floor {say(building.floor_length, FLOOR_LENGTH)} at {say(building.wave_speed, WAVE_SPEED)}"
         if building.floor_length
@@ -161,7 +229,7 @@ def _building(building: Building) -> str:
     )
     return (
         f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
-        f"damping ratio {say(building.damping, DAMPING)}{floor}"
+        f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
     )
 
 
@@ -175,7 +243,9 @@ def _laws(study: Study) -> list[str]:
     terms = study.equal_terms
     found = []
     for name in study.grid.contact_models:
-        if is_instant(known_law(name)) or study.stiffness is None:
+        if study.is_row and not study.needs_equal_terms(name):
+            stiffness = "stiffness of each interface"
+        elif is_instant(known_law(name)) or study.stiffness is None:
             stiffness = "no stiffness: the velocities jump at a touch"
         elif study.needs_equal_terms(name) and terms:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
@@ -225,7 +295,8 @@ def _spectral(asked: Spectral) -> str:
 
 def _grid(study: Study) -> list[tuple[str, str]]:
     """The dimensions that have more than one value."""
-    axes = {"gaps": (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
+    gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
+    axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
     return [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
 
 

@@ -53,6 +53,7 @@ FLOOR_MASS = Quantity("kg", 0.0, inf, "mass of a floor", open_low=True, open_hig
 STOREY_HEIGHT = Quantity("m", 0.0, inf, "height", open_low=True, open_high=True, example="3 m")
 HEIGHT = Quantity("m", 0.0, inf, "height above the ground", open_high=True, example="12 m")
 STOREY_STRENGTH = Quantity("N", 0.0, inf, "yield shear of a storey", open_low=True, example="1400 kN")
+LEVELS = Quantity("m", 1e-3, inf, "tolerance of levels", open_high=True, example="0.1 m")
 GAP = Quantity("m", 0.0, inf, "clear distance at rest")
 YIELD_FORCE = Quantity("N", 0.0, inf, "yield force F_E", open_low=True)
 RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")

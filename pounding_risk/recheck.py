@@ -7,7 +7,7 @@ grazing touch, a force that just reaches F_E, the late history of a lossless pai
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from math import ceil
 from typing import Any, NamedTuple
@@ -62,9 +62,14 @@ def sample(raw: np.ndarray, how: np.ndarray, fraction: float) -> NDArray[np.int6
 
     The same for the same grid.
     """
-    made = np.argwhere((how == SIMULATED) & (raw[..., STATUS] == COMPLETE))
-    count = ceil(fraction * len(made))
-    return made[np.sort(np.random.default_rng(SEED).choice(len(made), count, replace=False))]
+    return chosen((how == SIMULATED) & (raw[..., STATUS] == COMPLETE), fraction)
+
+
+def chosen(made: NDArray[np.bool_], fraction: float) -> NDArray[np.int64]:
+    """Places (cases, axes) of a random share of those that are true, rounded up; the same for the same grid."""
+    places = np.argwhere(made)
+    count = ceil(fraction * len(places))
+    return places[np.sort(np.random.default_rng(SEED).choice(len(places), count, replace=False))]
 
 
 def run_again(grid: RunGrid, places: np.ndarray, workers: int) -> np.ndarray:
@@ -87,7 +92,13 @@ def run_again(grid: RunGrid, places: np.ndarray, workers: int) -> np.ndarray:
 def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> dict[str, np.ndarray]:
     """How far each output of `WORDS` moves from the first run to the second; NaN where either failed."""
     before, after = (run_outputs(raw, yield_forces) for raw in (first, second))
-    failed = (first[:, STATUS] != COMPLETE) | (second[:, STATUS] != COMPLETE)
+    return differences(before, after, (first[:, STATUS] != COMPLETE) | (second[:, STATUS] != COMPLETE))
+
+
+def differences(
+    before: Mapping[str, Any], after: Mapping[str, Any], failed: NDArray[np.bool_]
+) -> dict[str, np.ndarray]:
+    """As `changes`, from the outputs of both runs by name."""
     found = {}
     for name in (*RELATIVE, *COUNTED):
         difference = np.abs(after[name] - before[name])
@@ -98,7 +109,7 @@ def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> 
     return found
 
 
-def is_sensitive(found: dict[str, np.ndarray], rtol: float) -> NDArray[np.bool_]:
+def is_sensitive(found: Mapping[str, np.ndarray], rtol: float) -> NDArray[np.bool_]:
     """True for the runs whose answers move by more than the tolerance, or fail once; see the module's head."""
     # Written so that NaN, a failed run, is never within its limit.
     within = [found[name] <= rtol for name in RELATIVE] + [found[name] <= 0.0 for name in COUNTED]
@@ -115,16 +126,24 @@ def check_runs(
     raw, how = arrays
     at = tuple(places.T)
     found = changes(raw[at], run_again(grid, places, workers), grid.yield_forces[places[:, -1]])
-    flags = np.full(how.shape, -1, dtype=np.int8)
-    flags[at] = is_sensitive(found, grid.rtol)
+    return as_variables(found, places, how.shape, grid.rtol)
+
+
+def as_variables(
+    found: Mapping[str, np.ndarray], places: np.ndarray, shape: tuple[int, ...], rtol: float
+) -> dict[str, tuple[np.ndarray, dict[str, Any]]]:
+    """As `check_runs`, from how far the answers at ``places`` move."""
+    at = tuple(places.T)
+    flags = np.full(shape, -1, dtype=np.int8)
+    flags[at] = is_sensitive(found, rtol)
     told = {
-        "long_name": f"1 where the answer moves by more than rtol when the run is made again at {tighter(grid.rtol):g}",
+        "long_name": f"1 where the answer moves by more than rtol when the run is made again at {tighter(rtol):g}",
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "not_made_again steady sensitive",
     }
     variables: dict[str, tuple[np.ndarray, dict[str, Any]]] = {"sensitive": (flags, told)}
     for name, values in found.items():
-        whole = np.full(how.shape, np.nan)
+        whole = np.full(shape, np.nan)
         whole[at] = values
         kind = "relative change" if name in RELATIVE else "change"
         variables[f"change_{name}"] = (whole, {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, made again"})

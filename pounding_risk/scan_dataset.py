@@ -19,6 +19,7 @@ from pounding_risk.results import as_text, versions
 from pounding_risk.study import Study
 
 AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
+MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 
 
@@ -38,37 +39,45 @@ def labelled(study: Study, scanned: Scanned) -> xr.Dataset:
     dims = AXES
     strengths = np.array(study.grid.yield_forces)
     variables: dict[str, Any] = {
-        name: (dims, _stored(values, RUN[name].whole), _described(RUN[name].unit, RUN[name].words))
+        name: (dims, _stored(values, RUN[name].whole), described(RUN[name].unit, RUN[name].words))
         for name, values in run_outputs(raw, strengths).items()
     }
     for name, values in _buildings(study, motions, frees, raw).items():
         unit, words, _ = BUILDING[name.removesuffix("_free")]
         without = "; without contact" if name.endswith("_free") else ""
-        axes = ("record", "polarity", "pga") if without else dims
-        variables[name] = ((*axes, "building"), values, _described(unit, words + without))
-    codes = list(STATUS_SENTENCES)
+        axes = MOTIONS if without else dims
+        variables[name] = ((*axes, "building"), values, described(unit, words + without))
+    variables |= outcome_variables(raw[..., STATUS], how)
+    variables |= _of_motions(motions, frees)
+    coords = case_coordinates(study, motions) | _building_coordinates(study)
+    return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
+
+
+def one_amplitude(dataset: xr.Dataset, study: Study) -> xr.Dataset:
+    """A study of one amplitude has no axis of amplitudes; the amplitude stays as a label, where there is one."""
+    return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
+
+
+def outcome_variables(status: np.ndarray, how: np.ndarray) -> dict[str, Any]:
+    """How each case ended and was answered, along `AXES`."""
     flags = {
-        "flag_values": np.array(codes, dtype=np.int8),
+        "flag_values": np.array(list(STATUS_SENTENCES), dtype=np.int8),
         "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
         "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
     }
-    variables["status"] = (dims, raw[..., STATUS].astype(np.int8), {"long_name": "how the run ended", **flags})
-    variables["simulated"] = (
-        dims,
-        how,
-        {"long_name": "1 where a run of its own was made, 0 where another run's answer is exactly this one's"},
-    )
-    variables |= _of_motions(motions, frees)
-    dataset = xr.Dataset(variables, coords=_coordinates(study, motions), attrs=_attributes(study, motions, laws))
-    # A study of one amplitude has no axis of amplitudes; the amplitude stays as a label, where there is one.
-    return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
+    words = "1 where a run of its own was made, 0 where another run's answer is exactly this one's"
+    return {
+        "status": (AXES, status.astype(np.int8), {"long_name": "how the run ended", **flags}),
+        "simulated": (AXES, how, {"long_name": words}),
+    }
 
 
 def _stored(values: np.ndarray, whole: bool) -> np.ndarray:
     return values.astype(np.int32) if whole else values
 
 
-def _described(unit: str, words: str) -> dict[str, str]:
+def described(unit: str, words: str) -> dict[str, str]:
+    """Attributes of a variable or coordinate."""
     return {"units": unit, "long_name": words}
 
 
@@ -86,7 +95,7 @@ def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw
         alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
         alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
         for suffix, columns in (("", raw[place]), ("_free", alone)):
-            for name, values in building_outputs(columns, study.buildings, pga).items():
+            for name, values in building_outputs(columns, study.pair, pga).items():
                 array = found.setdefault(name + suffix, np.zeros((*frees.shape, *values.shape)))
                 array[place] = values
     return found
@@ -98,20 +107,27 @@ def _of_motions(motions: tuple[Motion, ...], frees: np.ndarray) -> dict[str, Any
     for place in np.ndindex(frees.shape):
         free: Any = frees[place]
         closing[place] = max(float(free.high[:, 0].max()), 0.0)
+    needed = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
+    return {
+        "peak_closing_free": (MOTIONS, closing, described("m", needed)),
+        **motion_spectra(motions),
+    }
+
+
+def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """The spectra of the records; NaN at periods that a record's step is too coarse for."""
     known = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
     spectra = np.full((len(motions), PERIODS.size), np.nan)
     spectra[:, known] = response_spectra(
         [motion.acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
     ).pseudo_acceleration
-    needed = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
     words = "pseudo-spectral acceleration of the processed record, damping 5 %"
-    return {
-        "peak_closing_free": (("record", "polarity", "pga"), closing, _described("m", needed)),
-        "record_spectral_acceleration": (("record", "period"), spectra, _described("m/s2", words)),
-    }
+    return {"record_spectral_acceleration": (("record", "period"), spectra, described("m/s2", words))}
 
 
-def _coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+def case_coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """The axes of the cases and what is known of records; the buildings' names, and periods of the spectra."""
+
     def about(key: str) -> list[str]:
         return [str(motion.record.get(key, "")) for motion in motions]
 
@@ -122,24 +138,23 @@ def _coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
         "pga": (
             "pga",
             [np.nan if pga is None else pga for pga in grid.pgas],
-            _described("m/s2", "peak ground acceleration"),
+            described("m/s2", "peak ground acceleration"),
         ),
         "contact_model": ("contact_model", list(grid.contact_models), {"long_name": "contact law"}),
-        "gap": ("gap", list(grid.gaps), _described("m", "clear distance at rest")),
-        "yield_force": ("yield_force", list(grid.yield_forces), _described("N", "yield force F_E; inf never yields")),
+        "gap": ("gap", list(grid.gaps), described("m", "clear distance at rest")),
+        "yield_force": ("yield_force", list(grid.yield_forces), described("N", "yield force F_E; inf never yields")),
         "building": (
             "building",
             [building.name for building in study.buildings],
             {"long_name": "building, left to right"},
         ),
-        "period": ("period", PERIODS, _described("s", "period of an oscillator")),
-        **_building_coordinates(study),
+        "period": ("period", PERIODS, described("s", "period of an oscillator")),
         "record_event": ("record", about("event"), {"long_name": "earthquake"}),
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
         "record_pga": (
             "record",
             [motion.pga for motion in motions],
-            _described("m/s2", "peak of the processed record"),
+            described("m/s2", "peak of the processed record"),
         ),
     }
 
@@ -150,7 +165,7 @@ def _building_coordinates(study: Study) -> dict[str, Any]:
     found = {}
     for name, (unit, words) in facts.items():
         values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
-        found[f"building_{name}"] = ("building", values, _described(unit, f"{words} of the building"))
+        found[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
     return found
 
 
@@ -160,7 +175,8 @@ def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
     return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))  # type: ignore[attr-defined]
 
 
-def _attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
+def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
+    """What it takes to run the study again, and where its laws are from."""
     return {
         "Conventions": "CF-1.11",
         "title": study.name,

@@ -10,9 +10,9 @@ import copy
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from math import inf, pi, sqrt
+from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import (
     BaseModel,
@@ -26,17 +26,21 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys, scene_records
+from pounding_risk.contact_points import TOLERANCE
 from pounding_risk.errors import SceneError
-from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, SHIPPED, stiffness_quantity
+from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, SHIPPED
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.models.instant import CONTACT_MODELS, INSTANT_LAWS
+from pounding_risk.models.instant import INSTANT_LAWS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
-from pounding_risk.models.structures import CONCRETE_WAVE_SPEED, Building
+from pounding_risk.models.structures import CONCRETE_WAVE_SPEED
 from pounding_risk.quantities import (
     DAMPING,
     DIRECTION,
     FLOOR_LENGTH,
+    FLOOR_MASS,
     GAP,
+    HEIGHT,
+    LEVELS,
     MASS,
     PERIOD,
     PGA,
@@ -45,6 +49,8 @@ from pounding_risk.quantities import (
     SPEED,
     STEP,
     STIFFNESS,
+    STOREY_HEIGHT,
+    STOREY_STRENGTH,
     TAIL,
     WAVE_SPEED,
     YIELD_FORCE,
@@ -54,8 +60,10 @@ from pounding_risk.quantities import (
 )
 from pounding_risk.record_request import AS_RECORDED, MEDIANS, POLARITIES, RecordRequest, Spectral, StepTable
 from pounding_risk.relations import AS_PUBLISHED
+from pounding_risk.scene_assembly import Origin, assembled
 from pounding_risk.scene_checks import LATER, across_keys, later_words
 from pounding_risk.scene_overrides import ARRAYS, override
+from pounding_risk.scene_row import is_row
 from pounding_risk.scene_text import (
     Fault,
     KeyPath,
@@ -66,6 +74,7 @@ from pounding_risk.scene_text import (
     sentences,
 )
 from pounding_risk.scene_words import described, facts
+from pounding_risk.storeys import DAMPING_RULES
 from pounding_risk.study import (
     EQUAL_TERMS,
     NO_RESTITUTION,
@@ -73,8 +82,8 @@ from pounding_risk.study import (
     EqualTerms,
     Grid,
     Study,
-    stiff_model,
 )
+from pounding_risk.typologies import TYPOLOGIES
 
 __all__ = [
     "EqualTerms",
@@ -113,9 +122,15 @@ def gridded(quantity: Quantity) -> Reads:
     return Reads(scene_keys.axis(quantity), {"type": ["array", "object"], **facts(quantity)})
 
 
+def storeyed(quantity: Quantity) -> Reads:
+    """One value for all storeys, or a list with one for each."""
+    return Reads(scene_keys.per_storey(quantity), {"type": ["string", "array"], **facts(quantity)})
+
+
 _STRINGS = {"type": "array", "items": {"type": "string"}}
 _LAW = {"enum": [*SHIPPED, *INSTANT_LAWS]}
 _RESTITUTION = {"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]}
+_POINTS = {"type": "array", "items": {"type": "object", "required": ["left", "right"]}}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
 
 
@@ -138,6 +153,17 @@ class BuildingTable(Section):
     damping: Annotated[float, measured(DAMPING)] = 0.05
     floor_length: Annotated[float, measured(FLOOR_LENGTH)] = 0.0
     wave_speed: Annotated[float, measured(WAVE_SPEED)] = CONCRETE_WAVE_SPEED
+    height: Annotated[float, measured(HEIGHT)] = 0.0
+    floor_masses: Annotated[tuple[float, ...] | float, storeyed(FLOOR_MASS)] = ()
+    storey_stiffnesses: Annotated[tuple[float, ...] | float, storeyed(STIFFNESS)] = ()
+    storey_heights: Annotated[tuple[float, ...] | float, storeyed(STOREY_HEIGHT)] = ()
+    storey_strengths: Annotated[tuple[float, ...] | float, storeyed(STOREY_STRENGTH)] = ()
+    storeys: Annotated[int, Reads(scene_keys.storey_count, {"type": "integer"})] = 0
+    typology: Annotated[str, Reads(scene_keys.one_of(list(TYPOLOGIES), "a typology"), {"enum": list(TYPOLOGIES)})] = ""
+    floor_mass: Annotated[float, measured(FLOOR_MASS)] = 0.0
+    damping_rule: Annotated[
+        str, Reads(scene_keys.one_of(DAMPING_RULES, "a rule of damping"), {"enum": list(DAMPING_RULES)})
+    ] = DAMPING_RULES[0]
 
 
 class EqualTermsTable(Section):
@@ -156,6 +182,9 @@ class InterfaceTable(Section):
         Reads(scene_keys.restitution, _RESTITUTION),
     ] = (constant(1.0), NO_RESTITUTION, AS_PUBLISHED)
     yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
+    column_yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
+    contact: Annotated[tuple[tuple[float, float], ...], Reads(scene_keys.contact_points, _POINTS)] = ()
+    tolerance: Annotated[float, measured(LEVELS)] = TOLERANCE
     plastic_exponent: Annotated[float, measured(EXPONENT)] = 0.0
     design_penetration: Annotated[float, measured(DESIGN_PENETRATION)] = 0.0
     equal_terms: EqualTermsTable | None = None
@@ -199,6 +228,7 @@ class RecordsTable(Section):
 
 class GridTable(Section):
     gap: Annotated[tuple[float, ...], gridded(GAP)] = ()
+    interface: Annotated[str, Reads(scene_keys.words("frame | masonry"), {"type": "string"})] = ""
     yield_force: Annotated[tuple[float, ...], gridded(YIELD_FORCE)] = ()
     contact_model: Annotated[tuple[str, ...], Reads(scene_keys.law_names, _STRINGS)] = ()
     pga: Annotated[tuple[float, ...], gridded(PGA)] = ()
@@ -228,7 +258,6 @@ TABLES: Mapping[str, type[Section]] = {
     "solver": SolverTable,
 }
 KNOWN = {section: [*table.model_fields, *LATER.get(section, {})] for section, table in TABLES.items()}
-RENAMED = {"polarity": "polarities"}  # keys of [records] that are called otherwise in a study
 ABSENT = {
     "building": "missing; write two [[building]] tables, left and right, each with name, mass and period",
     "interface": "missing; write one [[interface]] with gap, contact_model and stiffness",
@@ -237,15 +266,6 @@ ABSENT = {
     "same": f'missing; write same = "{EQUAL_TERMS[0]}"',
     "speed": 'missing; write speed = "0.5 m/s"',
 }
-
-
-class _Origin(NamedTuple):
-    """Where the tables of a scene come from."""
-
-    source: str
-    text: str
-    lines: Mapping[KeyPath, int]
-    overrides: tuple[str, ...]
 
 
 def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Study:
@@ -260,12 +280,12 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Study:
 def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Study:
     """The study of a scene's TOML text. As `read_scene`; record files are relative to ``source``'s folder."""
     raw = parse_toml(text, source)
-    return _study(raw, _Origin(source, text, key_lines(text), tuple(overrides)))
+    return _study(raw, Origin(source, text, key_lines(text), tuple(overrides)))
 
 
 def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Study:
     """The study of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
-    study = _study(dict(tables), _Origin(source, "", {}, tuple(overrides)))
+    study = _study(dict(tables), Origin(source, "", {}, tuple(overrides)))
     return replace(study, text=study.to_toml())
 
 
@@ -277,7 +297,7 @@ def scene_schema() -> dict[str, Any]:
     return described(SceneTables.model_json_schema())
 
 
-def _study(raw: dict[str, Any], origin: _Origin) -> Study:
+def _study(raw: dict[str, Any], origin: Origin) -> Study:
     raw = copy.deepcopy(raw)
     outside = [path for text in origin.overrides for path in override(raw, text, KNOWN, origin.source)]
     written = copy.deepcopy(raw)
@@ -294,54 +314,10 @@ def _study(raw: dict[str, Any], origin: _Origin) -> Study:
     faults = [fault for fault in faults if not (fault.absent and fault.path[:-1] in incomplete)]
     if faults or tables is None:
         raise SceneError(origin.source, sentences(faults, written, origin.lines, outside))
-    return _assembled(tables, origin)
-
-
-def _assembled(tables: SceneTables, origin: _Origin) -> Study:
-    """The study of tables without a fault."""
-    interface, grid, records = tables.interface[0], tables.grid, tables.records
-    gap = grid.gap[0] if interface.gap is None else interface.gap
-    law_name = interface.contact_model or grid.contact_model[0]
-    left, right = (_building(building) for building in tables.building)
-    return Study(
-        name=tables.scene.name or Path(origin.source).stem,
-        buildings=(left, right),
-        gap=gap,
-        law_name=law_name,
-        stiffness=_stiffness(interface, law_name, grid.contact_model),
-        plastic_exponent=interface.plastic_exponent,
-        design_penetration=interface.design_penetration,
-        restitution=interface.restitution[0],
-        restitution_words=interface.restitution[1],
-        yield_force=interface.yield_force,
-        equal_terms=EqualTerms(**dict(interface.equal_terms)) if interface.equal_terms else None,
-        records=RecordRequest(**{RENAMED.get(key, key): value for key, value in records}),
-        grid=Grid(
-            grid.gap or (gap,),
-            grid.yield_force or (interface.yield_force,),
-            grid.contact_model or (law_name,),
-            grid.pga or (records.pga,),
-        ),
-        rtol=tables.solver.rtol,
-        effects=tuple(found for name in EFFECTS if (found := getattr(tables.effects, name)) is not None),
-        relation=interface.restitution[2],
-        text=origin.text,
-        source=origin.source,
-        overrides=origin.overrides,
-    )
-
-
-def _stiffness(table: InterfaceTable, law_name: str, gridded: tuple[str, ...]) -> float | None:
-    """The stiffness in the unit of the first contact model that takes one; none where no model does."""
-    owner = stiff_model(law_name, gridded)
-    return None if owner is None else parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
-
-
-def _building(table: BuildingTable) -> Building:
-    if table.rigid:
-        return Building.rigid(table.name, table.mass)
-    period = table.period or 2.0 * pi * sqrt(table.mass / table.stiffness)
-    return Building(table.name, table.mass, period, table.damping, table.floor_length, table.wave_speed)
+    study, faults = assembled(tables, origin, is_row(raw))
+    if faults:
+        raise SceneError(origin.source, sentences(faults, written, origin.lines, outside))
+    return study
 
 
 def _faults(error: ValidationError) -> Iterator[Fault]:

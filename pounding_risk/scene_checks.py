@@ -10,37 +10,17 @@ from typing import Any
 
 from pounding_risk.models.contact import LAWS, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, refusal
-from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
+from pounding_risk.models.instant import CONTACT_MODELS, INSTANT_LAWS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED
-from pounding_risk.quantities import QuantityError, parse, shown
+from pounding_risk.quantities import QuantityError, parse
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, RELATIONS, least_of, misfit, out_of_reach, related
+from pounding_risk.scene_buildings import building_checks
+from pounding_risk.scene_row import is_row, lacks_gap, most_interfaces, row_checks
 from pounding_risk.scene_text import Fault, as_list, table, tables
 from pounding_risk.study import EQUAL_TERMS
 
-_STOREYS = "buildings of several storeys are not in this version; write mass and period (or stiffness) instead"
-_CODE_PERIOD = 'code periods are not in this version; write the period itself, such as period = "0.208 s"'
-_EFFECT = "this effect is not in this version; remove it: the scene then runs as if the effect did not act"
-_NOT_YET = "not in this version"
-LATER_EFFECTS = (
-    "inelastic_storeys",
-    "p_delta",
-    "soil_flexibility",
-)
-
 # Words that a scene may use one day, by section: each with what this version offers instead.
 LATER: Mapping[str, Mapping[str, str]] = {
-    "building": {
-        "floor_masses": _STOREYS,
-        "storey_stiffnesses": _STOREYS,
-        "storey_heights": _STOREYS,
-        "storeys": _STOREYS,
-        "typology": _CODE_PERIOD,
-        "height": _CODE_PERIOD,
-    },
-    "interface": {
-        "contact": "contact points by storey are not in this version; remove it: the masses meet at one",
-    },
-    "effects": dict.fromkeys(LATER_EFFECTS, _EFFECT),
     "records": {
         "components": 'written as direction = "30 deg", of the row; name both horizontal components in names or files',
     },
@@ -68,99 +48,35 @@ def later_words(raw: dict[str, Any]) -> list[Fault]:
 
 def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
     """All faults that more than one key takes part in."""
-    yield from _buildings(raw)
+    yield from building_checks(raw)
+    yield from row_checks(raw)
     yield from _interfaces(raw)
     yield from _floors(raw)
     yield from _effects(raw)
 
 
-def _buildings(raw: Mapping[str, Any]) -> Iterator[Fault]:
-    buildings = tables(raw, "building")
-    first: dict[str, int] = {}
-    for index, keys in buildings:
-        name = keys.get("name")
-        if isinstance(name, str) and name and first.setdefault(name, index) != index:
-            yield Fault(
-                ("building", index, "name"),
-                f"{shown(name)} is the name of building {first[name] + 1} too; give every building a name of its own",
-            )
-        yield from _dynamics(index, keys)
-    count = len(raw["building"]) if isinstance(raw.get("building"), list) else 2
-    if count > 2:
-        yield Fault(
-            ("building", 2),
-            f"{count} buildings: rows of more than two are {_NOT_YET}; write one scene for each neighbouring pair",
-        )
-    elif count < 2:
-        yield Fault(
-            ("building",),
-            f"{count} building{'s' * (count != 1)}: a scene has two, left and right; "
-            "write a second [[building]] (rigid = true for a wall that moves with the ground)",
-        )
-    if count == 2 and len(buildings) == 2 and all(keys.get("rigid") is True for _, keys in buildings):
-        yield Fault(
-            ("building", 1, "rigid"),
-            "both buildings are rigid, so that no run is needed; give one of them a mass and a period",
-        )
-
-
-def _dynamics(index: int, keys: dict[str, Any]) -> Iterator[Fault]:
-    """Exactly one of period, stiffness and rigid says how a building vibrates."""
-    base = ("building", index)
-    if keys.get("rigid") is True:
-        for key in ("period", "stiffness", "damping", "floor_length", "wave_speed"):
-            if key in keys:
-                yield Fault(
-                    (*base, key),
-                    f"a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true",
-                )
-        return
-    if "wave_speed" in keys and "floor_length" not in keys:
-        yield Fault(
-            (*base, "wave_speed"), 'acts along a floor of known length; write floor_length = "20 m", or remove it'
-        )
-    if "period" in keys and "stiffness" in keys:
-        yield Fault(
-            (*base, "stiffness"),
-            "period and stiffness are both given, and one follows from the other; remove one",
-        )
-    if "mass" not in keys:
-        yield Fault((*base, "mass"), 'missing; write mass = "44.36 t", or rigid = true', absent=True)
-    if "period" not in keys and "stiffness" not in keys:
-        yield Fault(
-            (*base, "period"),
-            'missing; write period = "0.208 s", or stiffness = "40.5 MN/m", or rigid = true',
-            absent=True,
-        )
-
-
 def _interfaces(raw: Mapping[str, Any]) -> Iterator[Fault]:
-    if isinstance(raw.get("interface"), list) and isinstance(raw.get("building"), list):
-        count, buildings = len(raw["interface"]), len(raw["building"])
-        if count != max(buildings - 1, 1) and buildings <= 2:
-            yield Fault(
-                ("interface", count - 1) if count else ("interface",),
-                f"{count} interfaces for {buildings} buildings: there is one between two neighbours; "
-                f"{'remove ' + str(count - 1) if count else 'write one [[interface]]'}",
-            )
-    grid = table(raw, "grid")
-    for index, keys in tables(raw, "interface")[:1]:
+    grid, interfaces = table(raw, "grid"), tables(raw, "interface")[: most_interfaces(raw)]
+    named = next((keys["contact_model"] for _, keys in interfaces if "contact_model" in keys), None)
+    refused = isinstance(named, str) and named in INSTANT_LAWS and is_row(raw)  # which says what to choose instead
+    for index, keys in interfaces:
         base = ("interface", index)
-        if "gap" not in keys and "gap" not in grid:
+        if "gap" not in keys and lacks_gap(raw, index):
             yield Fault((*base, "gap"), 'missing; write gap = "25 mm"', absent=True)
-        if "contact_model" not in keys and "contact_model" not in grid:
+        if named is None and "contact_model" not in grid and keys is interfaces[0][1]:
             yield Fault(
                 (*base, "contact_model"),
                 f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}',
                 absent=True,
             )
-        yield from _laws(index, keys, grid)
+        yield from _laws(index, keys, grid, None if refused else named)
 
 
 def _named(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """The first interface, and the contact models that it and the grid name."""
+    """The first interface, and the contact models that the interfaces and the grid name."""
     keys = next((keys for _, keys in tables(raw, "interface")), {})
-    names = [keys.get("contact_model"), *as_list(table(raw, "grid").get("contact_model"))]
+    told = [each.get("contact_model") for _, each in tables(raw, "interface")]
+    names = [*told, *as_list(table(raw, "grid").get("contact_model"))]
     return keys, list(dict.fromkeys(name for name in names if isinstance(name, str) and name in CONTACT_MODELS))
 
 
@@ -206,11 +122,11 @@ def _effects(raw: Mapping[str, Any]) -> Iterator[Fault]:
         )
 
 
-def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any]) -> Iterator[Fault]:
-    """What the contact models of a scene ask of the interface's other keys."""
+def _laws(index: int, keys: dict[str, Any], grid: dict[str, Any], own_name: Any) -> Iterator[Fault]:
+    """What the contact models of a scene, its own one by name first, ask of an interface's other keys."""
     base = ("interface", index)
     gridded = [name for name in as_list(grid.get("contact_model")) if isinstance(name, str) and name in CONTACT_MODELS]
-    named = keys.get("contact_model", gridded[0] if gridded else None)
+    named = (gridded[0] if gridded else None) if own_name is None else own_name
     first = named if isinstance(named, str) and named in CONTACT_MODELS else None
     used = dict.fromkeys([*([first] if first else []), *gridded])
     stiff = [name for name in used if not is_instant(CONTACT_MODELS[name])]

@@ -6,13 +6,14 @@ QuantityError) with a sentence; `Several` where more than one part of a value is
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
 from math import inf
 from typing import Any
 
+from pounding_risk.contact_points import floor_number
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
@@ -20,9 +21,12 @@ from pounding_risk.quantities import EXAMPLES, RESTITUTION, Quantity, parse, sho
 from pounding_risk.relations import AS_PUBLISHED, faults
 from pounding_risk.scene_checks import LATER_RESTITUTION
 from pounding_risk.scene_text import nearest
+from pounding_risk.storeys import MOST_STOREYS
 from pounding_risk.study import EQUAL_TERMS, Effect, unknown_law
 
 LONGEST_AXIS = 10_000  # values of one grid key
+SIDES = ("left", "right")
+MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
 
 
 class Unreadable(ValueError):
@@ -57,6 +61,77 @@ def flag(key: str) -> Callable[[Any], bool]:
         return value
 
     return read
+
+
+def one_of(allowed: Sequence[str], what: str) -> Callable[[Any], str]:
+    """A reader of one of these words; ``what`` says with its article what they are."""
+
+    def read(value: Any) -> str:
+        if value not in allowed:
+            hint = nearest(value, allowed) if isinstance(value, str) else ""
+            raise Unreadable(f"{shown(value)} is not {what}{hint}; it may be {', '.join(map(shown, allowed))}")
+        return str(value)
+
+    return read
+
+
+def storey_count(value: Any) -> int:
+    """How many storeys a building has."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_STOREYS:
+        raise Unreadable(
+            f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
+        )
+    return value
+
+
+def per_storey(quantity: Quantity) -> Callable[[Any], tuple[float, ...] | float]:
+    """A reader of one value for all storeys, or of a list with one value for each, from the ground up."""
+    example = shown([quantity.example] * 2)
+
+    def read(value: Any) -> tuple[float, ...] | float:
+        if not isinstance(value, list):
+            return parse(value, quantity)
+        if len(value) > MOST_STOREYS:
+            raise Unreadable(f"the list has {len(value)} values, more than {MOST_STOREYS} storeys; check it")
+        asked = list_of(value, f"a value for each storey, such as {example}")
+        return tuple(each(asked, partial(parse, quantity=quantity)))
+
+    return read
+
+
+def contact_points(value: Any) -> tuple[tuple[float, float], ...]:
+    """The floor numbers of a scene's own contact points: (left, right) of each, in ascending order."""
+    found = each(list_of(value, f"contact = [{MEETING}]"), _meeting, distinct=True)
+    return tuple(sorted(found))
+
+
+def _meeting(value: Any) -> tuple[float, float]:
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a contact point; write {MEETING}")
+    faults: list[tuple[tuple[str | int, ...], str]] = [
+        ((key,), f"unknown key{nearest(key, SIDES)}; a contact point has left and right")
+        for key in value
+        if key not in SIDES
+    ]
+    floors = []
+    for side in SIDES:
+        told = value.get(side)
+        floor = floor_number(told) if isinstance(told, str) else None
+        if side not in value:
+            faults.append(((side,), f"missing; write {MEETING}"))
+        elif floor is None:
+            faults.append(
+                (
+                    (side,),
+                    f'{shown(told)} is not a place on a building; write "storey 2" for the floor on top of storey 2, '
+                    'or "column 3 at 0.5" for half-way up storey 3',
+                )
+            )
+        else:
+            floors.append(floor)
+    if faults:
+        raise Several(faults)
+    return floors[0], floors[1]
 
 
 def law_name(value: Any) -> str:
@@ -243,6 +318,9 @@ def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) 
     for index, value in enumerate(values):
         try:
             found.append(read(value))
+        except Several as error:
+            faults += [((index, *below), sentence) for below, sentence in error.faults]
+            continue
         except ValueError as error:
             faults.append(((index,), str(error)))
             continue

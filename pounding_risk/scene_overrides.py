@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Container, Mapping
+from itertools import pairwise
 from typing import Any
 
 from pounding_risk.errors import SceneError
@@ -17,8 +18,9 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
     """Set what ``text`` (path=value) says in the tables of a scene, and return the paths that were set.
 
     The path is dotted, as in TOML. In an array of tables the part after its name chooses an element, by its
-    ``name`` or its number from 1 (left to right); without that part every element is meant. ``known`` holds
-    the keys of each section. The value is TOML; what is not TOML is text, since a shell strips the quotes.
+    ``name`` ("frame | masonry" of an interface) or its number from 1 (left to right); without that part every element
+    is meant. In a list of values the part after its name is a number from 1: building.frame.floor_masses.2. ``known``
+    holds the keys of each section. The value is TOML; what is not TOML is text, since a shell strips the quotes.
 
     Raises SceneError where the path does not lead anywhere.
     """
@@ -36,17 +38,19 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
     elements = raw.setdefault(section, {})
     paths: list[KeyPath] = [(section,)]
     if isinstance(elements, list):
-        chosen = _chosen(section, elements, keys, known[section])
+        chosen = _chosen(section, _names(raw, section), keys, known[section])
         if isinstance(chosen, str):
             raise SceneError(source, [f"{label}: {chosen}"])
         indices, keys = chosen
         paths = [(section, index) for index in indices]
+    found: list[KeyPath] = []
     for path in paths:
         target = elements[path[1]] if len(path) > 1 else elements
-        wrong = _assign(target, keys, value)
-        if wrong:
-            raise SceneError(source, [f"{label}: {wrong}"])
-    return [(*path, *keys) for path in paths]
+        below = _assign(target, keys, value)
+        if isinstance(below, str):
+            raise SceneError(source, [f"{label}: {below}"])
+        found.append((*path, *below))
+    return found
 
 
 def _assignment(text: str, source: str) -> tuple[list[str], Any]:
@@ -69,29 +73,42 @@ def _assignment(text: str, source: str) -> tuple[list[str], Any]:
         return parts, right.strip()
 
 
+def _names(raw: Mapping[str, Any], section: str) -> list[str | None]:
+    """How the elements of an array of tables may be called; an interface by its buildings, where each has its own."""
+    found = element_names(raw[section])
+    buildings = [name or "" for name in element_names(raw.get("building"))]
+    between = [f"{left} | {right}" for left, right in pairwise(buildings)]
+    return [*between] if section == "interface" and len(between) == len(found) else found
+
+
 def _chosen(
-    section: str, elements: list[Any], keys: list[str], known: Container[str]
+    section: str, names: list[str | None], keys: list[str], known: Container[str]
 ) -> tuple[range | list[int], list[str]] | str:
     """Which elements of an array of tables are meant, and the keys below them; or what is wrong."""
     first, *rest = keys
-    names = element_names(elements)
     if rest and first in names:
         return [index for index, name in enumerate(names) if name == first], rest
-    if rest and first.isdecimal() and 1 <= int(first) <= len(elements):
+    if rest and first.isdecimal() and 1 <= int(first) <= len(names):
         return [int(first) - 1], rest
     if not rest or first in known:
-        return range(len(elements)), keys
-    called = [name for name in names if name] or [str(index + 1) for index in range(len(elements))]
+        return range(len(names)), keys
+    called = [name for name in names if name] or [str(index + 1) for index in range(len(names))]
     return f'there is no {section} "{first}"{nearest(first, called)}; it may be {", ".join(called)}'
 
 
-def _assign(target: Any, keys: list[str], value: Any) -> str:
-    """Set a key below a table; what is wrong, if anything."""
-    for key in keys[:-1]:
-        if not isinstance(target, dict):
-            break
-        target = target.setdefault(key, {})
-    if not isinstance(target, dict):
-        return f"{shown(target)} is not a table, so it has no key {keys[-1]}"
-    target[keys[-1]] = value
-    return ""
+def _assign(target: Any, keys: list[str], value: Any) -> KeyPath | str:
+    """Set a key below a table, or a value of a list by its number from 1: where it is; or what is wrong."""
+    path: list[str | int] = []
+    for key in keys:
+        if path:
+            target = target.setdefault(path[-1], {}) if isinstance(target, dict) else target[path[-1]]
+        if isinstance(target, list) and key.isdecimal() and 1 <= int(key) <= len(target):
+            path.append(int(key) - 1)
+        elif isinstance(target, dict):
+            path.append(key)
+        elif isinstance(target, list) and key.isdecimal():
+            return f"{shown(target)} has no value {key}; its {len(target)} values count from 1"
+        else:
+            return f"{shown(target)} is not a table, so it has no key {keys[-1]}"
+    target[path[-1]] = value
+    return tuple(path)

@@ -23,14 +23,17 @@ class Key(NamedTuple):
     absent: str = "nothing"
 
 
+_STOREYS = "a list from the ground up, or one value for all storeys"
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
 KEYS: dict[str, dict[str, Key]] = {
     "scene": {"name": Key("What reports and figures call the study.", '"Frame beside masonry"', "the file's name")},
     "building": {
         "name": Key("What tables and figures call the building; each has its own.", '"frame"', REQUIRED),
-        "mass": Key("Its mass.", '"44.36 t"', "required, unless rigid"),
-        "period": Key("Its natural period; or write stiffness.", '"0.208 s"', "required, unless stiffness or rigid"),
+        "mass": Key("Its mass.", '"44.36 t"', "required, unless rigid or of storeys"),
+        "period": Key(
+            "Its natural period; or write stiffness.", '"0.208 s"', "required, unless stiffness, storeys or rigid"
+        ),
         "stiffness": Key("Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period"),
         "rigid": Key("true for a wall that moves with the ground.", "true", "false"),
         "damping": Key("Its viscous damping, as a ratio of critical.", "0.05", "0.05"),
@@ -38,9 +41,39 @@ KEYS: dict[str, dict[str, Key]] = {
             "Length of its floor along the row.", '"20 m"', "none; contact model distributed_mass needs it"
         ),
         "wave_speed": Key("Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete'),
+        "height": Key(
+            "Height of its roof above the ground: level of a single mass, or what storeys are generated from.",
+            '"12 m"',
+            "a single mass or wall is as tall as its neighbour",
+        ),
+        "floor_masses": Key(
+            f"Mass of each floor, in place of mass: {_STOREYS}.", '["210 t", "210 t", "180 t"]', "a single mass"
+        ),
+        "storey_stiffnesses": Key(f"Lateral stiffness of each storey: {_STOREYS}.", '"350 MN/m"', "a single mass"),
+        "storey_heights": Key(f"Height of each storey: {_STOREYS}.", '["4 m", "3 m", "3 m"]', "a single mass"),
+        "storey_strengths": Key(
+            f"Yield shear of each storey, for inelastic_storeys: {_STOREYS}.", '"1400 kN"', "storeys stay elastic"
+        ),
+        "storeys": Key("How many storeys, where no list tells it.", "4", "as many as the lists have values"),
+        "typology": Key(
+            "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
+            "that of period, and a stated shape of the first mode.",
+            '"concrete_frame"',
+            "storeys are not generated",
+        ),
+        "floor_mass": Key("Mass of every floor of generated storeys.", '"200 t"', "storeys are not generated"),
+        "damping_rule": Key(
+            "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
+            '"rayleigh"',
+            '"modal"',
+        ),
     },
     "interface": {
-        "gap": Key("Clear distance between the buildings at rest.", '"25 mm"', "the first of grid.gap"),
+        "gap": Key(
+            "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
+            '"25 mm"',
+            "the first of grid.gap",
+        ),
         "contact_model": Key("The contact model.", '"jankowski"', "the first of grid.contact_model"),
         "stiffness": Key(
             "Stiffness of the contact, k in N/m or β in N/m^1.5 as the contact model has it.",
@@ -54,6 +87,16 @@ KEYS: dict[str, dict[str, Key]] = {
             "required by models that damp or rebound by it",
         ),
         "yield_force": Key("Force F_E at which the contact yields; inf never yields.", '"450 kN"', '"inf"'),
+        "column_yield_force": Key(
+            "Force at which a column that is hit part-way up yields: its shear strength.", '"200 kN"', '"inf"'
+        ),
+        "contact": Key(
+            "Where the two meet, instead of where their levels say: storey 2 is the floor on top of it, "
+            "column 3 at 0.5 half-way up storey 3.",
+            '[{left = "storey 2", right = "storey 2"}, {left = "storey 3", right = "column 3 at 0.5"}]',
+            "every floor below the lower roof meets the other's floor at its level, or its column",
+        ),
+        "tolerance": Key("How far apart levels may be that count as one.", '"0.1 m"', '"0.05 m"'),
         "plastic_exponent": Key("Exponent n of the plastic branch, for van_mier.", "0.5", "0, ideally plastic"),
         "design_penetration": Key(
             "Penetration for which bilinear is set up.", '"10 mm"', "the Hertz spring's at each approach speed"
@@ -111,6 +154,9 @@ KEYS: dict[str, dict[str, Key]] = {
     },
     "grid": {
         "gap": Key(f"Gaps: {_RANGE}.", '{start = "0 mm", stop = "100 mm", num = 51}', "that of the interface"),
+        "interface": Key(
+            "The only interface of a row whose gap varies, by its buildings.", '"frame | masonry"', "all vary alike"
+        ),
         "yield_force": Key(f"Yield forces: {_RANGE}.", '["200 kN", "400 kN", "inf"]', "that of the interface"),
         "contact_model": Key(
             "Contact models; a dimension of the dataset.", '["jankowski", "hertz"]', "that of the interface"

@@ -178,14 +178,17 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
 
     A motion is a record in a polarity. Of several amplitudes the largest is taken; select one to see another. Works on
     one pair: of a row of buildings, select two neighbours and their interface first. Where a wave passes along the row
-    the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so.
+    the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so. Of buildings with
+    storeys displacements are those at the highest contact point, and the dataset's heights and levels are the site's
+    where ``site`` gives none.
 
     Raises PoundingError where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion.
     """
     shown = _one_amplitude(_complete(results))
     if not 0.0 <= percentile <= 100.0:
         raise PoundingError(f"percentile is {percentile:g}; it must be from 0 to 100, such as 84")
-    left, right = (_motions(shown["peak_displacement_free"].isel(building=side)) for side in (0, 1))
+    left, right = (_motions(at_contact(shown, side)) for side in (0, 1))
+    site = _known_site(shown, site)
     closing = _motions(shown["peak_closing_free"])
     periods, dampings = _both(shown, "period"), _both(shown, "damping")
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
@@ -214,6 +217,33 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
         asked={name: tuple(_asked(RULES[name], case).tolist()) for name in COMBINATIONS},
         rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
     )
+
+
+def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
+    """A building's largest displacement without contact at the highest point of contact with its neighbour [m].
+
+    Of a pair of single masses that of the mass. Part-way up a storey between those of the floors below and above,
+    which the peak there does not exceed.
+    """
+    whole = results["peak_displacement_free"].isel(building=side)
+    if results.sizes.get("contact_point", 0) == 0 or int(results["building_storeys"].values[side]) == 0:
+        return whole
+    floors = results[f"contact_point_{('left', 'right')[side]}_floor"].values
+    below, part = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
+    storeys = results["storey_displacement_free"].isel(building=side)
+    foot = storeys.isel(storey=int(below) - 1) if below else 0.0 * whole
+    return foot if part == 0.0 else (1.0 - part) * foot + part * storeys.isel(storey=int(below))
+
+
+def _known_site(results: xr.Dataset, site: Site) -> Site:
+    """With the heights of both buildings and whether their floors are level, where the dataset tells."""
+    if "building_height" not in results.coords:
+        return site
+    left, right = (float(height) for height in results["building_height"].values)
+    known = all(isfinite(height) and height > 0.0 for height in (left, right))
+    heights = (left, right) if site.heights is None and known else site.heights
+    level = results.sizes.get("contact_point", 0) > 0 and bool((results["contact_point_kind"] == "floor").all())
+    return site._replace(heights=heights, aligned=site.aligned or level)
 
 
 def _complete(results: xr.Dataset) -> xr.Dataset:

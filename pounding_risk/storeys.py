@@ -10,6 +10,7 @@ of S are the angular frequencies. They come out to rounding, the slowest too, ho
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from math import pi
@@ -22,6 +23,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.quantities import (
     DAMPING,
     FLOOR_MASS,
+    PERIOD,
+    STANDARD_GRAVITY,
     STIFFNESS,
     STOREY_HEIGHT,
     STOREY_STRENGTH,
@@ -29,10 +32,12 @@ from pounding_risk.quantities import (
     bounds,
     shown,
 )
+from pounding_risk.typologies import known_typology
 
 Array = NDArray[np.float64]
 
 DAMPING_RULES = ("modal", "rayleigh", "stiffness")
+MOST_STOREYS = 200  # of a building that a scene describes
 RAYLEIGH_SHARE = 0.95  # of the mass: Rayleigh's second mode is the one by which the modes carry so much of it
 
 
@@ -49,7 +54,7 @@ def vibration(masses: Array, springs: Array) -> Vibration:
     drifts = np.eye(root.size) - np.eye(root.size, k=-1)
     _, frequencies, rows = np.linalg.svd(np.sqrt(springs)[:, None] * drifts / root)
     shapes = rows[::-1].T / root[:, None]
-    return Vibration(frequencies[::-1], shapes * np.where(shapes[-1] < 0.0, -1.0, 1.0))
+    return Vibration(frequencies[::-1], shapes * np.where(shapes[-1:] < 0.0, -1.0, 1.0))
 
 
 def stiffness_matrix(springs: Array) -> Array:
@@ -184,3 +189,73 @@ def _symmetric(matrix: Any) -> Array:
     """The matrix without the last bits by which a product of matrices is not symmetric."""
     half: Array = 0.5 * (matrix + matrix.T)
     return half
+
+
+def stiffnesses_for(masses: Sequence[float], shape: Sequence[float], period: float) -> tuple[float, ...]:
+    """Storey stiffnesses [N/m] of the shear building whose first mode has this period [s] and this very shape.
+
+    k_i = ω² Σ_{j≥i} m_j φ_j / (φ_i − φ_{i−1}): each storey carries the inertia above it. The shape grows from storey to
+    storey, so that all of them are positive and no mode is slower.
+    """
+    rate = (2.0 * pi / period) ** 2
+    drifts = np.diff(np.asarray(shape, float), prepend=0.0)
+    return tuple((rate * _carried(masses, shape) / drifts).tolist())
+
+
+def yield_shears(masses: Sequence[float], shape: Sequence[float], acceleration: float) -> tuple[float, ...]:
+    """Yield shears [N] of the storeys that all yield at once in the first mode, at this spectral acceleration [m/s²].
+
+    V_i = Γ A_y Σ_{j≥i} m_j φ_j, Γ = Σ m φ / Σ m φ²: the base shear is A_y times the mass that the first mode moves.
+    """
+    weight, form = np.asarray(masses, float), np.asarray(shape, float)
+    factor = acceleration * (weight @ form) / (weight @ form**2)
+    return tuple((factor * _carried(masses, shape)).tolist())
+
+
+def generated(
+    name: str,
+    *,
+    height: float,
+    storeys: int,
+    typology: str,
+    floor_mass: float,
+    period: float | None = None,
+    damping: float = 0.05,
+    damping_rule: str = "modal",
+) -> Storeys:
+    """A building of which no more is known than height [m], storeys, kind and mass of a floor [kg].
+
+    Storeys of equal height and floors of equal mass. The first mode has the ``period`` [s], the code's approximate one
+    of the typology if not given, and the typology's shape (z / h)^p; the strengths are those of its yield acceleration.
+    Raises PoundingError for numbers that no building has, a typology that is not known, and a height that its code is
+    not for.
+    """
+    kind = known_typology(typology)
+    if isinstance(storeys, bool) or not isinstance(storeys, int) or not 1 <= storeys <= MOST_STOREYS:
+        raise PoundingError(
+            f"{name}: {shown(storeys)} is not a number of storeys, a whole one from 1 to {MOST_STOREYS}; "
+            "write such as storeys = 5"
+        )
+    for value, quantity in ((height, STOREY_HEIGHT), (floor_mass, FLOOR_MASS), (period, PERIOD)):
+        if value is not None and not quantity.allows(value):
+            raise PoundingError(
+                f"{name}: {value:g} {quantity.unit} is out of range; a {quantity.words} must be {bounds(quantity)}"
+            )
+    masses = (float(floor_mass),) * storeys
+    shape = (np.arange(1, storeys + 1) / storeys) ** kind.power
+    taken = kind.period(height) if period is None else period
+    return Storeys(
+        name,
+        masses,
+        stiffnesses_for(masses, shape.tolist(), taken),
+        (height / storeys,) * storeys,
+        damping,
+        damping_rule,
+        yield_shears(masses, shape.tolist(), STANDARD_GRAVITY * kind.yield_acceleration(storeys)),
+    )
+
+
+def _carried(masses: Sequence[float], shape: Sequence[float]) -> Array:
+    """Σ_{j≥i} m_j φ_j, what each storey carries."""
+    carried: Array = np.cumsum((np.asarray(masses, float) * np.asarray(shape, float))[::-1])[::-1]
+    return carried

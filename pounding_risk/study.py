@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk.contact_points import COLUMN, TOLERANCE, Point, floor_words
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import DESIGN_PENETRATION, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
-from pounding_risk.quantities import (
-    FLOOR_LENGTH,
-    GAP,
-    MASS,
-    PERIOD,
-    PGA,
-    SPEED,
-    WAVE_SPEED,
-    YIELD_FORCE,
-    Quantity,
-    exact,
-    shown,
-)
+from pounding_risk.quantities import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, exact, shown
 from pounding_risk.record_request import RecordRequest
 from pounding_risk.relations import AS_PUBLISHED, related
+from pounding_risk.scene_buildings import building_table
 from pounding_risk.scene_text import nearest, write_toml
+from pounding_risk.storeys import Storeys
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
@@ -72,16 +65,31 @@ class Grid(NamedTuple):
     pgas: tuple[float | None, ...]  # m/s², ascending
 
 
+class Neighbour(NamedTuple):
+    """What stands between two neighbours of a row."""
+
+    gap: float  # m
+    stiffness: float | None  # in the unit of the scene's contact model
+    restitution: Restitution
+    restitution_words: str
+    yield_force: float  # N, of floors; inf without yielding
+    column_yield_force: float  # N, of columns that are hit part-way up; inf without yielding
+    points: tuple[Point, ...]  # from the ground up
+    tolerance: float = TOLERANCE  # m, between levels that count as one
+    given: bool = False  # whether the scene gives the points; else they follow from the heights
+
+
 @dataclass(frozen=True)
 class Study:
-    """One scene: two buildings, what stands between them, the ground motions and the grid of cases.
+    """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
 
-    Two studies are equal where they ask for the same runs; ``text``, ``source`` and ``overrides`` say where
-    one came from and do not count.
+    Of a row, which has ``neighbours``, the fields of an interface are those of the first; `at` gives each. Two studies
+    are equal where they ask for the same runs; ``text``, ``source`` and ``overrides`` say where one came from and do
+    not count.
     """
 
     name: str
-    buildings: tuple[Building, Building]  # left, right
+    buildings: tuple[Building | Storeys, ...]  # left to right
     gap: float  # m
     law_name: str
     stiffness: float | None  # N/m or N/m^1.5, as the law has it; None where no model of the scene takes one
@@ -96,9 +104,87 @@ class Study:
     rtol: float
     effects: tuple[Effect, ...] = ()  # in the order in which they wrap a law
     relation: str = AS_PUBLISHED  # of restitution and damping
+    neighbours: tuple[Neighbour, ...] = ()  # one between each two buildings of a row; none of a pair
+    gridded_interface: str | None = None  # "left | right", the only one whose gap the grid varies; None for all
     text: str = field(default="", compare=False, repr=False)
     source: str = field(default="scene", compare=False)
     overrides: tuple[str, ...] = field(default=(), compare=False)
+
+    @property
+    def is_row(self) -> bool:
+        """True where more than two single masses that meet mass to mass are asked for."""
+        return bool(self.neighbours)
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """The name "left | right" of each interface."""
+        names = [building.name for building in self.buildings]
+        return tuple(interface_name(left, right) for left, right in pairwise(names))
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The contact points of a row, interface by interface from the ground up."""
+        return tuple(point for neighbour in self.neighbours for point in neighbour.points)
+
+    @property
+    def pair(self) -> tuple[Building, Building]:
+        """The two single masses, left and right; raises SceneError where the scene is a row."""
+        left, right = (
+            building for building in needs_pair(self, "this command").buildings if isinstance(building, Building)
+        )
+        return left, right
+
+    def at(self, place: int) -> Study:
+        """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
+        if not self.neighbours:
+            return self
+        here, grid = self.neighbours[place], self.grid
+        gaps = grid.gaps if self.gridded_interface in (None, self.interfaces[place]) else (here.gap,)
+        forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
+        return replace(
+            self,
+            buildings=self.buildings[place : place + 2],
+            gap=here.gap,
+            stiffness=here.stiffness,
+            restitution=here.restitution,
+            restitution_words=here.restitution_words,
+            yield_force=here.yield_force,
+            grid=grid._replace(gaps=gaps, yield_forces=forces),
+            neighbours=(here._replace(points=tuple(point._replace(interface=0) for point in here.points)),),
+            gridded_interface=None,
+        )
+
+    def law_at(self, place: int, name: str | None = None, stiffness: float | None = None) -> Any:
+        """The contact law ``name`` with the stiffness of interface ``place``, from 0. Raises as `law`."""
+        return self.at(place).law(name, stiffness)
+
+    def interface_gaps(self, gap: float) -> tuple[float, ...]:
+        """The gap of each interface of a row where that of the grid is ``gap`` [m]."""
+        named = self.gridded_interface
+        pairs = zip(self.interfaces, self.neighbours, strict=True)
+        return tuple(gap if named in (None, name) else neighbour.gap for name, neighbour in pairs)
+
+    def point_yield_forces(self, force: float | None = None) -> tuple[float, ...]:
+        """The yield force of each of `points` [N] where that of floors is ``force``; None for each interface's own.
+
+        A grid of one yield force leaves every interface its own. Columns keep theirs.
+        """
+        return tuple(
+            neighbour.column_yield_force
+            if point.kind == COLUMN
+            else (neighbour.yield_force if force is None else force)
+            for neighbour in self.neighbours
+            for point in neighbour.points
+        )
+
+    @property
+    def striking_mass(self) -> float:
+        """m1 m2 / (m1 + m2) of what strikes at the first interface [kg]; the other's mass where one is rigid.
+
+        A single mass strikes whole, a building of storeys with a floor of average mass.
+        """
+        left, right = (_inverse_mass(building) for building in self.buildings[:2])
+        return 1.0 / (left + right)
 
     def law(self, name: str | None = None, stiffness: float | None = None) -> Any:
         """The contact law ``name`` (the scene's own by default) with the scene's stiffness.
@@ -117,7 +203,7 @@ class Study:
             if short := self.without_floor():
                 advice = 'write floor_length = "20 m" in its [[building]]'
                 raise SceneError(self.source, [f"{name} needs a length of every floor, {short[0]} has none; {advice}"])
-            return law.between(*self.buildings)
+            return law.between(*self.buildings[:2])
         if is_instant(law):
             return law()
         if stiffness is None and self.stiffness is None:
@@ -138,7 +224,9 @@ class Study:
 
     def without_floor(self) -> tuple[str, ...]:
         """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
-        return tuple(each.name for each in self.buildings if not each.is_rigid and each.floor_length == 0.0)
+        return tuple(
+            each.name for each in self.buildings if not each.is_rigid and not getattr(each, "floor_length", 0.0)
+        )
 
     def law_class(self, name: str) -> Any:
         """The class of a contact law under the scene's damping relation.
@@ -171,26 +259,36 @@ class Study:
 
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
-        grid = {
-            "gap": [exact(gap, GAP) for gap in self.grid.gaps],
-            "yield_force": [exact(force, YIELD_FORCE) for force in self.grid.yield_forces],
-            "contact_model": list(self.grid.contact_models),
-        }
-        pgas = [exact(pga, PGA) for pga in self.grid.pgas if pga is not None]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
-            "building": [_building(building) for building in self.buildings],
-            "interface": [self._interface()],
+            "building": [building_table(building) for building in self.buildings],
+            "interface": [self.at(place)._interface() for place in range(max(len(self.neighbours), 1))],
             **({"effects": effects} if effects else {}),
             "records": self.records.written(),
-            "grid": {**grid, "pga": pgas} if pgas else grid,
+            "grid": self._grid(),
             "solver": {"rtol": self.rtol},
         }
 
     def to_toml(self) -> str:
         """`resolved` as the text of a scene file; reading it gives an equal study."""
         return write_toml(self.resolved())
+
+    def _grid(self) -> dict[str, Any]:
+        named, forces = self.gridded_interface, self.grid.yield_forces
+        own = {neighbour.yield_force for neighbour in self.neighbours}
+        # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
+        told = (
+            {"yield_force": [exact(force, YIELD_FORCE) for force in forces]} if len(forces) > 1 or len(own) < 2 else {}
+        )
+        pgas = [exact(pga, PGA) for pga in self.grid.pgas if pga is not None]
+        return {
+            "gap": [exact(gap, GAP) for gap in self.grid.gaps],
+            **({"interface": named} if named else {}),
+            **told,
+            "contact_model": list(self.grid.contact_models),
+            **({"pga": pgas} if pgas else {}),
+        }
 
     def _interface(self) -> dict[str, Any]:
         table: dict[str, Any] = {
@@ -210,7 +308,26 @@ class Study:
                 "speed": exact(self.equal_terms.speed, SPEED),
                 **({"every_law": True} if self.equal_terms.every_law else {}),
             }
-        return table
+        return table | self._points()
+
+    def _points(self) -> dict[str, Any]:
+        """Where the two meet, as a scene file has it; nothing of a pair."""
+        if not self.neighbours:
+            return {}
+        here = self.neighbours[0]
+        column = (
+            {}
+            if here.column_yield_force == inf
+            else {"column_yield_force": exact(here.column_yield_force, YIELD_FORCE)}
+        )
+        given = [
+            {"left": floor_words(point.left_floor), "right": floor_words(point.right_floor)} for point in here.points
+        ]
+        return {
+            **column,
+            "tolerance": exact(here.tolerance, STOREY_HEIGHT),
+            **({"contact": given} if here.given else {}),
+        }
 
     def _stiffness(self) -> dict[str, Any]:
         if self.stiffness is None:
@@ -241,22 +358,27 @@ def unknown_law(name: str) -> str:
     return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
 
 
-def _building(building: Building) -> dict[str, Any]:
-    if building.is_rigid:
-        mass = {"mass": exact(building.mass, MASS)} if MASS.allows(building.mass) else {}
-        return {"name": building.name, "rigid": True, **mass}
-    return {
-        "name": building.name,
-        "mass": exact(building.mass, MASS),
-        "period": exact(building.period, PERIOD),
-        "damping": building.damping,
-        **_floor(building),
-    }
+def interface_name(left: str, right: str) -> str:
+    """How the interface between two buildings is called."""
+    return f"{left} | {right}"
 
 
-def _floor(building: Building) -> dict[str, Any]:
-    """The floor's length and wave speed, where it has a length."""
-    if building.floor_length == 0.0:
-        return {}
-    lengths = exact(building.floor_length, FLOOR_LENGTH), exact(building.wave_speed, WAVE_SPEED)
-    return dict(zip(("floor_length", "wave_speed"), lengths, strict=True))
+def needs_pair(study: Study, command: str) -> Study:
+    """The study; raises SceneError where ``command``, which runs two single masses, is given a row."""
+    if study.is_row:
+        count = len(study.buildings)
+        raise SceneError(
+            study.source,
+            [
+                f"{command} runs two single masses that meet mass to mass, and this scene is a row of {count} "
+                "buildings or has storeys; use scan, or write a scene of the two masses"
+            ],
+        )
+    return study
+
+
+def _inverse_mass(building: Building | Storeys) -> float:
+    """Of what strikes; 0 of a wall."""
+    if isinstance(building, Storeys):
+        return len(building.masses) / building.mass
+    return building.oscillator().inverse_mass

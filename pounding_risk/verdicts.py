@@ -154,10 +154,23 @@ def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> lis
         f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
     )
     told.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
-    told.append("The contact model, F_E and sensitive runs have no say in whether there is contact.")
+    told.append(_whose(asked, seen.motions))
     if seen.lost:
         told.append(f"{seen.lost} motions have no finite response and count against the verdict.")
     return told
+
+
+def _whose(asked: Asked, motions: Motions) -> str:
+    """Where it is from that a motion brings contact."""
+    if motions.alone is None:
+        return "The contact model, F_E and sensitive runs have no say in whether there is contact."
+    pushed = int(((motions.alone <= asked.gap) & (motions.closing > asked.gap)).sum())
+    if not pushed:
+        return "Every motion that closes the gap does so without contact elsewhere in the row; no run adds one."
+    return (
+        f"In {pushed} of these motions contact elsewhere in the row closes the gap, which they leave open without it: "
+        "each counts with the most that it closes in a run that touches here."
+    )
 
 
 def _margin(asked: Asked, required: RequiredGap) -> str:

@@ -33,7 +33,7 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|ensemble|scan_dataset|history|paper|ladder|effect_costs|comparison)\.py",
+    "xarray": r"(results|ensemble|scan_dataset|row_dataset|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",
@@ -175,7 +175,11 @@ ASSESSED = (
     r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|"
     r"verdicts\.py"
 )
-DRAWN = [name for name in NAMES if re.fullmatch(rf"figures.*|results\.py|explorer\.py|reports/.*|{ASSESSED}", name)]
+DRAWN = [
+    name
+    for name in NAMES
+    if re.fullmatch(rf"figures.*|results\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}", name)
+]
 
 
 @pytest.mark.parametrize("name", DRAWN)

@@ -189,7 +189,7 @@ def test_the_fragility_of_stripes_finds_the_truth():
     """150 records of a closing that grows with the amplitude, lognormal: median 2 m/s2, dispersion 0.5."""
     unit = lognormal(150, scale=0.01)  # at 1 m/s2; 20 mm are reached at 2 m/s2 in the median
     results = made_up(unit[..., None] * np.array([1.0, 2.0, 4.0, 8.0]))
-    results.attrs["scene_resolved"] += "[effects]\np_delta = {}\n"  # no effect that is known to leave buildings linear
+    results.attrs["scene_resolved"] += "[effects]\ninelastic_storeys = {}\n"  # buildings are not linear
     (one,) = assess(results).interfaces
     found = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
     assert found.method == "multiple stripes"

@@ -21,6 +21,7 @@ import pounding_risk
 from pounding_risk import cli, cli_output
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
+from pounding_risk.typologies import TYPOLOGIES
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
 COMMANDS = (
@@ -34,10 +35,13 @@ COMMANDS = (
     "effects",
     "stability",
     "models",
+    "modes",
     "separations",
     "assess",
     "view",
     "report",
+    "draw",
+    "block",
 )
 SCENE = """\
 [scene]
@@ -112,6 +116,9 @@ def test_models_lists_what_there_is():
     assert found["distributed_mass"][0] == "floor lengths" and found["van_mier"][1:3] == ["–", "yields"]
     for name, kind in {**CONTACT_MODELS, **EFFECTS}.items():
         assert found[name][-1].endswith(kind.reference), name
+    kinds = {line[0]: line[1:] for line in rows(told.stdout) if line[0] in TYPOLOGIES}
+    assert list(kinds) == list(TYPOLOGIES) and kinds["masonry_ec8"][:2] == ["0.05 h^0.75 up to 40 m", "z / h"]
+    assert kinds["concrete_walls"][2:4] == ["0.2 to 3 storeys, 0.167 to 7 storeys, 0.127 above", "yes"]
 
 
 def test_version():

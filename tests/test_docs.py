@@ -28,6 +28,7 @@ from pounding_risk.outputs import BUILDING, RUN
 from pounding_risk.processing import STEPS
 from pounding_risk.scene_words import KEYS
 from pounding_risk.separation_rules import RULES
+from pounding_risk.typologies import TYPOLOGIES
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
@@ -114,6 +115,9 @@ def test_every_check_rule_and_relation_has_a_row(pages):
         (row,) = re.findall(rf"^\| `{rule.name}` \|.*\| (yes|\*\*NO\*\*) \|", pages["separations.md"], re.M)
         assert row == ("yes" if rule.verified else "**NO**")
     assert set(NAMED) <= words_of(pages["restitution.md"])
+    for kind in TYPOLOGIES.values():
+        (row,) = re.findall(rf"^\| `{kind.name}` \|.*\| (yes|\*\*NO\*\*) \|", pages["typologies.md"], re.M)
+        assert row == ("yes" if kind.code.verified else "**NO**")
 
 
 def test_laws_stand_with_their_words_and_sources(pages):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from math import inf, pi, sqrt
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_cases import cases
 
 from pounding_risk import scenario, scene_records
 from pounding_risk.errors import PoundingError, SceneError
@@ -322,22 +322,7 @@ def test_a_study_from_a_dict_keeps_the_dict_and_has_a_text():
     assert parse_scene(found.text) == found
 
 
-def cases() -> list[tuple[str, list[str], list[str]]]:
-    """The cases of scene_faults.txt: changed scene, overrides, sentences."""
-    found = []
-    paragraphs = (Path(__file__).parent / "scene_faults.txt").read_text(encoding="utf-8").split("\n\n")
-    for paragraph in paragraphs[1:]:
-        rows: dict[str, list[str]] = {"-": [], "+": [], "&": [], "!": []}
-        for row in paragraph.strip().splitlines():
-            rows[row[0]].append(row[2:])
-        old = "\n".join(rows["-"]) + ("" if rows["+"] or not rows["-"] else "\n")
-        assert old in DESIGN
-        text = DESIGN.replace(old, "\n".join(rows["+"]), 1) if old else DESIGN
-        found.append((text, rows["&"], [row.replace("{here}", str(Path.cwd().resolve())) for row in rows["!"]]))
-    return found
-
-
-@pytest.mark.parametrize(("text", "overrides", "sentences"), cases())
+@pytest.mark.parametrize(("text", "overrides", "sentences"), cases("scene_faults.txt", DESIGN))
 def test_each_fault(text, overrides, sentences):
     assert faults(text, overrides) == sentences
 

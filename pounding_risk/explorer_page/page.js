@@ -55,9 +55,12 @@ function stored(variable, place) {
 
 /** An output of a complete case in the unit shown; NaN where it is not defined, which counts tell by −1. */
 function reading(output, place) {
-  const value = stored(output.variable, { ...place, building: output.building });
+  const value = stored(output.variable, { ...place, building: buildingOf(output, place) });
   return output.variable.kind === "i4" && value < 0 ? NaN : value * output.variable.factor;
 }
+
+/** Of a row the building left or right of the interface; of a pair the output's own. */
+const buildingOf = (output, place) => (output.side === undefined ? output.building : place.interface + output.side);
 
 /** Every case that the picks mean at a cell: one, or one for each motion. */
 function places(picks, cell) {
@@ -237,7 +240,7 @@ function wholeRange(output) {
   if (!output.range) {
     output.range = [Infinity, -Infinity];
     const { values, kind, factor, dims, strides } = output.variable;
-    const rank = dims.indexOf("building");
+    const rank = output.side === undefined ? dims.indexOf("building") : -1; // of a row, over all buildings
     values.forEach((value, offset) => {
       if (Number.isNaN(value) || (kind === "i4" && value < 0)) return;
       if (rank >= 0 && Math.floor(offset / strides[rank]) % buildings.length !== output.building) return;
@@ -403,6 +406,64 @@ function drawTable() {
   element("table").tBodies[0].replaceChildren(...rows);
 }
 
+// ---- storeys of a row ---------------------------------------------------------------------------------------------
+
+const BANDS = [0.16, 0.5, 0.84];
+const LOOKS = { free: ["#0072b2", "solid", "without contact"], struck: ["#d55e00", "dash", "with contact"] };
+
+/** Three quantiles of a quantity of one storey over the motions that are picked; NaN where no run is complete. */
+function spread(variable, building, storey, picks, cell) {
+  const values = places(picks, cell).filter((place) => !hasFailed(place))
+    .map((place) => stored(variable, { ...place, building, storey }) * variable.factor)
+    .filter(Number.isFinite).sort((one, other) => one - other);
+  return BANDS.map((share) => (values.length ? quantile(values, share) : NaN));
+}
+
+/** Lines of one building: one value all along a storey, or one at each floor. */
+function profileTraces(quantity, building, axis) {
+  const levels = model.profiles.levels[building];
+  return Object.entries(LOOKS).flatMap(([kind, [color, dash, name]]) => {
+    const found = levels.map((_, storey) => spread(quantity[kind], building, storey, state.picks, state.cell));
+    const along = (rank) => (quantity.of_storey ? found.flatMap((each) => [each[rank], each[rank]]) : found.map((each) => each[rank]));
+    const heights = quantity.of_storey ? levels.flatMap((level, storey) => [storey ? levels[storey - 1] : 0, level]) : levels;
+    const shared = { type: "scatter", y: heights, xaxis: axis, yaxis: "y", hoverinfo: "x+y" };
+    const band = { ...shared, mode: "lines", line: { width: 0 }, showlegend: false, hoverinfo: "skip" };
+    const line = { ...shared, x: along(1), mode: quantity.of_storey ? "lines" : "lines+markers", name, showlegend: axis === "x",
+      line: { color, dash, width: 2.5 }, legendgroup: kind };
+    if (!isMany(state.picks)) return [line];
+    return [{ ...band, x: along(0) }, { ...band, x: along(2), fill: "tonextx", fillcolor: `${color}2e` }, line];
+  });
+}
+
+function drawProfiles() {
+  if (!model.profiles) return null;
+  const quantity = model.profiles.quantities[state.quantity];
+  const at = state.picks.interface;
+  const sides = [at, at + 1];
+  const traces = sides.flatMap((building, side) => profileTraces(quantity, building, side ? "x2" : "x"));
+  const title = (building) => ({ title: { text: `${buildings[building]} [${quantity.struck.unit}]` }, rangemode: "tozero", zeroline: false });
+  const marks = model.profiles.points.filter(([interface_]) => interface_ === at).map(([, level]) => ({
+    type: "line", xref: "paper", x0: 0, x1: 1, y0: level, y1: level, line: { color: "#555", width: 1, dash: "dot" },
+  }));
+  const middle = isMany(state.picks) ? "Medians, and 16 to 84 % of the motions. " : "";
+  element("storeys-words").textContent = `${middle}Dotted: levels of contact.`;
+  const layout = {
+    margin: { l: 55, r: 10, t: 10, b: 50 }, plot_bgcolor: "#fff", paper_bgcolor: "#fff", shapes: marks,
+    font: { family: 'system-ui, "Segoe UI", "DejaVu Sans", sans-serif', size: 13, color: "#1a1a1a" },
+    xaxis: { ...title(sides[0]), domain: [0, 0.48] }, xaxis2: { ...title(sides[1]), domain: [0.52, 1] },
+    yaxis: { title: { text: "height [m]" }, rangemode: "tozero" }, legend: { orientation: "h", y: 1.1 },
+  };
+  return Plotly.react("profiles", traces, layout, { responsive: true, displayModeBar: false, plotlyServerURL: "" });
+}
+
+function addQuantities() {
+  if (!model.profiles) return;
+  element("storeys").hidden = false;
+  state.quantity = 0;
+  model.profiles.quantities.forEach(({ struck }, index) => element("quantity").add(new Option(`${plain(struck.name)} [${struck.unit}]`, index)));
+  element("quantity").addEventListener("change", (event) => { state.quantity = Number(event.target.value); drawProfiles(); });
+}
+
 // ---- start --------------------------------------------------------------------------------------------------------
 
 function draw() {
@@ -411,6 +472,7 @@ function draw() {
   if (select) select.disabled = !isMany(state.picks) || output.variable.share;
   drawWords(output);
   drawTable();
+  drawProfiles();
   return drawMap(output);
 }
 
@@ -421,6 +483,9 @@ function outputsOf(variable) {
   const words = variable.words.replace(/; without contact$/, "");
   const shared = { variable, free, words };
   if (!variable.dims.includes("building")) return [{ ...shared, label, key: variable.name }];
+  if (axes.interface) {
+    return ["left", "right"].map((name, side) => ({ ...shared, side, label: `${label}, ${name}`, key: `${variable.name} ${name}` }));
+  }
   return buildings.map((name, building) => ({ ...shared, building, label: `${label}, ${name}`, key: `${variable.name} ${building}` }));
 }
 
@@ -428,10 +493,13 @@ async function start() {
   element("facts").textContent = model.facts.join(" ");
   element("scene").hidden = !model.scene;
   element("scene").querySelector("pre").textContent = model.scene;
-  await Promise.all([...Object.values(model.told), ...model.outputs].map(load));
+  const deep = model.profiles ? model.profiles.quantities.flatMap(({ struck, free }) => [struck, free]) : [];
+  if (model.profiles) axes.storey = { labels: [...Array(model.profiles.storeys).keys()] };
+  await Promise.all([...Object.values(model.told), ...model.outputs, ...deep].map(load));
   outputs = model.outputs.flatMap(outputsOf);
   model.anyFailed = model.told.status.values.some((code) => code !== COMPLETE);
   addChoices();
+  addQuantities();
   document.querySelector("main").hidden = false;
   await draw();
   element("map").on("plotly_click", ({ points: [point] }) => choose({ gap: Math.round(point.x), yield_force: Math.round(point.y) }));

@@ -36,6 +36,7 @@ from pounding_risk.reports.content import (
     name_of,
     number,
     paragraph,
+    strength,
     table,
 )
 from pounding_risk.reports.material import Material, Pair
@@ -61,10 +62,17 @@ def adequacy(material: Material) -> list[Block]:
 def _terms(material: Material) -> str:
     """What a motion and its bounds are."""
     confidence = f"{100 * material.assessment.confidence:g} %"
+    decides = (
+        "Whether there is contact follows from the motion without contact alone, whatever the contact model and F_E."
+    )
+    if material.is_row:
+        decides = (
+            "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
+            "the buildings touch in a run, under any contact model and F_E."
+        )
     return (
         f"A motion is a record in one polarity. Bounds are exact binomial ones of {confidence}; those by recording "
-        "take the components and polarities of a recording for as many as they really stand for. Whether there is "
-        "contact follows from the motion without contact alone, whatever the contact model and F_E."
+        f"take the components and polarities of a recording for as many as they really stand for. {decides}"
     )
 
 
@@ -209,7 +217,7 @@ def yielding(material: Material, pair: Pair) -> list[Block]:
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
     heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
     here = [each for each in found if each.gap == gap]
-    rows = [[_model(each), number(each.yield_force, "N"), *_counted(each)] for each in here]
+    rows = [[_model(each), strength(each.yield_force), *_counted(each)] for each in here]
     at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
     return [
         figure(
@@ -258,7 +266,7 @@ def _fitted(one: Any) -> list[Cell | str]:
         one.what,
         number(one.gap, "m"),
         _model(one),
-        number(one.yield_force, "N") if one.yield_force is not None else MISSING,
+        strength(one.yield_force),
         number(one.median, ACCELERATION),
         _error(one.se_median, one.se_median_recordings),
         number(one.dispersion, digits=3),
@@ -285,7 +293,7 @@ def _drawn(found: Sequence[Any], law: str, one: Any) -> list[Any]:
 
 def _what(one: Any) -> str:
     gap = f"{one.what}, gap {amount(one.gap, 'm')['text']}"
-    return gap if one.yield_force is None else f"{gap}, $F_E$ {amount(one.yield_force, 'N')['text']}"
+    return gap if one.yield_force is None else f"{gap}, $F_E$ {strength(one.yield_force, unit=True)['text']}"
 
 
 def _stripes(one: Any) -> list[Stripe]:
@@ -304,7 +312,7 @@ def rates(material: Material, pair: Pair) -> list[Block]:
             each.what,
             number(each.gap, "m"),
             _model(each),
-            number(each.yield_force, "N") if each.yield_force is not None else MISSING,
+            strength(each.yield_force),
             number(each.annual, digits=3),
             between(each.low, each.high, "1", 3),
             number(each.fifty_years, "%", 3),

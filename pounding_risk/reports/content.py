@@ -64,6 +64,15 @@ def amount(value: Any, unit: str, digits: int = DIGITS) -> Cell:
     return cell if cell["raw"] is None else cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip()}
 
 
+def strength(force: float | None, unit: bool = False) -> Cell:
+    """A yield force; where floors never yield, columns may, at their own. `unit` writes it behind the number."""
+    if force is None:
+        return {"text": MISSING, "raw": None}
+    if isinf(force):
+        return {"text": "columns' own", "raw": None}
+    return amount(force, "N") if unit else number(force, "N")
+
+
 def between(low: float, high: float, unit: str, digits: int = DIGITS) -> Cell:
     """Two ends of a range, as they are shown in the unit of the column's head."""
     ends = [number(each, unit, digits) for each in (low, high)]

@@ -32,17 +32,24 @@ ASSUMED = (
     "The buildings touch at one point, at the height of their masses.",
     "The ground acceleration is linear between the samples of a record.",
 )
+OF_A_ROW = (
+    "Buildings move along the row only; floors are rigid, and each storey is a spring with viscous damping.",
+    "Neighbours touch at the contact points that are listed with the row; a column moves with the floors at its ends, "
+    "on the straight line between them.",
+    ASSUMED[-1],
+)
 
 
 def scene(material: Material) -> list[Block]:
     """The pair, its interface, the grid of cases and what is assumed of them."""
     results = material.results
     sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
+    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if material.is_row else []
     rows = []
     for name in map(str, results["building"].values):
         one = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        rows.append([name, *(number(one[each], unit) for each, unit in values)])
+        rows.append([name, *(number(one[each], unit) for each, unit in values), *_stature(material, one)])
     rigid = [
         str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
     ]
@@ -54,18 +61,27 @@ def scene(material: Material) -> list[Block]:
         *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(material, place)) for place, pair in pairs),
         facts("The grid of cases.", _grid(material)),
         heading("Assumptions", "assumptions"),
-        listing([*ASSUMED, *_assumed(material)]),
+        listing([*(OF_A_ROW if material.is_row else ASSUMED), *_assumed(material)]),
     ]
+
+
+def _stature(material: Material, one: Any) -> list[Cell | str]:
+    """Storeys, height and place of a building in a row; nothing of a pair's."""
+    if not material.is_row:
+        return []
+    height = number(one["building_height"])
+    return [count(one["building_storeys"]), height, str(one["building_position"].values)]
 
 
 def _interface(material: Material, place: int) -> list[tuple[str, Cell | str]]:
     """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
     told: list[tuple[str, Cell | str]] = []
-    for key, value in material.scene["interface"][place].items():
+    tables = material.scene["interface"]
+    for key, value in tables[min(place, len(tables) - 1)].items():
         if key == "gap":
             told.append(("gap", amount(_si(value), "m")))
-        elif key == "yield_force":
-            told.append(("yield force F_E", _force(_si(value))))
+        elif key in ("yield_force", "column_yield_force"):
+            told.append(("yield force F_E" if key == "yield_force" else "of a column", _force(_si(value))))
         else:
             told.append((key.replace("_", " "), _said(value)))
     return told
@@ -121,7 +137,8 @@ def _assumed(material: Material) -> list[str]:
     told = []
     effects = material.scene.get("effects", {})
     if "wave_passage" not in effects:
-        told.append("Both buildings stand on the same motion at the same time.")
+        both = "All" if material.is_row else "Both"
+        told.append(f"{both} buildings stand on the same motion at the same time.")
     if "permanent_set" not in effects and np.isfinite(material.results["yield_force"].values).any():
         told.append(
             "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
@@ -176,6 +193,7 @@ def _records_table(material: Material) -> Block:
     needed = results["peak_closing_free"]
     if "interface" in needed.dims:
         needed = needed.max("interface")
+    widest_of = "; of a row the widest that any two neighbours need" if material.is_row else ""
     at = ""
     if "pga" in needed.dims:
         needed = needed.sel(pga=material.assessment.interfaces[0].amplitude, method="nearest")
@@ -202,7 +220,8 @@ def _records_table(material: Material) -> Block:
         )
     widest = np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]
     return table(
-        f"Records. PGA is that before the grid's amplitude; a smaller gap than the one needed leads to contact{at}.",
+        "Records. PGA is that before the grid's amplitude; a smaller gap than the one needed leads to "
+        f"contact{at}{widest_of}.",
         heads,
         rows,
         keep=sorted(map(int, widest)),

@@ -16,6 +16,7 @@ from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.content import amount
 from pounding_risk.results import open_results, told
+from pounding_risk.row_findings import RowCase, row_case
 from pounding_risk.separations import code_table
 
 if TYPE_CHECKING:
@@ -69,6 +70,23 @@ class Material:
             at = f" at {amount(found.amplitude, 'm/s2')['text']}"
         codes = code_table(results, self.assessment.percentile)
         return Pair(found.name, f"interface-{place}", found, codes, results, at)
+
+    @property
+    def is_row(self) -> bool:
+        """True for a row of buildings, False for a pair."""
+        return "interface" in self.results.dims
+
+    @cached_property
+    def row(self) -> RowCase:
+        """The row at the assessed amplitude, under the scene's contact model, at the gap that is judged."""
+        gaps = {pair.found.gap for pair in self.pairs}
+        return row_case(
+            self.results,
+            gap=gaps.pop() if len(gaps) == 1 else None,
+            contact_model=self.law,
+            yield_force=self.yield_force,
+            pga=self.assessment.interfaces[0].amplitude,
+        )
 
     @cached_property
     def scene(self) -> dict[str, Any]:

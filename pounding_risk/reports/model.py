@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
-from pounding_risk.reports import adequacy, inputs, origins, outcomes, response, summary
+from pounding_risk.reports import adequacy, inputs, origins, outcomes, response, row, summary
 from pounding_risk.reports.content import LONG, Block, paragraph
 from pounding_risk.reports.material import Material
 
@@ -30,6 +30,7 @@ SECTIONS: dict[str, Section] = {
     "scene": Section("Scene and assumptions", inputs.scene),
     "records": Section("Records", inputs.records),
     "adequacy": Section("Is the gap enough?", adequacy.adequacy),
+    "row": Section("The row", row.row),
     "response": Section("What contact does to the buildings", response.response),
     "models": Section("Contact models compared", outcomes.models),
     "accuracy": Section("How exact the numbers are", outcomes.accuracy),

@@ -53,7 +53,8 @@ def models(material: Material) -> list[Block]:
     for pair in material.pairs:
         blocks += _by_model(material, pair)
     if len(material.laws) == 1 and "compare" not in material.others:
-        blocks.append(paragraph("One contact model was run. Whether another says otherwise: `pounding-risk compare`."))
+        other = "more of them under contact_model of the grid" if material.is_row else "`pounding-risk compare`"
+        blocks.append(paragraph(f"One contact model was run. Whether another says otherwise: {other}."))
     if "compare" in material.others:
         blocks += _compared(material.others["compare"])
     return blocks

@@ -25,6 +25,7 @@ from pounding_risk.reports.material import Material, Pair
 # Outputs per building, each stored with a twin without contact: what they are called, and their unit.
 OUTPUTS = {
     "peak_displacement": ("peak displacement", "m"),
+    "peak_drift": ("peak storey drift", "m"),
     "peak_storey_shear": ("peak storey shear", "N"),
     "peak_floor_acceleration": ("peak floor acceleration", "m/s2"),
 }

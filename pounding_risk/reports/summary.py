@@ -78,7 +78,7 @@ def _caveats(material: Material) -> list[str]:
     if found.failed:
         told.append(
             f"{found.failed} of {found.cases} cases failed: they are left out of what contact does. Whether there is "
-            "contact follows from the motion without it."
+            f"contact follows from the motion without it{', and in a row from the runs' if material.is_row else ''}."
         )
     if found.sensitive:
         told.append(f"{found.sensitive} of the {found.checked} runs made again are sensitive to the tolerance.")

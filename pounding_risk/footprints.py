@@ -1,0 +1,188 @@
+"""Footprints of buildings: metres from longitude and latitude, a street's axis, clear distances along it.
+
+A street's coordinates are u along its axis and v across it, so that neighbours of a row follow each other in u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import cos, hypot, inf, pi, radians, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+EQUATOR, FLATTENING = 6378137.0, 1.0 / 298.257223563  # m; WGS 84, on which GeoJSON stands (RFC 7946, 4)
+GRID = 0.5  # share of the walls' length that must agree on one rectangular grid, else the axis is that of the centres
+
+
+class Footprint(NamedTuple):
+    """One building's outline: corners (n, 2) of each outer ring and of each hole, the first not repeated."""
+
+    rings: tuple[Array, ...]
+    holes: tuple[Array, ...] = ()
+
+
+class Facing(NamedTuple):
+    """Two footprints that face each other: the one at smaller u, the other, and their clear distance in m."""
+
+    left: int
+    right: int
+    gap: float  # negative where they overlap
+
+
+def middle(footprints: Sequence[Footprint]) -> Array:
+    """The mean corner of the outer rings."""
+    mean: Array = np.concatenate([ring for each in footprints for ring in each.rings]).mean(axis=0)
+    return mean
+
+
+def local(footprints: Sequence[Footprint], origin: Array) -> list[Footprint]:
+    """Degrees of longitude and latitude to metres east and north of an origin, in degrees too.
+
+    x = N cos φ₀ (λ − λ'), y = M (φ − φ'), with the ellipsoid's radii of curvature at the mean corner's latitude φ₀:
+    across the meridian N = a / sqrt(1 − e² sin² φ₀), along it M = N (1 − e²) / (1 − e² sin² φ₀). A length is off by
+    some tan φ₀ × distance from the mean corner / 6400 km: 1e-4 of it at the ends of a street of one kilometre.
+    """
+    squashed = FLATTENING * (2.0 - FLATTENING)  # e²
+    latitude = radians(middle(footprints)[1])
+    root = 1.0 - squashed * sin(latitude) ** 2
+    across = EQUATOR / sqrt(root)
+    scale = np.radians([across * cos(latitude), across * (1.0 - squashed) / root])
+    return [moved(each, lambda ring: (ring - origin) * scale) for each in footprints]
+
+
+def moved(footprint: Footprint, how: Callable[[Array], Array]) -> Footprint:
+    """The footprint with ``how`` applied to the corners of every ring."""
+    return Footprint(*(tuple(how(ring) for ring in rings) for rings in footprint))
+
+
+def turned(footprints: Sequence[Footprint], axis: Array) -> list[Footprint]:
+    """The footprints in coordinates along and across a unit vector."""
+    to = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
+    return [moved(each, lambda ring: ring @ to) for each in footprints]
+
+
+def ring_area(ring: Array) -> float:
+    """Signed area of a ring (shoelace formula), positive where its corners run anticlockwise."""
+    x, y = (ring - ring[0]).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def area(footprint: Footprint) -> float:
+    """Area within the outer rings, less that of the holes, m²."""
+    outer, inner = (sum(abs(ring_area(ring)) for ring in rings) for rings in footprint)
+    return outer - inner
+
+
+def centre(footprint: Footprint) -> Array:
+    """Centroid of the area within the outer rings."""
+    weights, centres = [], []
+    for ring in footprint.rings:
+        own = ring - ring[0]
+        after = np.roll(own, -1, axis=0)
+        crossed = own[:, 0] * after[:, 1] - after[:, 0] * own[:, 1]
+        weights.append(abs(0.5 * crossed.sum()))
+        centres.append(ring[0] + ((own + after) * crossed[:, None]).sum(axis=0) / (3.0 * crossed.sum()))
+    return np.average(centres, axis=0, weights=weights)
+
+
+def crosses_itself(ring: Array) -> bool:
+    """True where two sides of a ring that do not follow each other meet: such an outline has no inside."""
+    start, end = ring, np.roll(ring, -1, axis=0)
+    step = end - start
+
+    def side(of: Array) -> Array:
+        """On which side of each wall (rows) each corner (columns) of ``of`` lies."""
+        apart = of[None, :, :] - start[:, None, :]
+        return np.sign(step[:, None, 0] * apart[..., 1] - step[:, None, 1] * apart[..., 0])
+
+    parted = side(start) * side(end) < 0.0  # wall j ends on both sides of the line of wall i
+    return bool(np.any(parted & parted.T))
+
+
+def street_axis(footprints: Sequence[Footprint], farthest: float, tolerance: float) -> Array:
+    """The unit vector along a street: the walls' direction in which most buildings face each other.
+
+    Walls agree on a rectangular grid, the argument of Σ length exp(4 i angle), which leaves two directions; where less
+    than half of their length agrees, these are the principal ones of the buildings' centres. The one along which more
+    pairs face each other within ``farthest`` is the axis; of equals, the one nearer to the line of the centres. It
+    points as the file lists the buildings, first to last, and east where that does not tell.
+    """
+    centres = np.array([centre(each) for each in footprints])
+    centres -= centres.mean(axis=0)
+    walls = np.concatenate([np.roll(ring, -1, axis=0) - ring for each in footprints for ring in each.rings])
+    lengths, angles = np.hypot(*walls.T), np.arctan2(walls[:, 1], walls[:, 0])
+    agreed = np.sum(lengths * np.exp(4j * angles))
+    xx, yy, xy = (centres[:, 0] ** 2).sum(), (centres[:, 1] ** 2).sum(), (centres[:, 0] * centres[:, 1]).sum()
+    line = 0.5 * float(np.arctan2(2.0 * xy, xx - yy))
+    nearest = line
+    if abs(agreed) >= GRID * lengths.sum():
+        grid = 0.25 * float(np.angle(agreed))
+        nearest = grid + 0.5 * pi * round((line - grid) / (0.5 * pi))
+    candidates = [np.array([cos(angle), sin(angle)]) for angle in (nearest, nearest + 0.5 * pi)]
+    met = [len(facing(turned(footprints, axis), farthest, tolerance)) for axis in candidates]
+    axis = candidates[int(np.argmax(met))]
+    listed = np.arange(len(centres)) - 0.5 * (len(centres) - 1)
+    along = float(listed @ (centres @ axis))
+    return -axis if along < 0.0 or (along == 0.0 and axis[0] < 0.0) else axis
+
+
+def azimuth(axis: Array) -> float:
+    """Degrees clockwise from north of a vector (east, north)."""
+    return float(np.degrees(np.arctan2(axis[0], axis[1])) % 360.0)
+
+
+def facing(footprints: Sequence[Footprint], farthest: float, tolerance: float) -> list[Facing]:
+    """Pairs that face each other along u within ``farthest``, over more than ``tolerance`` of v.
+
+    The clear distance is measured along u: the least, over all v that both reach, from the last wall of the left one
+    to the first of the right one. Both are linear between corners, so that the least is at a corner of one of them.
+    """
+    ends = np.array([_ends(each) for each in footprints])  # (n, 2 of low and high, 2 of u and v)
+    low, high = ends[:, 0], ends[:, 1]
+    over = np.minimum(high[:, None, 1], high[None, :, 1]) - np.maximum(low[:, None, 1], low[None, :, 1])
+    apart = low[None, :, 0] - high[:, None, 0]  # from one to the next at larger u
+    near = (over > tolerance) & (np.maximum(apart, apart.T) < farthest)
+    found = []
+    for one, other in zip(*np.nonzero(np.triu(near, 1)), strict=True):
+        pairs = ((int(one), int(other)), (int(other), int(one)))
+        nearest = [Facing(*pair, clear_distance(*(footprints[place] for place in pair))) for pair in pairs]
+        best = max(nearest, key=lambda each: each.gap)
+        if best.gap < farthest:
+            found.append(best)
+    return found
+
+
+def _ends(footprint: Footprint) -> tuple[Array, Array]:
+    corners = np.concatenate(footprint.rings)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def clear_distance(left: Footprint, right: Footprint) -> float:
+    """The least distance along u from ``left`` to ``right``, negative where they overlap; inf where no v is common."""
+    (_, bottom), (_, top) = np.maximum(_ends(left)[0], _ends(right)[0]), np.minimum(_ends(left)[1], _ends(right)[1])
+    across = np.concatenate([ring[:, 1] for each in (left, right) for ring in each.rings])
+    levels = np.unique(np.append(across[(across >= bottom) & (across <= top)], (bottom, top)))
+    walls = _farthest(right, levels, -1.0) - _farthest(left, levels, 1.0)
+    return float(walls.min(initial=inf)) if bottom <= top else inf
+
+
+def _farthest(footprint: Footprint, levels: Array, side: float) -> Array:
+    """The largest u of the outline at each v (``side`` 1), or the smallest (−1); ∓inf where there is none."""
+    starts = np.concatenate(footprint.rings)
+    ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in footprint.rings])
+    rise = ends[:, 1] - starts[:, 1]
+    # A wall along u counts by its ends, each of which starts a wall.
+    part = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
+    reached = np.where(rise == 0.0, levels[:, None] == starts[:, 1], (part >= 0.0) & (part <= 1.0))
+    places = starts[:, 0] + part * (ends[:, 0] - starts[:, 0])
+    return side * np.where(reached, side * places, -inf).max(axis=1)
+
+
+def length(footprints: Sequence[Footprint]) -> float:
+    """The diagonal of the box around all corners."""
+    corners = np.concatenate([ring for each in footprints for ring in each.rings])
+    return hypot(*(corners.max(axis=0) - corners.min(axis=0)))

@@ -1,0 +1,72 @@
+"""Which buildings of a row must be solved together, and what happens where pounding ties more of them.
+
+Interfaces that the free motion closes tie buildings into parts. A part is solved with its neighbours beside it,
+which move freely as long as nothing touches them; where the part touches one, it grows by it and is solved again. If
+none is touched, all buildings move as in the whole row: the motions put together obey every equation of the row, and
+its motion is unique.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple, TypeVar
+
+Answer = TypeVar("Answer")
+
+HELD, LEFTWARDS, RIGHTWARDS = 0, -1, 1  # how a part's run ended: alone, or touching a neighbour on this side
+
+
+class Span(NamedTuple):
+    """Buildings that are solved together, by number from the left, both ends included."""
+
+    first: int
+    last: int
+
+    def meets(self, other: Span) -> bool:
+        """True where the two share a building or stand side by side: either would watch the other move freely."""
+        return self.first <= other.last + 1 and other.first <= self.last + 1
+
+    def joined(self, other: Span) -> Span:
+        """Both, and what is between them."""
+        return Span(min(self.first, other.first), max(self.last, other.last))
+
+    def grown(self, side: int) -> Span:
+        """With the neighbour on this side."""
+        return Span(self.first - (side == LEFTWARDS), self.last + (side == RIGHTWARDS))
+
+
+def tied(closed: Iterable[bool]) -> list[Span]:
+    """The parts of a row, left to right, of which these interfaces are closed.
+
+    Parts that stand side by side are one: neither may take the other for a neighbour that moves freely.
+    """
+    return gathered(Span(place, place + 1) for place, shut in enumerate(closed) if shut)
+
+
+def gathered(spans: Iterable[Span]) -> list[Span]:
+    """The same buildings in as few spans as stand apart, left to right."""
+    found: list[Span] = []
+    for span in sorted(spans):
+        if found and found[-1].meets(span):
+            found[-1] = found[-1].joined(span)
+        else:
+            found.append(span)
+    return found
+
+
+def settled(spans: list[Span], solve: Callable[[Span], tuple[Answer, int]]) -> dict[Span, Answer]:
+    """The answer of every part, once all stand alone: from the left, each grown as its own run demands.
+
+    ``solve`` gives a part's answer and how it ended: `HELD`, or the side on which it touches a neighbour.
+    """
+    known: dict[Span, tuple[Answer, int]] = {}
+    while True:
+        for span in spans:
+            if span not in known:
+                known[span] = solve(span)
+            side = known[span][1]
+            if side != HELD:
+                spans = gathered([*(other for other in spans if other != span), span.grown(side)])
+                break
+        else:
+            return {span: known[span][0] for span in spans}
