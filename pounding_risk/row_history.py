@@ -76,6 +76,8 @@ def row_histories(study: Study, cell: Cell) -> xr.Dataset:
     coords = row_coordinates(study, grid)
     coords["contact_point_yield_force"] = ("contact_point", cell.yield_forces, described("N", "yield force F_E"))
     coords["interface_gap"] = ("interface", cell.gaps, described("m", "clear distance at rest"))
+    names = [building.name for building in study.buildings]
+    coords["building"] = ("building", names, {"long_name": "building, left to right"})
     coords["time"] = ("time", laid.step * np.arange(nodes.size), described("s", "time"))
     return xr.Dataset(found, coords=coords, attrs=_attributes(study, cell, run.status))
 

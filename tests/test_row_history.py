@@ -115,6 +115,7 @@ def test_a_run_of_a_row_tells_what_its_tally_has(tmp_path):
     path = tmp_path / "row.toml"
     path.write_text(SCENE, "utf-8")
     run = pr.simulate(path)
+    assert list(run["building"].values) == ["tall", "low"]
     step = float(run["time"][1] - run["time"][0])
     assert step <= 1e-3
     force = run["contact_force"].values
