@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures import Building
+from pounding_risk.quantities import STIFFNESS, say
 from pounding_risk.storeys import Storeys
 
 Array = NDArray[np.float64]
@@ -79,7 +80,8 @@ def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable
         place = int(gone[0])
         raise PoundingError(
             f"p_delta: storey {place + 1 - chain.foundations} of {building.name} has no stiffness left: the weight "
-            f"above it takes {(chain.shear - chain.spring)[place]:.4g} N/m of its {chain.shear[place]:.4g} N/m; "
+            f"above it takes {say((chain.shear - chain.spring)[place], STIFFNESS)} of its "
+            f"{say(chain.shear[place], STIFFNESS)}; "
             "check masses, stiffnesses and heights, or remove p_delta"
         )
     return chain

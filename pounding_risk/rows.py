@@ -16,6 +16,7 @@ from scipy.linalg import expm
 from pounding_risk._jit import lowered, numbers_of
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.rows.layout import (
+    BAND,
     BENDS,
     BOOKED,
     BOTTOM,
@@ -138,11 +139,12 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
             for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
                 ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
                 shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
-    frame = np.zeros((4, first.size), dtype=np.int64)
+    frame = np.zeros((5, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
     frame[MAP, 1:] = np.cumsum([each.size for each in maps])
     frame[BENDS, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
+    frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
     row = Row(
         frame,
         ends,
@@ -182,6 +184,12 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
 def _rate(chain: Chain) -> float:
     """The largest |eigenvalue| of the motion [1/s]."""
     return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())
+
+
+def _band(matrix: np.ndarray) -> int:
+    """How far from its diagonal a matrix reaches."""
+    rows, columns = np.nonzero(matrix)
+    return int(np.abs(rows - columns).max()) if rows.size else 0
 
 
 def _stiffness(spring: np.ndarray) -> np.ndarray:

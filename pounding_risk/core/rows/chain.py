@@ -15,6 +15,7 @@ from math import inf, sqrt
 
 from pounding_risk._jit import kernel
 from pounding_risk.core.rows.layout import (
+    BAND,
     BENDS,
     BOTTOM,
     BRANCH,
@@ -51,6 +52,7 @@ def accelerate(row, b, state, pull, desk, out):
     Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    band = row.frame[BAND, b]
     below = 0.0
     for i in range(first, last):
         force = desk[TANGENT, i] * (desk[state, i] - below) + desk[CONSTANT, i]
@@ -61,7 +63,7 @@ def accelerate(row, b, state, pull, desk, out):
     power = 0.0
     for i in range(first, last):
         drag = row.floors[MASS, i] * pull
-        for j in range(first, last):
+        for j in range(max(first, i - band), min(last, i + band + 1)):
             drag += row.damping[i, j - first] * desk[state + 1, j]
         power -= drag * desk[state + 1, i]
         desk[out, i] = (desk[out, i] - drag) * row.floors[INVERSE, i]
@@ -84,6 +86,7 @@ def energy_of(row, b, state, desk):
 def lay_series(row, run, b, state, pull, rise, terms):
     """Taylor coefficients of every u of building ``b`` into ``run.series``; a_g = pull + rise x."""
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    band = row.frame[BAND, b]
     series, desk = run.series, run.desk
     for i in range(first, last):
         series[i, 0] = run.desk[state, i]
@@ -102,7 +105,7 @@ def lay_series(row, run, b, state, pull, rise, terms):
         ground = pull if n == 0 else (rise if n == 1 else 0.0)
         for i in range(first, last):
             drag = 0.0
-            for j in range(first, last):
+            for j in range(max(first, i - band), min(last, i + band + 1)):
                 drag += row.damping[i, j - first] * series[j, n + 1]
             push = (series[i, n + 2] - (n + 1) * drag) * row.floors[INVERSE, i] - ground
             series[i, n + 2] = push * share
@@ -173,6 +176,7 @@ def bounds(row, b, rise, desk, state, here, spare):
 def derive(row, b, desk, place, speed, ground, out):
     """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    band = row.frame[BAND, b]
     below = 0.0
     for i in range(first, last):
         force = desk[TANGENT, i] * (desk[place, i] - below)
@@ -182,7 +186,7 @@ def derive(row, b, desk, place, speed, ground, out):
             desk[out, i - 1] += force
     for i in range(first, last):
         drag = 0.0
-        for j in range(first, last):
+        for j in range(max(first, i - band), min(last, i + band + 1)):
             drag += row.damping[i, j - first] * desk[speed, j]
         desk[out, i] = (desk[out, i] - drag) * row.floors[INVERSE, i] - ground
 

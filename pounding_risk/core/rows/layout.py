@@ -18,8 +18,9 @@ from pounding_risk.models.tableau import DOP853
 
 # Rows of `Row.floors`, by dof.
 MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
-# Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding.
-FIRST, START, MAP, BENDS = range(4)
+# Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
+# how far from its diagonal the damping matrix reaches.
+FIRST, START, MAP, BENDS, BAND = range(5)
 # Columns of `Run.limits`; the numbers of the contact law follow, then those of the restitution, which are RULE.
 GAPS, FORCES, WATCHING, FASTEST, LAW = range(5)
 RULE = len(Restitution._fields)
@@ -62,9 +63,9 @@ SLOPES = LATE + len(DOP853.late_nodes)
 TERMS = 7
 
 # Rows of the desk, by dof: states, each a row of u and one of v behind it, accelerations, slopes, the step's polynomial.
-NODE, NEXT, NOW, END, TRIAL, PEEK, NUDGED = range(0, 14, 2)
-A_START, A_END, A_PEEK, A_NUDGED, J_START, J_END = range(14, 20)
-POLY = 20  # TERMS rows of u, TERMS of v
+NODE, NEXT, NOW, END, TRIAL, NUDGED = range(0, 12, 2)
+A_START, A_END, A_NUDGED, A_SPARE, J_START, J_END = range(12, 18)
+POLY = 18  # TERMS rows of u, TERMS of v
 SLOPE = POLY + 2 * TERMS  # SLOPES rows of du/ds, SLOPES of dv/ds
 # By dof too: the storey's branch and what follows from it, V = TANGENT d + CONSTANT; and the peaks so far.
 TANGENT, CONSTANT, PLASTIC, BRANCH, PLACE, DRIFT, FORCE, SHAKE = range(SLOPE + 2 * SLOPES, SLOPE + 2 * SLOPES + 8)
@@ -79,7 +80,7 @@ class Row(NamedTuple):
 
     frame: (
         np.ndarray
-    )  # (4, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1, points of interface i START[i] ...
+    )  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1, points of interface i START[i] ...
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (8, D)

@@ -15,8 +15,8 @@ from pounding_risk.core.rows.flight import across
 from pounding_risk.core.rows.layout import (
     A_END,
     A_NUDGED,
-    A_PEEK,
     A_START,
+    BAND,
     BOOKED,
     BOTTOM,
     CLOSED,
@@ -25,9 +25,11 @@ from pounding_risk.core.rows.layout import (
     END,
     END_FORCE,
     END_RISE,
+    FIRST,
     FORCE,
     GAP,
     HIGHEST,
+    INVERSE,
     J_END,
     J_START,
     LAST,
@@ -36,7 +38,6 @@ from pounding_risk.core.rows.layout import (
     NOW,
     NUDGED,
     PEAK,
-    PEEK,
     PLACE,
     PLATEAU,
     REGION,
@@ -64,20 +65,54 @@ def reading(row, run, law, group, what, k, x, span, terms):
         return between(run, 0, k, x)
     if what == DRIFT:
         return between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
-    clock = span[0] + x * span[1]
     if what == SHAKE:
-        for i in range(group.low, group.high):
-            run.desk[PEEK, i] = between(run, 0, i, x)
-            run.desk[PEEK + 1, i] = between(run, 1, i, x)
-        pull = ground_at(group, clock)
-        load(row, run, law, group, PEEK, pull, A_PEEK)
-        return run.desk[A_PEEK, k] + pull
+        return felt(row, run, law, group, k, x)
+    clock = span[0] + x * span[1]
     after = group.origin + clock * clock * clock * clock - span[2]
     place = across_between(row, run, group, k, 0, x, after, terms)
     if what == REACH:
         return place
     rate = across_between(row, run, group, k, 1, x, after, terms)
     return uncapped(model_of(law, run.limits, k, LAW), run, k, max(place - run.book[k, GAP], 0.0), rate)
+
+
+@kernel
+def felt(row, run, law, group, i, x):
+    """Absolute acceleration of dof ``i`` at a place x of the step: what storeys, dampers and contacts do to it."""
+    desk = run.desk
+    b = building_of(row, group, i)
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    place = between(run, 0, i, x)
+    drift = place - (between(run, 0, i - 1, x) if i > first else 0.0)
+    force = -(desk[TANGENT, i] * drift + desk[CONSTANT, i])
+    if i + 1 < last:
+        force += desk[TANGENT, i + 1] * (between(run, 0, i + 1, x) - place) + desk[CONSTANT, i + 1]
+    band = row.frame[BAND, b]
+    for j in range(max(first, i - band), min(last, i + band + 1)):
+        force -= row.damping[i, j - first] * between(run, 1, j, x)
+    for k in range(row.frame[START, max(b - 1, group.first)], row.frame[START, min(b + 1, group.last)]):
+        if run.book[k, CLOSED] > 0.0:
+            for end in range(4):
+                if row.ends[k, end] == i:
+                    force -= row.shares[k, end] * push_between(row, run, law, group, k, x)
+    return force * row.floors[INVERSE, i]
+
+
+@kernel
+def building_of(row, group, i):
+    """The building of the group that dof ``i`` belongs to."""
+    b = group.first
+    while row.frame[FIRST, b + 1] <= i:
+        b += 1
+    return b
+
+
+@kernel
+def push_between(row, run, law, group, k, x):
+    """The force that closed contact ``k`` transmits at a place x of the step."""
+    delta = across_between(row, run, group, k, 0, x, 0.0, 0) - run.book[k, GAP]
+    rate = across_between(row, run, group, k, 1, x, 0.0, 0)
+    return transmitted(model_of(law, run.limits, k, LAW), run, k, max(delta, 0.0), rate)
 
 
 @kernel
@@ -91,7 +126,7 @@ def crest(row, run, law, group, what, k, sign, span, terms):
     step = before = 0.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        close = 1e-6 + 1e-8 * x
+        close = 3e-6
         if abs(x - middle) <= 2.0 * close - 0.5 * (high - low):
             break
         parabola = False
