@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 
 from pounding_risk._jit import kernel, part
 from pounding_risk.core.collide import ELASTIC, SLACK, YIELDING
@@ -248,9 +248,9 @@ def advance(row, run, law, rule, span, watch, window, terms, rtol):
             base = t
             lay_all(row, run, watch, pull + rise * t, rise, terms)
         left = step - t
-        flown, edge, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
-        if edge >= 0:
-            return GROW, edge
+        flown, point, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
+        if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
+            return GROW, span[0] - 1 if point < row.frame[START, span[0]] else span[1]
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
         t += flown
@@ -263,19 +263,7 @@ def advance(row, run, law, rule, span, watch, window, terms, rtol):
         if storey >= 0:
             switch_storey(row, run, storey, NOW)
         else:
-            strike(row, run, law, rule, group, moment + t)
+            # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
+            touch_down(row, run, law, rule, point, moment + t)
         base = t
         lay_all(row, run, watch, pull + rise * t, rise, terms)
-
-
-@kernel
-def strike(row, run, law, rule, group, time):
-    """Begin the contact that a flight has ended on: the open point that stands closest to its gap and closes."""
-    best, which = -inf, -1
-    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] == 0.0 and compliance(row, k) > 0.0:
-            delta = across(row, k, run.desk, NOW) - run.book[k, GAP]
-            if delta > best and across(row, k, run.desk, NOW + 1) > 0.0:
-                best, which = delta, k
-    if which >= 0:
-        touch_down(row, run, law, rule, which, time)
