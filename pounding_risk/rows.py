@@ -162,21 +162,22 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
     Its nodes are those of the whole row, so that what moves alone in either moves the same, to the bit.
     """
     row = laid.row
-    dofs, points = slice(row.first[first], row.first[last + 1]), slice(row.start[first], row.start[last])
-    starts = np.append(row.map_start, row.maps.size - 1)
-    maps = slice(starts[first], starts[last + 1])
+    frame = row.frame[:, first : last + 2].copy()
+    dofs, points = slice(frame[FIRST, 0], frame[FIRST, -1]), slice(frame[START, 0], frame[START, -2])
+    maps = slice(frame[MAP, 0], frame[MAP, -1])
+    frame[FIRST] -= dofs.start
+    frame[START] -= points.start
+    frame[MAP] -= maps.start
+    frame[[START, BENDS, BAND], -1] = 0
     ends = row.ends[points]
     return laid._replace(
         row=Row(
-            row.first[first : last + 2] - dofs.start,
-            row.start[first : last + 1] - points.start,
+            frame,
             np.where(ends < 0, -1, ends - dofs.start),
             row.shares[points].copy(),
             row.floors[:, dofs].copy(),
             row.damping[dofs].copy(),
             np.append(row.maps[maps], 0.0),
-            row.map_start[first : last + 1] - maps.start,
-            row.bends[first : last + 1].copy(),
         )
     )
 
