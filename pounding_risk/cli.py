@@ -182,6 +182,7 @@ def simulate(
 ) -> None:
     """Run one case in full: outputs, contacts, histories."""
     dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli_row import check_drawn
     from pounding_risk.cli_tables import print_run
     from pounding_risk.history import simulate as run
     from pounding_risk.quantities import GAP, PGA, YIELD_FORCE
@@ -194,7 +195,8 @@ def simulate(
         for name, text, quantity in asked
         if text is not None
     }
-    dataset = run(read_scene(scene, overrides), record=record, polarity=polarity, law=law, **values)
+    study = check_drawn(read_scene(scene, overrides), figure_file)
+    dataset = run(study, record=record, polarity=polarity, law=law, **values)
     print_run(dataset)
     if dataset_file is not None:
         save(dataset, dataset_file)

@@ -77,6 +77,10 @@ def _energy(lost: float, approach: float) -> str:
 
 def print_run(dataset: Any) -> None:
     """The case, its outputs with what they mean, and its contacts."""
+    if "interface" in dataset.dims:
+        from pounding_risk.cli_row import print_row_run
+
+        return print_row_run(dataset)
     from pounding_risk.study import known_law
 
     told = dataset.attrs

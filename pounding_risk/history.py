@@ -24,8 +24,9 @@ from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
+from pounding_risk.row_history import cell_of, row_histories
 from pounding_risk.scan_dataset import sources_of
-from pounding_risk.study import Study, needs_pair
+from pounding_risk.study import Study
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
@@ -61,10 +62,11 @@ def simulate(
     ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]; the others are names.
 
     Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
-    both buildings together: W_ground = kinetic + strain + damping + contact. Raises as `scan` does, and
-    PoundingError for a record or polarity that the scene does not have and for a number out of its range.
+    both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has its floors' motion and
+    contact forces at instants of its own (`row_history`). Raises as `scan` does, and PoundingError for a record or
+    polarity that the scene does not have and for a number out of its range.
     """
-    study = needs_pair(as_study(study), "simulate")
+    study = as_study(study)
     for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):
         if value is not None and not quantity.allows(value):
             raise PoundingError(f"simulate: {name} is {value:g}; {article(quantity.words)} must be {bounds(quantity)}")
@@ -72,6 +74,9 @@ def simulate(
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
+    if study.is_row:
+        run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
+        return run_of_row.assign_attrs(record=name, polarity=sense)
     interface = Interface(
         study.gap if gap is None else gap,
         law_of(study, law or study.law_name),

@@ -57,7 +57,7 @@ def labelled_row(study: Study, scanned: ScannedRow, checks: Mapping[str, Any]) -
         "restitution": _told([neighbour.restitution_words for neighbour in study.neighbours]),
         "parts": as_text(dict(scanned.parts)),
     }
-    coords = case_coordinates(study, scanned.motions) | _row_coordinates(study, scanned.grid)
+    coords = case_coordinates(study, scanned.motions) | row_coordinates(study, scanned.grid)
     return one_amplitude(xr.Dataset(found, coords=coords, attrs=attrs), study)
 
 
@@ -85,7 +85,7 @@ def _by_motion(values: np.ndarray, shape: tuple[int, ...], dims: tuple[str, ...]
     return (*MOTIONS, *dims), values.reshape(*shape, *values.shape[1:]), described(unit, words)
 
 
-def _row_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
+def row_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
     """Interfaces, contact points, buildings and storeys, and what each is."""
     points = grid.model.points
     names = [building.name for building in study.buildings]

@@ -20,6 +20,7 @@ from pounding_risk.core.rows.layout import (
     BENDS,
     BOOKED,
     BOTTOM,
+    BRANCH,
     DRIFT,
     ENERGY,
     FASTEST,
@@ -163,11 +164,11 @@ def cut_out(laid: Laid, first: int, last: int) -> Laid:
     """
     row = laid.row
     frame = row.frame[:, first : last + 2].copy()
-    dofs, points = slice(frame[FIRST, 0], frame[FIRST, -1]), slice(frame[START, 0], frame[START, -2])
-    maps = slice(frame[MAP, 0], frame[MAP, -1])
+    dofs, maps = (slice(int(frame[place, 0]), int(frame[place, -1])) for place in (FIRST, MAP))
+    points = slice(int(frame[START, 0]), int(frame[START, -2]))
     frame[FIRST] -= dofs.start
-    frame[START] -= points.start
     frame[MAP] -= maps.start
+    frame[START] -= points.start
     frame[[START, BENDS, BAND], -1] = 0
     ends = row.ends[points]
     return laid._replace(
@@ -313,15 +314,19 @@ def _run(
 def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
     """What a run has left, by name."""
     floors = np.ascontiguousarray(run.desk[PLACE : SHAKE + 1].T)
-    elastic = np.repeat(row.frame[BENDS, :-1] == 0, np.diff(row.frame[FIRST]))
+    # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
+    elastic = floors[:, DRIFT - PLACE] <= row.floors[LIMIT]
     floors[elastic, FORCE - PLACE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - PLACE]
     at_end = run.desk[AT_END]
     drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
+    # A storey that yields drags its elastic range along, which is written down when it turns.
+    plastic, yields = run.desk[PLASTIC].copy(), run.desk[BRANCH] != 0.0
+    plastic[yields] = drift[yields] - run.desk[BRANCH, yields] * row.floors[LIMIT, yields]
     whole = run.board[WHOLE]
     return RowRun(
         run.book[:, BOOKED:].copy(),
         floors,
-        np.column_stack([drift, run.desk[PLASTIC]]),
+        np.column_stack([drift, plastic]),
         int(whole[STATUS]),
         int(whole[STEPS]),
         float(whole[ENERGY]),

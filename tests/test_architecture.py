@@ -33,7 +33,7 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|ensemble|scan_dataset|row_dataset|history|paper|ladder|effect_costs|comparison)\.py",
+    "xarray": r"(results|ensemble|row_history|scan_dataset|row_dataset|history|paper|ladder|effect_costs|comparison)\.py",
     "netCDF4": r"results\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_cases import cases
 
-from pounding_risk import read_scene, scenario, simulate
+from pounding_risk import compare, read_scene, scenario
 from pounding_risk.contact_points import COLUMN, FLOOR, Point, floor_number, floor_words
 from pounding_risk.errors import SceneError
 from pounding_risk.models.structures import Building
@@ -214,9 +214,9 @@ def test_overrides(override, pick, value):
 
 def test_commands_of_a_pair_refuse_a_row():
     with pytest.raises(SceneError) as error:
-        simulate(parse_scene(ROW))
+        compare(parse_scene(ROW))
     assert error.value.faults == [
-        "simulate runs two single masses that meet mass to mass, and this scene is a row of 3 buildings or has storeys"
+        "compare runs two single masses that meet mass to mass, and this scene is a row of 3 buildings or has storeys"
         "; use scan, or write a scene of the two masses"
     ]
 
