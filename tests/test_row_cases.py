@@ -9,6 +9,8 @@ from threading import Event
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from pounding_risk import rows
 from pounding_risk.chains import chain_of
@@ -84,10 +86,16 @@ MIXED = (
 )
 
 
-def test_parts_are_the_whole_row(motion):
-    """Eight buildings of every kind; gaps such that some interfaces close and others stay open."""
+@pytest.fixture(scope="module")
+def mixed(motion):
+    """The row of eight and its cases, which keep their runs."""
     model = row(*MIXED)
-    one = cases(model, motion)
+    return model, cases(model, motion)
+
+
+def test_parts_are_the_whole_row(mixed):
+    """Eight buildings of every kind; gaps such that some interfaces close and others stay open."""
+    model, one = mixed
     needed = [one.driven.free.points[start:stop, HIGHEST].max() for start, stop in pairwise(model.bounds)]
     for open_ones in ({2, 3}, {0, 1, 4, 5}):
         gaps = [3.0 * need + 0.02 if place in open_ones else 0.4 * need for place, need in enumerate(needed)]
@@ -95,6 +103,24 @@ def test_parts_are_the_whole_row(motion):
         assert len(answered) >= 2
         same(together, one.whole(limits(model, gaps)))
         assert together.points[:, COUNT].sum() > 0
+
+
+@settings(max_examples=8)
+@given(
+    shares=st.lists(st.sampled_from([0.3, 0.8, 1.02, 1.3, 4.0]), min_size=7, max_size=7),
+    strength=st.sampled_from([inf, 6e5, 1e8]),
+)
+def test_whatever_the_gaps_parts_are_the_whole_row(mixed, shares, strength):
+    """Gaps as shares of what the free motion needs; those between 1 and 2 close where pounding pushes.
+
+    Two neighbours are equal, so that the free motion needs no gap between them.
+    """
+    model, one = mixed
+    needed = [one.driven.free.points[start:stop, HIGHEST].max() for start, stop in pairwise(model.bounds)]
+    assert needed[5] == 0.0
+    gaps = [share * need + (0.02 if share == 4.0 else 0.0) for share, need in zip(shares, needed, strict=True)]
+    together, _ = one.in_parts(limits(model, gaps, strength))
+    same(together, one.whole(limits(model, gaps, strength)))
 
 
 def test_a_row_that_nothing_closes_is_not_run(motion):
