@@ -78,7 +78,10 @@ def elevation_finding(case: RowCase) -> str:
     shares = [each.contact for each in case.touches]
     if not np.nanmax(shares, initial=0.0) > 0.0:
         return f"No contact in {case.motions} motions"
-    at = int(np.nanargmax(shares))
+    # Of several that touch as often, the one that is struck hardest.
+    at = max(
+        range(len(shares)), key=lambda place: (np.nan_to_num(shares[place]), np.nan_to_num(case.touches[place].force))
+    )
     most = case.touches[at]
     touched = sum(share > 0.0 for share in shares)
     told = f"Contact at {touched} of {len(shares)} interfaces, most often between {between(case.interfaces[at])}: "
