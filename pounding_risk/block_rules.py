@@ -22,6 +22,7 @@ from pounding_risk.quantities import (
     say,
     shown,
 )
+from pounding_risk.storeys import MOST_STOREYS
 from pounding_risk.typologies import known_typology
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
@@ -117,7 +118,8 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     if "name" not in given:
         fill("name", name, "its place in the file")
     height, storeys = _size(where, given, rules, notes, fill)
-    typology, damping = given.get("typology", rules.typology), given.get("damping", rules.damping)
+    typology = "_".join(given.get("typology", rules.typology).lower().split())  # "Concrete frame" is concrete_frame
+    damping = given.get("damping", rules.damping)
     _check_typology(where, typology, height, "period" in given, notes)
     if "typology" not in given:
         fill("typology", typology, STATED)
@@ -154,6 +156,9 @@ def _size(where: str, given: Mapping[str, Any], rules: Rules, notes: Notes, fill
     height = given["height"]
     if "storeys" not in given:
         storeys = max(round(height / usual), 1)
+        if storeys > MOST_STOREYS:
+            words = f"{height:g} m would be {storeys} storeys of {usual:g} m, {MOST_STOREYS} are the most"
+            notes.faults.append(f"{where}, height: {words}; check its unit")
         fill("storeys", str(storeys), f"its height at {usual:g} m a storey")
         return height, storeys
     storeys = given["storeys"]

@@ -20,6 +20,7 @@ from pounding_risk.core.rows.layout import (
     BENDS,
     BOOKED,
     BOTTOM,
+    BRANCH,
     DRIFT,
     ENERGY,
     FASTEST,
@@ -313,15 +314,19 @@ def _run(
 def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
     """What a run has left, by name."""
     floors = np.ascontiguousarray(run.desk[PLACE : SHAKE + 1].T)
-    elastic = np.repeat(row.frame[BENDS, :-1] == 0, np.diff(row.frame[FIRST]))
+    # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
+    elastic = floors[:, DRIFT - PLACE] <= row.floors[LIMIT]
     floors[elastic, FORCE - PLACE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - PLACE]
     at_end = run.desk[AT_END]
     drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
+    # A storey that yields drags its elastic range along, which is written down when it turns.
+    plastic, yields = run.desk[PLASTIC].copy(), run.desk[BRANCH] != 0.0
+    plastic[yields] = drift[yields] - run.desk[BRANCH, yields] * row.floors[LIMIT, yields]
     whole = run.board[WHOLE]
     return RowRun(
         run.book[:, BOOKED:].copy(),
         floors,
-        np.column_stack([drift, run.desk[PLASTIC]]),
+        np.column_stack([drift, plastic]),
         int(whole[STATUS]),
         int(whole[STEPS]),
         float(whole[ENERGY]),

@@ -212,12 +212,13 @@ def test_what_is_missing_is_filled_by_rule_and_told(folder):
 def test_a_value_that_is_given_is_never_filled(folder):
     text = (
         "name,height [ft],storeys,typology,period [ms],damping [%],floor mass [t],gap\n"
-        "A,30,3,masonry,310,4,80,12 mm\nB,30,3,masonry,,4,80,\n"
+        "A,30,3,masonry,310,4,80,12 mm\nB,30,3,Concrete frame,,4,80,\n"
     )
     block = read(folder, text)
     first, second = block.rows[0].buildings
     assert (first.height, first.period, first.damping, first.floor_mass) == (9.144, 0.31, 0.04, 80e3)
     assert block.rows[0].gaps == (0.012,) and second.period is None
+    assert (first.typology, second.typology) == ("masonry", "concrete_frame")
     assert block.filled == ()
 
 
@@ -272,6 +273,7 @@ CSV_FAULTS = [
         'A, typology: "masnry" is not a typology (did you mean "masonry"?); it may be',
     ),
     (HEAD + "A,55,14,masonry_ec8,180,\n", "line 2, A, typology: 55 m is higher than the 40 m that"),
+    (HEAD + "A,12000,,masonry,180,\n", "line 2, A, height: 12000 m would be 4000 storeys of 3 m, 200 are the most"),
     (HEAD + "A,,,masonry,180,\n", "line 2, A: gives neither height nor storeys; write one of the two"),
     (HEAD + "A,12,3,masonry,,\n", "line 2, A: gives neither floor mass nor floor area; write one, or state an area"),
     (HEAD + "A,12,3,masonry,180,-5\n", 'line 2, gap: "-5 mm" is out of range'),
@@ -377,6 +379,25 @@ def test_coordinates_too_coarse_for_gaps_are_noted(folder, decimals, metres, tol
     text = json.dumps({"type": "FeatureCollection", "features": [feature([corners], **{"floor mass [t]": 80})]})
     notes = read(folder, text, "street.geojson", metres=metres).notes
     assert [f"{told} on the ground" in note for note in notes] == ([True] if told else [])
+
+
+@settings(max_examples=150)
+@given(
+    st.sampled_from(["street.csv", "street.geojson"]),
+    st.floats(0.0, 1.0),
+    st.integers(0, 12),
+    st.sampled_from(["", "0", "-1", "1e400", "nan", "null", "[]", '"', ",", "\n", "\0", "12 m", "gap [mm]"]),
+)
+def test_a_damaged_file_is_read_or_refused_in_words(folder, name, place, taken, put):
+    """Anything but a block, or sentences, would be a fault of the reader."""
+    text = (STREETS / name).read_text(encoding="utf-8")
+    start = int(place * len(text))
+    try:
+        block = read(folder, text[:start] + put + text[start + taken :], name)
+    except BlockError as error:
+        assert all(len(fault) > 20 for fault in error.faults)
+    else:
+        assert block.rows or block.alone
 
 
 @pytest.mark.parametrize("name", ["street.txt", "none.csv", "nonsense.csv"])

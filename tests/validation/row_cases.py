@@ -131,6 +131,12 @@ CASES = {
     "soil": Case(jankowski(SOIL), floors(0, 1, 2, 3, gap=0.02), EL_CENTRO),
     "p_delta": Case(jankowski(LEANS), floors(0, 1, 2, 3, gap=0.02), EL_CENTRO),
     "yielding storeys": Case(jankowski(YIELDS), floors(0, 1, 2, 3, gap=0.02), EL_CENTRO._replace(pga=0.5)),
+    # A wall turns the contact and the storey below the floor at the same instant.
+    "yielding storeys between walls": Case(
+        (RIGID, storeys(2, 90e3, 4e7, YIELDS, strength=2.5e5), RIGID),
+        (meeting(0, 1.0, 1.0, 0.005), meeting(0, 1.0, 2.0, 0.008), meeting(1, 1.0, 1.0, 0.006, yield_force=3e5)),
+        EL_CENTRO._replace(pga=0.5),
+    ),
     "yielding, leaning, on soil": Case(
         jankowski(YIELDS, LEANS, SOIL), floors(0, 1, 2, 3, gap=0.01, yield_force=8e5), EL_CENTRO._replace(stop=5.0)
     ),

@@ -17,6 +17,7 @@ from pounding_risk.core.rows.layout import (
     A_NUDGED,
     A_START,
     BAND,
+    BENDS,
     BOOKED,
     BOTTOM,
     CLOSED,
@@ -44,7 +45,6 @@ from pounding_risk.core.rows.layout import (
     SHAKE,
     SLOPE,
     SLOPES,
-    SPRING,
     START,
     START_FORCE,
     START_RISE,
@@ -63,8 +63,9 @@ def reading(row, run, law, group, what, k, x, span, terms):
     """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     if what == PLACE:
         return between(run, 0, k, x)
-    if what == DRIFT:
-        return between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
+    if what == DRIFT or what == FORCE:
+        drift = between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
+        return drift if what == DRIFT else shear_stiffness(row, run.desk, k) * drift + run.desk[CONSTANT, k]
     if what == SHAKE:
         return felt(row, run, law, group, k, x)
     clock = span[0] + x * span[1]
@@ -217,28 +218,29 @@ def watch_floors(row, run, law, group, span, terms, laid):
     end = s + h
     clock, pull, pull_end = 4.0 * cube, ground_at(group, s), ground_at(group, end)
     clock_end = 4.0 * end * end * end
-    for i in range(group.low, group.high):
-        line, last = SLOPE, SLOPE + LAST
-        ends = desk[NOW, i], desk[END, i], desk[line, i], desk[last, i]
-        desk[PLACE, i], laid = raise_from(row, run, law, group, PLACE, i, desk[PLACE, i], ends, span, terms, laid)
-        ends = (
-            drift_in(row, desk, NOW, i),
-            drift_in(row, desk, END, i),
-            drift_in(row, desk, line, i),
-            drift_in(row, desk, last, i),
-        )
-        best = desk[DRIFT, i]
-        desk[DRIFT, i], laid = raise_from(row, run, law, group, DRIFT, i, best, ends, span, terms, laid)
-        if run.desk[CONSTANT, i] != 0.0 or desk[FORCE, i] > 0.0 or run.desk[TANGENT, i] != row.floors[SPRING, i]:
-            # The shear turns where the drift does; between events it is linear in it.
-            stiffness, constant = shear_stiffness(row, run.desk, i), run.desk[CONSTANT, i]
-            for at in range(2):
-                desk[FORCE, i] = max(desk[FORCE, i], abs(stiffness * ends[at] + constant))
-        if not shaken:
-            felt = desk[line + SLOPES, i] / clock + pull
-            felt_end = desk[last + SLOPES, i] / clock_end + pull_end
-            desk[SHAKE, i] = max(desk[SHAKE, i], abs(felt_end))
-            shaken = 2.0 * max(abs(felt), abs(felt_end)) > desk[SHAKE, i]
+    line, last = SLOPE, SLOPE + LAST
+    for b in range(group.first, group.last + 1):
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            ends = desk[NOW, i], desk[END, i], desk[line, i], desk[last, i]
+            desk[PLACE, i], laid = raise_from(row, run, law, group, PLACE, i, desk[PLACE, i], ends, span, terms, laid)
+            ends = (
+                drift_in(row, desk, NOW, i),
+                drift_in(row, desk, END, i),
+                drift_in(row, desk, line, i),
+                drift_in(row, desk, last, i),
+            )
+            desk[DRIFT, i], laid = raise_from(row, run, law, group, DRIFT, i, desk[DRIFT, i], ends, span, terms, laid)
+            if row.frame[BENDS, b]:
+                k, c = shear_stiffness(row, desk, i), desk[CONSTANT, i]
+                ends = k * ends[0] + c, k * ends[1] + c, k * ends[2], k * ends[3]
+                desk[FORCE, i], laid = raise_from(
+                    row, run, law, group, FORCE, i, desk[FORCE, i], ends, span, terms, laid
+                )
+            if not shaken:
+                felt_here = desk[line + SLOPES, i] / clock + pull
+                felt_end = desk[last + SLOPES, i] / clock_end + pull_end
+                desk[SHAKE, i] = max(desk[SHAKE, i], abs(felt_end))
+                shaken = 2.0 * max(abs(felt_here), abs(felt_end)) > desk[SHAKE, i]
     if shaken:
         accelerations(row, run, law, group, s, h, False)
         accelerations(row, run, law, group, s, h, True)
