@@ -70,6 +70,11 @@ def test_every_interface_has_its_verdict_figures_and_tables(material):
     told = {section["name"]: section["blocks"] for section in built["sections"]}
     verdicts = [block["name"] for block in told["summary"] if block["kind"] == "verdict"]
     assert verdicts == ["Corner | Arcade", "Arcade | Theatre"]
+    (summed,) = [block for block in told["summary"] if block["kind"] == "table"]
+    assert [cells[0]["text"] for cells in summed["rows"]] == verdicts
+    assert [cells[3]["raw"] for cells in summed["rows"]] == [
+        pair.found.contact_at_gap().count for pair in material.pairs
+    ]
     assert page.page(built).count("Arcade | Theatre") > 8
     assert "row" in [section["name"] for section in built["sections"]]
     said = str(built["sections"])
