@@ -68,6 +68,8 @@ def plan_finding(cases: Sequence[RowCase]) -> str:
         for at, building in enumerate(case.buildings)
     }
     known = {name: share for name, share in shares.items() if np.isfinite(share)}
+    if not known:
+        return f"No run of {cases[0].motions} motions is complete"
     if not any(share > 0.0 for share in known.values()):
         return f"No building touches a neighbour in {cases[0].motions} motions"
     often = sum(share > 0.5 for share in known.values())
