@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from pounding_risk._jit import lowered, numbers_of
+from pounding_risk._calls import numbers_of
+from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.rows.laws import verbs_of
 from pounding_risk.core.rows.layout import (

@@ -9,7 +9,7 @@ from pounding_risk.core.collide import ELASTIC, SLACK, YIELDING
 from pounding_risk.core.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all
 from pounding_risk.core.rows.chain import energy_of, place_on, switch_storey
-from pounding_risk.core.rows.events import ROUNDED, STRAIN, TOUCH, fill_spectators, take_step
+from pounding_risk.core.rows.events import fill_spectators, take_step
 from pounding_risk.core.rows.flight import across, begin_blind, compliance
 from pounding_risk.core.rows.layout import (
     BOOKED,
@@ -33,6 +33,7 @@ from pounding_risk.core.rows.layout import (
     WHOLE,
     WORK,
 )
+from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH
 from pounding_risk.core.rows.stage import Group, load, slopes
 from pounding_risk.core.rows.touch import lift_off, note_yield, own_tolerance, scales, touch_down, turn
 from pounding_risk.core.rows.watch import watch_floors, watch_points
@@ -53,10 +54,10 @@ FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
 @kernel
 def any_closed(row, run, first, last):
     """True where two of these buildings touch."""
+    closed = False
     for k in range(row.frame[START, first], row.frame[START, last]):
-        if run.book[k, CLOSED] > 0.0:
-            return True
-    return False
+        closed = closed or run.book[k, CLOSED] > 0.0
+    return closed
 
 
 @kernel

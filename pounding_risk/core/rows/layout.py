@@ -21,12 +21,12 @@ MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
-# Columns of `Run.limits`: what a point is given, its restitution, where its law's verbs stand; the law's numbers follow.
+# Columns of `Run.limits`: what a point is given, its restitution, where the verbs of its law stand; its law's numbers.
 GAPS, FORCES, WATCHING, FASTEST, RULE = range(5)
 FORCE_VERB = RULE + len(Restitution._fields)
 PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORCE_VERB + 6)
 
-# Columns of `Run.book`: what a contact point remembers while a run lasts; its tally and the extremes of its distance follow.
+# Columns of `Run.book`: what a contact point remembers; its tally and the extremes of its distance follow.
 (
     CLOSED,
     GAP,  # with the dents of the contacts so far
@@ -68,7 +68,7 @@ LATE = STAGES + 1
 SLOPES = LATE + len(DOP853.late_nodes)
 TERMS = 7
 
-# Rows of the desk, by dof: states, each a row of u and one of v behind it, accelerations, slopes, the step's polynomial.
+# Rows of the desk, by dof: states, a row of u and one of v each, accelerations, slopes, the polynomial of a step.
 NODE, NEXT, NOW, END, TRIAL, NUDGED = range(0, 12, 2)
 A_START, A_END, A_NUDGED, A_SPARE, J_START, J_END = range(12, 18)
 POLY = 18  # TERMS rows of u, TERMS of v
@@ -85,9 +85,7 @@ BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they
 class Row(NamedTuple):
     """What stays the same for every run of a row; B buildings, D dofs, K contact points."""
 
-    frame: (
-        np.ndarray
-    )  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1, points of interface i START[i] ...
+    frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (8, D)

@@ -182,8 +182,8 @@ def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
 def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     """Every group of busy buildings over the interval; returns False where the run has ended.
 
-    A building that looks on at a group and is struck joins it, and the group is solved again. Groups side by side do not
-    look on at each other: each keeps what it adds to the distance between them, and where the sum leaves room for a
+    A building that looks on at a group and is struck joins it, and the group is solved again. Groups side by side do
+    not look on at each other: each keeps what it adds to the distance between them, and where the sum leaves room for a
     touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1

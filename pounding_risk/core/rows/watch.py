@@ -10,7 +10,6 @@ from math import inf
 from pounding_risk._jit import kernel
 from pounding_risk.core.collide import ELASTIC
 from pounding_risk.core.rows.chain import drift_in, shear_stiffness
-from pounding_risk.core.rows.events import across_between
 from pounding_risk.core.rows.flight import across, blind_points, own_side
 from pounding_risk.core.rows.layout import (
     A_END,
@@ -53,6 +52,7 @@ from pounding_risk.core.rows.layout import (
     STRENGTH,
     TANGENT,
 )
+from pounding_risk.core.rows.margins import across_between
 from pounding_risk.core.rows.stage import between, ground_at, load, spread, transmitted, uncapped
 from pounding_risk.core.rows.touch import note_yield
 from pounding_risk.core.tally import FIRST_YIELD, LOWEST_FORCE
@@ -65,7 +65,7 @@ def reading(row, run, group, what, k, x, span, terms):
     """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     if what == PLACE:
         return between(run, 0, k, x)
-    if what == DRIFT or what == FORCE:
+    if what in (DRIFT, FORCE):
         drift = between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
         return drift if what == DRIFT else shear_stiffness(row, run.desk, k) * drift + run.desk[CONSTANT, k]
     if what == SHAKE:
@@ -164,7 +164,7 @@ def crest(row, run, group, what, k, sign, span, terms):
             low, high = (u, high) if u < x else (low, u)
             if fu <= fw or w == x:
                 v, w, fv, fw = w, u, fw, fu
-            elif fu <= fv or v == x or v == w:
+            elif fu <= fv or v in (x, w):
                 v, fv = u, fu
     return -fx, x
 
@@ -317,7 +317,7 @@ def raise_reach(row, run, group, what, k, sign, best, ends, span, terms, laid):
 
 @kernel
 def watch_force(row, run, group, k, span, terms, now, laid):
-    """Peak uncapped force of one contact over a step, the yield that it may be, and the lowest force of a law that pulls."""
+    """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
     book = run.book
     here, there, rise, fall = book[k, START_FORCE], book[k, END_FORCE], book[k, START_RISE], book[k, END_RISE]
     before = book[k, PEAK]
@@ -357,7 +357,7 @@ def watch_force(row, run, group, k, span, terms, now, laid):
 def time_levels(row, run, group, k, best, span, terms, now, laid):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
     for level in range(run.timed.shape[2]):
-        if run.timed[0, k, level] > best or not run.timed[1, k, level] != run.timed[1, k, level]:
+        if run.timed[0, k, level] > best or run.timed[1, k, level] == run.timed[1, k, level]:
             continue
         x = 0.0
         if run.book[k, START_FORCE] < run.timed[0, k, level]:
