@@ -298,9 +298,10 @@ def _run(
     for place, own in enumerate(numbers):
         given[place, : len(own)] = own
     watched = np.zeros(points) if contacts.watched is None else contacts.watched
+    fastest = np.zeros(points) if contacts.fastest is None else contacts.fastest
     limits = np.column_stack(
         [
-            *(contacts.gaps, contacts.yield_forces, watched, contacts.fastest),
+            *(contacts.gaps, contacts.yield_forces, watched, fastest),
             np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, -1),
             np.array([verbs_of(law) for law in laws]).reshape(points, -1),
             given,

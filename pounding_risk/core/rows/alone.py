@@ -34,6 +34,7 @@ from pounding_risk.core.rows.layout import (
     START,
 )
 from pounding_risk.core.series import crest_bound
+from pounding_risk.core.tally import MAX_CONTACTS
 
 
 @kernel
@@ -181,7 +182,7 @@ def glide(row, run, span, watch, window, terms):
     _, step, pull, rise = window
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
-    while True:
+    for _ in range(MAX_CONTACTS):
         lay_all(row, run, watch, pull + rise * t, rise, terms)
         flown, _, storey = fly_group(row, run, span, watch, step - t, pull + rise * t, rise, terms)
         for b in range(watch[0], watch[1] + 1):

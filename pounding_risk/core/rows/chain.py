@@ -44,6 +44,9 @@ from pounding_risk.core.series import (
     value_at,
 )
 
+# A storey yields this many times its limit off, so that rounding does not switch it back and forth.
+OVER = 1.0 + 1e-12
+
 
 @kernel
 def accelerate(row, b, state, pull, desk, out):
@@ -298,6 +301,12 @@ def drift_in(row, desk, line, i):
 
 
 @kernel
+def creep(row, i):
+    """Drift rate against the yielding that is rounding, and no unloading [m/s]."""
+    return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[INVERSE, i])
+
+
+@kernel
 def next_strain(row, run, i, stop, terms):
     """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
     board, series, desk = run.board, run.series, run.desk
@@ -307,13 +316,13 @@ def next_strain(row, run, i, stop, terms):
         for n in range(terms - 1):
             rate = (n + 1) * (series[i, n + 1] - (0.0 if bottom else series[i - 1, n + 1]))
             board[SIGNAL, n] = -branch * rate
-        return first_rise(board, terms - 1, 0.0, stop)
+        return first_rise(board, terms - 1, creep(row, i), stop)
     found = -1.0
     for side in range(2):
         sign = 1.0 - 2.0 * side
         for n in range(terms):
             board[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
-        level = row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
+        level = OVER * row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
         at = first_rise(board, terms, level, stop if found < 0.0 else found)
         found = at if at >= 0.0 else found
     return found
