@@ -338,7 +338,7 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
-            slide(run, group, new - length)
+            slide(row, run, group, new - length)
             length = new
         if converged or high - low <= 1e-13 * h:
             break
@@ -347,14 +347,16 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
 
 
 @kernel
-def slide(run, group, length):
+def slide(row, run, group, length):
     """Move the end of a step along its slopes."""
     desk, points = run.desk, run.limits.shape[0]
     for i in range(group.low, group.high):
         desk[END, i] += length * desk[SLOPE + LAST, i]
         desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
-    for column in range(2 * points + 1):
-        run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        for column in (k, points + k):
+            run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    run.quads[SLOPES, 2 * points] += length * run.quads[LAST, 2 * points]
 
 
 @kernel

@@ -10,7 +10,7 @@ from pounding_risk.core.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all
 from pounding_risk.core.rows.chain import energy_of, place_on, switch_storey
 from pounding_risk.core.rows.events import ROUNDED, STRAIN, TOUCH, fill_spectators, is_watched, margin, take_step
-from pounding_risk.core.rows.flight import across, compliance
+from pounding_risk.core.rows.flight import across, begin_blind, compliance
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
@@ -176,8 +176,10 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             for i in range(low, high):
                 run.desk[SLOPE, i] = run.desk[SLOPE + LAST, i]
                 run.desk[SLOPE + SLOPES, i] = run.desk[SLOPE + SLOPES + LAST, i]
-            for column in range(2 * run.limits.shape[0] + 1):
-                run.quads[0, column] = run.quads[LAST, column]
+            for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
+                for column in (k, run.limits.shape[0] + k):
+                    run.quads[0, column] = run.quads[LAST, column]
+            run.quads[0, 2 * run.limits.shape[0]] = run.quads[LAST, 2 * run.limits.shape[0]]
         else:
             slopes(row, run, group, s, NOW, 0)
         moved, kind, k, h, attempts, laid = take_step(row, run, group, watch, (s, h, base), left, terms, tolerance)
@@ -254,6 +256,7 @@ def advance(row, run, span, watch, window, terms, rtol):
     moment, step, pull, rise = window
     group = Group(span[0], span[1], row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1], 0.0, pull, rise, 1.0, 1.0)
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
+    begin_blind(row, run, span, watch)
     t = base = 0.0
     lay_all(row, run, watch, pull, rise, terms)
     turns = 0

@@ -54,8 +54,12 @@ PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORC
     END_FORCE,
     END_RISE,
     WORK,
-) = range(26)
-BOOKED = 26
+    LEFT_HIGH,  # extremes over an interval of what the left building adds to the distance, and the right one
+    LEFT_LOW,
+    RIGHT_HIGH,
+    RIGHT_LOW,
+) = range(30)
+BOOKED = 30
 HIGHEST, LOWEST, COLUMNS = BOOKED + TALLIED, BOOKED + TALLIED + 1, BOOKED + TALLIED + 2
 
 STAGES = len(DOP853.nodes)
@@ -101,7 +105,8 @@ class Run(NamedTuple):
     quads: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
     board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
-    kept: np.ndarray  # what an interval begins with, should it have to be made again
+    kept: np.ndarray  # (8, D) what an interval begins with, should it have to be made again
+    kept_book: np.ndarray  # (K, ...) the same of the contact points
 
 
 def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray) -> Run:
@@ -117,5 +122,6 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray)
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
         board,
-        np.zeros(8 * dofs + points * (COLUMNS + 2 * levels.size) + 5),
+        np.zeros((8, dofs)),
+        np.zeros((points, COLUMNS + 2 * levels.size)),
     )
