@@ -20,6 +20,7 @@ from pounding_risk.core.rows.group import FAILED, FLOWN, advance, any_closed
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
+    COUNTS,
     DRIFT,
     ENERGY,
     FASTEST,
@@ -96,7 +97,7 @@ def begin_run(row, run):
         run.book[k, BOOKED + FIRST_TOUCH] = nan
         run.book[k, BOOKED + FIRST_YIELD] = nan
         run.book[k, GAP] = run.limits[k, GAPS]
-    for place in range(5):
+    for place in range(COUNTS):
         run.board[WHOLE, place] = 0.0
     run.board[WHOLE, GREW] = -1.0
 
@@ -114,7 +115,7 @@ def keep(row, run, back):
         for level in range(run.timed.shape[2]):
             place = swap(run.kept, place, run.timed[1], k, level, back)
             place = swap(run.kept, place, run.timed[2], k, level, back)
-    for column in range(5):
+    for column in range(COUNTS):
         place = swap(run.kept, place, run.board, WHOLE, column, back)
 
 
