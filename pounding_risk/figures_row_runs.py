@@ -59,7 +59,7 @@ def roofs_of(run: xr.Dataset) -> np.ndarray:
 def row_run_finding(run: xr.Dataset) -> str:
     """How many contacts, where the strongest is and when, and which roof moves most."""
     counts = run["contact_point_impact_count"].values
-    roofs = np.nan_to_num(np.abs(roofs_of(run)).max(axis=0))
+    roofs = np.nanmax(np.abs(roofs_of(run)), axis=0)
     at = int(roofs.argmax())
     most = f"the roof of {run['building'].values[at]} moves most, {1e3 * roofs[at]:.3g} mm"
     if run.attrs["status"] != "complete":
@@ -103,7 +103,7 @@ def _elevation(axis: Any, run: xr.Dataset, tallest: float) -> None:
     gaps = run["interface_gap"].values
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
-    roofs = 1e3 * np.abs(roofs_of(run)).max(axis=0)
+    roofs = 1e3 * np.nanmax(np.abs(roofs_of(run)), axis=0)
     buildings = standing(run)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
@@ -123,8 +123,8 @@ def _elevation(axis: Any, run: xr.Dataset, tallest: float) -> None:
 
 
 def _points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
-    peaks = run[f"contact_point_{FORCE}"].values
-    largest = np.nanmax(peaks, initial=0.0) or 1.0
+    peaks = np.nan_to_num(run[f"contact_point_{FORCE}"].values)
+    largest = peaks.max(initial=0.0) or 1.0
     for at, interface in enumerate(run["contact_point_interface"].values.astype(int)):
         one = run.isel(contact_point=at)
         level = float(one["contact_point_level"])

@@ -39,10 +39,14 @@ class Cell(NamedTuple):
 
 
 def cell_of(study: Study, motion: Motion, law: str, gap: float | None, yield_force: float | None) -> Cell:
-    """The scene's own gaps and yield forces, or those named: the gap of the gridded interface, or of all of them."""
-    own = [neighbour.gap for neighbour in study.neighbours]
-    gaps = np.array(own if gap is None else study.interface_gaps(gap))
-    return Cell(motion, law, gaps, np.array(study.point_yield_forces(yield_force)))
+    """The scene's own gaps and yield forces, or those named.
+
+    A gap is that of all interfaces, but of the only one that the grid varies where it names one.
+    """
+    varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
+    pairs = zip(study.interfaces, study.neighbours, strict=True)
+    gaps = [neighbour.gap if gap is None or varied not in (None, name) else gap for name, neighbour in pairs]
+    return Cell(motion, law, np.array(gaps), np.array(study.point_yield_forces(yield_force)))
 
 
 def row_histories(study: Study, cell: Cell) -> xr.Dataset:
