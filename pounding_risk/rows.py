@@ -47,8 +47,10 @@ from pounding_risk.core.rows.layout import (
     STATUS,
     STEPS,
     WHOLE,
+    WRITTEN,
     Row,
     Run,
+    log_of,
     new_run,
 )
 from pounding_risk.core.rows.layout import NODE as AT_END
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
 POINT_COLUMNS = TALLIED + 2
 GREW_STATUS = WATCHED
 HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
+LINES = 4096  # of a log to begin with; a run that needs more is made again with the room it asked for
 
 
 class Contacts(NamedTuple):
@@ -90,7 +93,8 @@ class RowRun(NamedTuple):
     fastest: np.ndarray  # (K,) peak closing or parting speed at nodes, of a run without contact [m/s]
     first: np.ndarray  # (K, L) when a force first reaches a level
     reached: np.ndarray  # (K, L) contacts in which it does
-    states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for
+    states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for; NaN after a failure
+    log: np.ndarray  # (lines, ...) as `core.rows.log` writes it, where asked for
 
 
 class Laid(NamedTuple):
@@ -256,7 +260,7 @@ def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> R
     limits[:, GAPS] = inf
     run = new_run(row, limits, np.zeros(0), make_desk())
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    kept = np.zeros((ground.size if states else 0, 2, row.floors.shape[1]))
+    kept = _room(ground.size if states else 0, row)
     survey(row, run, ground, laid.step, laid.terms, kept)
     return _told(row, run, kept)
 
@@ -268,17 +272,17 @@ def run_row(
     *,
     rtol: float = 1e-6,
     levels: np.ndarray | None = None,
-    states: bool = False,
+    histories: bool = False,
 ) -> RowRun:
     """The row with its contacts under a_g [m/s²] at the samples of its layout, from rest.
 
     ``levels`` [N, ascending] are forces whose first reaching is timed at every point, and whose contacts are counted: a
-    law without a cap answers so for every yield force. ``states`` keeps u and v at every node.
+    law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log.
     """
     if contacts.fastest is None:
         contacts = contacts._replace(fastest=free_row(laid, acceleration).fastest)
     times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
-    return _run(laid, contacts, acceleration, rtol, times, states=states)
+    return _run(laid, contacts, acceleration, rtol, times, histories=histories)
 
 
 def _run(
@@ -288,7 +292,7 @@ def _run(
     rtol: float,
     levels: np.ndarray,
     *,
-    states: bool,
+    histories: bool,
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
@@ -307,11 +311,23 @@ def _run(
             given,
         ]
     )
-    run = new_run(row, np.ascontiguousarray(limits, dtype=np.float64), levels, make_desk(rtol))
-    dofs = row.floors.shape[1]
-    kept = np.zeros((ground.size if states else 0, 2, dofs))
-    march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
-    return _told(row, run, kept)
+    limits = np.ascontiguousarray(limits, dtype=np.float64)
+    lines = LINES if histories else 0
+    while True:
+        run = new_run(row, limits, levels, make_desk(rtol), lines)
+        kept = _room(ground.size if histories else 0, row)
+        march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
+        written = int(run.board[WHOLE, WRITTEN])
+        if written <= lines or not histories:
+            return _told(row, run, kept)
+        lines = written
+
+
+def _room(nodes: int, row: Row) -> np.ndarray:
+    """For u and v at so many nodes, at rest at the first."""
+    kept = np.full((nodes, 2, row.floors.shape[1]), np.nan)
+    kept[:1] = 0.0
+    return kept
 
 
 def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
@@ -339,4 +355,5 @@ def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
         run.timed[1],
         run.timed[2],
         kept,
+        log_of(run),
     )

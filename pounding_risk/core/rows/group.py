@@ -24,6 +24,7 @@ from pounding_risk.core.rows.layout import (
     PACE,
     REGION,
     RESIDUAL,
+    ROOM,
     SLOPE,
     SLOPES,
     START,
@@ -33,6 +34,7 @@ from pounding_risk.core.rows.layout import (
     WHOLE,
     WORK,
 )
+from pounding_risk.core.rows.log import write_down
 from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH, is_watched, margin
 from pounding_risk.core.rows.stage import Group, load, slopes
 from pounding_risk.core.rows.touch import lift_off, note_yield, own_tolerance, scales, touch_down, turn
@@ -165,6 +167,8 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             s = sqrt(sqrt(max(t - origin, 0.0)))
             h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
             now, renewed, known = moment + origin, False, False
+            if run.board[WHOLE, ROOM] > 0.0:
+                write_down(row, run, group, moment + t)
         left = sqrt(sqrt(step - group.origin)) - s
         if left <= 1e-13 * s or t >= step:
             t = step
@@ -197,6 +201,8 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
         s += moved
         t = group.origin + s * s * s * s
         came += close_step(row, run, group)
+        if run.board[WHOLE, ROOM] > 0.0:
+            write_down(row, run, group, moment + t)
         for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
             run.book[each, PACE] = (s + h) ** 4 - s**4
         stalled = stalled + 1 if moved <= 1e-12 * s else 0

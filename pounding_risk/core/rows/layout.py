@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pounding_risk._jit import small
 from pounding_risk.core.series import LEFT, MAX_TERMS
 from pounding_risk.core.tally import TALLIED
 from pounding_risk.models.restitution import Restitution
@@ -78,8 +79,12 @@ TANGENT, CONSTANT, PLASTIC, BRANCH, PLACE, DRIFT, FORCE, SHAKE = range(SLOPE + 2
 ROWS = SHAKE + 1
 
 WHOLE = LEFT  # row of the board, which only the pair uses otherwise
-STATUS, STEPS, ENERGY, RESIDUAL, GREW = range(5)
+STATUS, STEPS, ENERGY, RESIDUAL, GREW, WRITTEN, COUNTS = range(7)
+ROOM = COUNTS  # lines of the log, which a run does not change
 BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they work on
+
+# Columns of a line of the log after its time and u and v of every dof, point by point.
+ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
 
 
 class Row(NamedTuple):
@@ -105,13 +110,15 @@ class Run(NamedTuple):
     board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
     kept: np.ndarray  # (8, D) what an interval begins with, should it have to be made again
     kept_book: np.ndarray  # (K, ...) the same of the contact points
+    log: np.ndarray  # (lines, line_width) what is written down of groups with contacts
 
 
-def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray) -> Run:
-    """Arrays for one run; ``levels`` [N] are those that are timed."""
+def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray, lines: int = 0) -> Run:
+    """Arrays for one run; ``levels`` [N] are those that are timed, ``lines`` the room of the log, 0 for none."""
     dofs, points = row.floors.shape[1], row.ends.shape[0]
     timed = np.zeros((3, points, levels.size))
     timed[0], timed[1] = levels, np.nan
+    board[WHOLE, ROOM] = lines
     return Run(
         limits,
         timed,
@@ -122,4 +129,16 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray)
         board,
         np.zeros((8, dofs)),
         np.zeros((points, COLUMNS + 2 * levels.size)),
+        np.zeros((lines, line_width(dofs, points))),
     )
+
+
+@small
+def line_width(dofs, points):
+    """Numbers in a line of the log."""
+    return 1 + 2 * dofs + NOTED * points
+
+
+def log_of(run: Run) -> np.ndarray:
+    """The lines that a run has written to its log."""
+    return run.log[: int(run.board[WHOLE, WRITTEN])].copy()

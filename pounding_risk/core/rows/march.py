@@ -20,6 +20,7 @@ from pounding_risk.core.rows.group import FAILED, FLOWN, advance, any_closed
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
+    COUNTS,
     DRIFT,
     ENERGY,
     FASTEST,
@@ -35,6 +36,7 @@ from pounding_risk.core.rows.layout import (
     NOW,
     RESIDUAL,
     RIGHT_LOW,
+    ROOM,
     SHAKE,
     START,
     STATUS,
@@ -42,6 +44,7 @@ from pounding_risk.core.rows.layout import (
     WATCHING,
     WHOLE,
     WORK,
+    WRITTEN,
     Row,
     Run,
 )
@@ -86,6 +89,7 @@ def borrow_run(run):
         borrowed(run.board),
         borrowed(run.kept),
         borrowed(run.kept_book),
+        borrowed(run.log),
     )
 
 
@@ -100,7 +104,7 @@ def begin_run(row, run):
         run.book[k, BOOKED + FIRST_TOUCH] = nan
         run.book[k, BOOKED + FIRST_YIELD] = nan
         run.book[k, GAP] = run.limits[k, GAPS]
-    for place in range(5):
+    for place in range(COUNTS):
         run.board[WHOLE, place] = 0.0
     run.board[WHOLE, GREW] = -1.0
 
@@ -187,6 +191,7 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1
+    written = run.board[WHOLE, WRITTEN]
     for b in range(buildings):
         solved[b] = False
         if busy[b]:
@@ -234,6 +239,12 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
             elif solved[other]:
                 undo(row, run, other, tied, solved)
         tied[edge] = True
+        if run.board[WHOLE, ROOM] > 0.0:
+            # Lines stand in the order in which they were written: all of the interval are written again.
+            for each in range(buildings):
+                if solved[each]:
+                    undo(row, run, each, tied, solved)
+            run.board[WHOLE, WRITTEN] = written
         b = 0
     return True
 
