@@ -50,11 +50,11 @@ from pounding_risk.core.rows.layout import (
     new_run,
 )
 from pounding_risk.core.rows.layout import NODE as AT_END
+from pounding_risk.core.rows.laws import verbs_of
 from pounding_risk.core.rows.march import WATCHED, march, survey
 from pounding_risk.core.series import MAX_TERMS
 from pounding_risk.core.tally import TALLIED
-from pounding_risk.models.contact import Linear
-from pounding_risk.models.restitution import Restitution, constant
+from pounding_risk.models.restitution import Restitution
 
 if TYPE_CHECKING:
     from pounding_risk.chains import Chain
@@ -291,23 +291,24 @@ def _run(
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    laws = [lowered(law) for law in contacts.laws] or [lowered(Linear(1.0))]
-    rules = [lowered(rule) for rule in contacts.restitutions] or [lowered(constant(1.0))]
-    kinds = {type(law) for law in laws}
-    if len(kinds) > 1:
-        raise ValueError(f"one law for all contacts of a row, not {', '.join(kind.__name__ for kind in kinds)}")
+    laws = [lowered(law) for law in contacts.laws]
+    numbers = [numbers_of(law) for law in laws]
+    given = np.zeros((points, max([0, *map(len, numbers)])))
+    for place, own in enumerate(numbers):
+        given[place, : len(own)] = own
     watched = np.zeros(points) if contacts.watched is None else contacts.watched
     limits = np.column_stack(
         [
             *(contacts.gaps, contacts.yield_forces, watched, contacts.fastest),
-            np.array([numbers_of(law) for law in laws])[:points],
-            np.array([numbers_of(rule) for rule in rules])[:points],
+            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, -1),
+            np.array([verbs_of(law) for law in laws]).reshape(points, -1),
+            given,
         ]
     )
     run = new_run(row, np.ascontiguousarray(limits, dtype=np.float64), levels, make_desk(rtol))
     dofs = row.floors.shape[1]
     kept = np.zeros((ground.size if states else 0, 2, dofs))
-    march(row, run, laws[0], rules[0], ground, laid.step, laid.terms, float(rtol), kept)
+    march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
     return _told(row, run, kept)
 
 

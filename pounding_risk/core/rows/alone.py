@@ -148,9 +148,10 @@ def lay_all(row, run, watch, pull, rise, terms):
 def fly_group(row, run, span, watch, stop, pull, rise, terms):
     """Fly from rows NOW, whose series are laid, to the first touch or change of a storey, at most for ``stop``.
 
-    Returns (time flown, interface whose spectator is touched or −1, storey that changes or −1). Peaks are raised.
+    Returns (time flown, contact point that touches or −1, storey that changes or −1). Peaks are raised, but where the
+    point is one of a spectator.
     """
-    edge, storey = -1, -1
+    point, storey = -1, -1
     for i in range(watch[0], watch[1]):
         outer = i < span[0] or i >= span[1]
         for k in range(row.frame[START, i], row.frame[START, i + 1]):
@@ -159,17 +160,18 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
             found = search_point(row, run, k, run.book[k, GAP], stop, terms)
             if found >= 0.0:
                 if outer:
-                    return found, i, -1
-                stop = found
+                    return found, k, -1
+                stop, point = found, k
     for b in range(span[0], span[1] + 1):
         if row.frame[BENDS, b]:
             stop, changed = first_strain(row, run, b, stop, terms)
-            storey = changed if changed >= 0 else storey
+            if changed >= 0:
+                point, storey = -1, changed
     for b in range(span[0], span[1] + 1):
         raise_peaks(row, run, b, pull, rise, stop, terms)
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         raise_reach(row, run, k, stop, terms)
-    return stop, edge, storey
+    return stop, point, storey
 
 
 @kernel

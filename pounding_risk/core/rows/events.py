@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit import kernel, model_of
+from pounding_risk._jit import kernel
 from pounding_risk.core.collide import (
     ELASTIC,
     END_WEIGHT,
@@ -30,7 +30,7 @@ from pounding_risk.core.rows.layout import (
     FIRST,
     GAP,
     LAST,
-    LAW,
+    LEAST,
     LIMIT,
     NOW,
     PLASTIC,
@@ -50,19 +50,18 @@ ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no to
 
 
 @kernel
-def read_force(row, run, law, group, h, state, line, place):
+def read_force(row, run, group, h, state, line, place):
     """Uncapped force of every contact and its slope per unit of s, from a state and its slopes, into the book."""
     book, desk = run.book, run.desk
     nudge = 1e-7 * h
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if book[k, CLOSED] > 0.0:
-            own = model_of(law, run.limits, k, LAW)
             delta, rate = across(row, k, desk, state) - book[k, GAP], across(row, k, desk, state + 1)
             ahead = delta + nudge * across(row, k, desk, line)
             faster = rate + nudge * across(row, k, desk, line + SLOPES)
-            force = uncapped(own, run, k, max(delta, 0.0), rate)
+            force = uncapped(run, k, max(delta, 0.0), rate)
             book[k, place] = force
-            book[k, place + 1] = (uncapped(own, run, k, max(ahead, 0.0), faster) - force) / nudge
+            book[k, place + 1] = (uncapped(run, k, max(ahead, 0.0), faster) - force) / nudge
 
 
 @kernel
@@ -127,7 +126,7 @@ def across_between(row, run, group, k, part, x, after, terms):
 
 
 @kernel
-def margin_between(row, run, law, group, kind, k, x, span, terms):
+def margin_between(row, run, group, kind, k, x, span, terms):
     """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     book = run.book
     if kind == STRAIN:
@@ -146,12 +145,12 @@ def margin_between(row, run, law, group, kind, k, x, span, terms):
     if kind == PART:
         return delta
     rate = across_between(row, run, group, k, 1, x, after, terms)
-    force = uncapped(model_of(law, run.limits, k, LAW), run, k, max(delta, 0.0), rate)
+    force = uncapped(run, k, max(delta, 0.0), rate)
     return margin_of_force(run, kind, k, force, 0.0)[0]
 
 
 @kernel
-def is_watched(row, run, law, kind, k):
+def is_watched(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
     if kind == STRAIN:
         return row.floors[LIMIT, k] < inf
@@ -162,12 +161,12 @@ def is_watched(row, run, law, kind, k):
     if kind == YIELD:
         return run.book[k, STRENGTH] < inf
     if kind == CUT:
-        return model_of(law, run.limits, k, LAW).floor() > -inf and int(run.book[k, REGION]) != YIELDING
+        return run.book[k, LEAST] > -inf and int(run.book[k, REGION]) != YIELDING
     return kind != PART or run.book[k, APPROACHING] == 0.0
 
 
 @kernel
-def dip_of(row, run, law, group, kind, k, span, terms, laid):
+def dip_of(row, run, group, kind, k, span, terms, laid):
     """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
     s, h = span[0], span[1]
     stop, stop_slope = margin(row, run, kind, k, True)
@@ -190,9 +189,9 @@ def dip_of(row, run, law, group, kind, k, span, terms, laid):
             return 2.0, laid
         dip = -start_slope / (h * stop_slope - start_slope)
     if not laid:
-        spread(row, run, law, group, s, h)
-    bottom = lowest(row, run, law, group, kind, k, span, terms, dip)
-    value = margin_between(row, run, law, group, kind, k, bottom, span, terms)
+        spread(row, run, group, s, h)
+    bottom = lowest(row, run, group, kind, k, span, terms, dip)
+    value = margin_between(row, run, group, kind, k, bottom, span, terms)
     # Rounding is no event: the motion that only grazes goes on as it was.
     return (bottom if value < -graze(run, kind, k) else 2.0), True
 
@@ -206,16 +205,16 @@ def graze(run, kind, k):
 
 
 @kernel
-def lowest(row, run, law, group, kind, k, span, terms, guess):
+def lowest(row, run, group, kind, k, span, terms, guess):
     """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
     low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
-    value = margin_between(row, run, law, group, kind, k, x, span, terms)
+    value = margin_between(row, run, group, kind, k, x, span, terms)
     for _ in range(40):
         if value < -graze(run, kind, k):
             return x
         wide = x - low > high - x
         other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
-        there = margin_between(row, run, law, group, kind, k, other, span, terms)
+        there = margin_between(row, run, group, kind, k, other, span, terms)
         if there < value:
             if wide:
                 high = x
@@ -232,7 +231,7 @@ def lowest(row, run, law, group, kind, k, span, terms, guess):
 
 
 @kernel
-def first_event(row, run, law, group, watch, span, terms, laid):
+def first_event(row, run, group, watch, span, terms, laid):
     """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out.
 
     ``watch`` = (first, last building whose points are watched).
@@ -241,31 +240,31 @@ def first_event(row, run, law, group, watch, span, terms, laid):
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
-            if (inside or kind == TOUCH) and is_watched(row, run, law, kind, k):
-                dip, laid = dip_of(row, run, law, group, kind, k, span, terms, laid)
+            if (inside or kind == TOUCH) and is_watched(row, run, kind, k):
+                dip, laid = dip_of(row, run, group, kind, k, span, terms, laid)
                 if dip < place:
                     found, which, place = kind, k, dip
     for i in range(group.low, group.high):
-        if is_watched(row, run, law, STRAIN, i):
-            dip, laid = dip_of(row, run, law, group, STRAIN, i, span, terms, laid)
+        if is_watched(row, run, STRAIN, i):
+            dip, laid = dip_of(row, run, group, STRAIN, i, span, terms, laid)
             if dip < place:
                 found, which, place = STRAIN, i, dip
     return found, which, place, laid
 
 
 @kernel
-def settle(row, run, law, group, kind, k, place, span, terms):
+def settle(row, run, group, kind, k, place, span, terms):
     """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
 
     ``place`` lies past the event, or at a guess of it.
     """
-    high, above = 1.0, margin_between(row, run, law, group, kind, k, 1.0, span, terms)
-    value = margin_between(row, run, law, group, kind, k, place, span, terms)
+    high, above = 1.0, margin_between(row, run, group, kind, k, 1.0, span, terms)
+    value = margin_between(row, run, group, kind, k, place, span, terms)
     if value < 0.0:
         high, above = place, value
     elif not above < 0.0:
         return 2.0
-    low, below = 0.0, max(margin_between(row, run, law, group, kind, k, 0.0, span, terms), 0.0)
+    low, below = 0.0, max(margin_between(row, run, group, kind, k, 0.0, span, terms), 0.0)
     if value >= 0.0:
         low, below = place, value
     side = 0
@@ -274,7 +273,7 @@ def settle(row, run, law, group, kind, k, place, span, terms):
         x = low + (high - low) * below / (below - above)
         if not low < x < high:
             x = 0.5 * (low + high)
-        value = margin_between(row, run, law, group, kind, k, x, span, terms)
+        value = margin_between(row, run, group, kind, k, x, span, terms)
         if value < 0.0:
             move, high, above = high - x, x, value
             below = 0.5 * below if side == 1 else below
@@ -315,7 +314,7 @@ def fill_ends(row, run, group, watch, span, terms):
 
 
 @kernel
-def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
+def land(row, run, group, watch, kind, k, place, span, terms, rtol):
     """Shorten the step until it ends on the event, as `core.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
     low, high, length = 0.0, h, place * h
@@ -323,11 +322,11 @@ def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
     converged = False
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
-        attempt(row, run, law, group, s, length)
-        slopes(row, run, law, group, s + length, END, LAST)
+        attempt(row, run, group, s, length)
+        slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, watch, (s, length, span[2]), terms)
         if kind == YIELD or kind == CUT:
-            read_force(row, run, law, group, h, END, SLOPE + LAST, END_FORCE)
+            read_force(row, run, group, h, END, SLOPE + LAST, END_FORCE)
         value, slope = margin(row, run, kind, k, True)
         if value > 0.0:
             low = length
@@ -368,32 +367,32 @@ def next_step(run, h, error, rtol):
 
 
 @kernel
-def passed(row, run, law, group, watch, landed, which):
+def passed(row, run, group, watch, landed, which):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (kind == landed and k == which) or not (inside or kind == TOUCH):
                 continue
-            if is_watched(row, run, law, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
+            if is_watched(row, run, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
         if landed == STRAIN and i == which:
             continue
-        if is_watched(row, run, law, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
+        if is_watched(row, run, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
             return STRAIN, i
     return NONE, -1
 
 
 @kernel
-def look(row, run, law, group, watch, span, terms):
+def look(row, run, group, watch, span, terms):
     """Readings at the end of the step, whose slopes at LAST stand."""
     fill_ends(row, run, group, watch, span, terms)
-    read_force(row, run, law, group, span[1], END, SLOPE + LAST, END_FORCE)
+    read_force(row, run, group, span[1], END, SLOPE + LAST, END_FORCE)
 
 
 @kernel
-def take_step(row, run, law, group, watch, span, left, terms, rtol):
+def take_step(row, run, group, watch, span, left, terms, rtol):
     """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
 
     Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length of
@@ -406,7 +405,7 @@ def take_step(row, run, law, group, watch, span, left, terms, rtol):
             h = left
         elif 2.0 * h > left:
             h = 0.5 * left
-        error = attempt(row, run, law, group, s, h)
+        error = attempt(row, run, group, s, h)
         attempts += 1
         if error <= SHARE * rtol:
             break
@@ -416,31 +415,31 @@ def take_step(row, run, law, group, watch, span, left, terms, rtol):
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, -1, h, attempts, False
     if run.board[FINAL, END_WEIGHT] == 0.0:
-        slopes(row, run, law, group, s + h, END, LAST)
-    read_force(row, run, law, group, h, NOW, SLOPE, START_FORCE)
-    look(row, run, law, group, watch, (s, h, base), terms)
+        slopes(row, run, group, s + h, END, LAST)
+    read_force(row, run, group, h, NOW, SLOPE, START_FORCE)
+    look(row, run, group, watch, (s, h, base), terms)
     following = next_step(run, h, error, rtol)
-    kind, k, place, laid = first_event(row, run, law, group, watch, (s, h, base), terms, False)
+    kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
     if kind == NONE:
         return h, NONE, -1, following, attempts, laid
     if not laid:
-        spread(row, run, law, group, s, h)
+        spread(row, run, group, s, h)
     following = h
     whole = h
-    place = settle(row, run, law, group, kind, k, place, (s, whole, base), terms)
+    place = settle(row, run, group, kind, k, place, (s, whole, base), terms)
     if place > 1.0:
         return h, NONE, -1, following, attempts, True
     for _ in range(8):
-        h, there = land(row, run, law, group, watch, kind, k, place, (s, whole, base), terms, rtol)
-        look(row, run, law, group, watch, (s, h, base), terms)
+        h, there = land(row, run, group, watch, kind, k, place, (s, whole, base), terms, rtol)
+        look(row, run, group, watch, (s, h, base), terms)
         if not there and not (kind == YIELD and int(run.book[k, REGION]) == ELASTIC):
             return h, NONE, -1, following, attempts, False
-        other, which = passed(row, run, law, group, watch, kind, k)
+        other, which = passed(row, run, group, watch, kind, k)
         if other == NONE:
             break
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
-        spread(row, run, law, group, s, h)
+        spread(row, run, group, s, h)
         start = margin(row, run, other, which, False)[0]
-        place = settle(row, run, law, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
+        place = settle(row, run, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
         place, whole, kind, k = min(place, 1.0), h, other, which
     return h, kind, k, following, attempts, False

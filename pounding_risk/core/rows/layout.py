@@ -21,9 +21,10 @@ MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
-# Columns of `Run.limits`; the numbers of the contact law follow, then those of the restitution, which are RULE.
-GAPS, FORCES, WATCHING, FASTEST, LAW = range(5)
-RULE = len(Restitution._fields)
+# Columns of `Run.limits`: what a point is given, its restitution, where its law's verbs stand; the law's numbers follow.
+GAPS, FORCES, WATCHING, FASTEST, RULE = range(5)
+FORCE_VERB = RULE + len(Restitution._fields)
+PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORCE_VERB + 6)
 
 # Columns of `Run.book`: what a contact point remembers while a run lasts; its tally and the extremes of its distance follow.
 (
@@ -33,6 +34,7 @@ RULE = len(Restitution._fields)
     MEMORY,
     SPEED,  # scale of velocity for the error control
     DEPTH,  # and of penetration
+    LEAST,  # smallest force: 0 where tension is cut, −∞ otherwise
     STILL,  # speed below which the direction of the motion is rounding
     APPROACHING,
     REGION,
@@ -52,8 +54,8 @@ RULE = len(Restitution._fields)
     END_FORCE,
     END_RISE,
     WORK,
-) = range(25)
-BOOKED = 25
+) = range(26)
+BOOKED = 26
 HIGHEST, LOWEST, COLUMNS = BOOKED + TALLIED, BOOKED + TALLIED + 1, BOOKED + TALLIED + 2
 
 STAGES = len(DOP853.nodes)
@@ -73,6 +75,7 @@ ROWS = SHAKE + 1
 
 WHOLE = LEFT  # row of the board, which only the pair uses otherwise
 STATUS, STEPS, ENERGY, RESIDUAL, GREW = range(5)
+BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they work on
 
 
 class Row(NamedTuple):
@@ -91,7 +94,7 @@ class Row(NamedTuple):
 class Run(NamedTuple):
     """What one run of a row works on and leaves behind. Few arrays: every call hands all of them on."""
 
-    limits: np.ndarray  # (K, ...) gap, yield force, watched, fastest; numbers of law and restitution
+    limits: np.ndarray  # (K, ...) see GAPS; C-contiguous
     timed: np.ndarray  # (3, K, L) levels of force, when each is first reached, contacts in which it is
     book: np.ndarray  # (K, COLUMNS)
     desk: np.ndarray  # (ROWS, D)

@@ -129,7 +129,7 @@ def swap(kept, place, array, line, column, back):
 
 
 @part
-def interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
+def interval(row, run, tied, busy, swings, window, terms, rtol):
     """The whole row over one node interval, rows NODE to rows NEXT; returns False where the run has ended.
 
     ``tied`` (interfaces), ``busy`` (buildings that need their group) and ``swings`` are this function's own.
@@ -150,7 +150,7 @@ def interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
             if tied[i]:
                 busy[i] = busy[i + 1] = True
         while True:
-            how, edge = solve_groups(row, run, law, rule, tied, busy, window, terms, rtol)
+            how, edge = solve_groups(row, run, tied, busy, window, terms, rtol)
             if how == FAILED:
                 return False
             if how == FLOWN:
@@ -168,7 +168,7 @@ def interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
 
 
 @part
-def solve_groups(row, run, law, rule, tied, busy, window, terms, rtol):
+def solve_groups(row, run, tied, busy, window, terms, rtol):
     """Every group of busy buildings over the interval: (how it ended, interface to tie where a group grows).
 
     Busy buildings side by side are one group even where they do not touch: each would have to look on at the other's
@@ -184,7 +184,7 @@ def solve_groups(row, run, law, rule, tied, busy, window, terms, rtol):
         while last < buildings - 1 and busy[last + 1]:
             last += 1
         watch = max(b - 1, 0), min(last + 1, buildings - 1)
-        how, edge = advance(row, run, law, rule, (b, last), watch, window, terms, rtol)
+        how, edge = advance(row, run, (b, last), watch, window, terms, rtol)
         if how != FLOWN:
             return how, edge
         for i in range(row.frame[FIRST, b], row.frame[FIRST, last + 1]):
@@ -251,7 +251,7 @@ def survey(row, run, ground, step, terms, states):
 
 
 @kernel
-def march(row, run, law, rule, ground, step, terms, rtol, states):
+def march(row, run, ground, step, terms, rtol, states):
     """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
     row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
     begin_run(row, run)
@@ -261,23 +261,23 @@ def march(row, run, law, rule, ground, step, terms, rtol, states):
     nodes = ground.size - 1
     for node in range(nodes):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
-        if not interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
+        if not interval(row, run, tied, busy, swings, window, terms, rtol):
             break
         step_on(row, run, node, states)
         place = struck(run)
         if place >= 0:
             run.board[WHOLE, STATUS], run.board[WHOLE, GREW] = float(WATCHED), float(place)
             break
-    end_run(row, run, law, nodes * step, rtol)
+    end_run(row, run, nodes * step, rtol)
 
 
 @part
-def end_run(row, run, law, time, rtol):
+def end_run(row, run, time, rtol):
     """Contacts that outlast the record are closed, and the status is set where nothing has set it."""
     total = 0.0
     for k in range(run.limits.shape[0]):
         if run.book[k, CLOSED] > 0.0 and run.board[WHOLE, STATUS] == COMPLETE:
-            lift_off(row, run, law, k, time, NODE, run.book[k, WORK])
+            lift_off(row, run, k, time, NODE, run.book[k, WORK])
         for column in range(18):
             value = run.book[k, BOOKED + column]
             if column != FIRST_TOUCH and column != FIRST_YIELD:
