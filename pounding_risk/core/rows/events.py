@@ -82,7 +82,8 @@ def strain_margin(row, run, i, drift, rate):
         return branch * rate, 0.0
     strain = drift - run.desk[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
-    return row.floors[LIMIT, i] - side * strain, -side
+    # A storey that has just turned stands at its limit to rounding, and does not yield again for it.
+    return (1.0 + MET) * row.floors[LIMIT, i] - side * strain, -side
 
 
 @kernel
