@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from pounding_risk._jit import lowered, numbers_of
+from pounding_risk._calls import numbers_of
+from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
+from pounding_risk.core.rows.laws import verbs_of
 from pounding_risk.core.rows.layout import (
     BAND,
     BENDS,
@@ -50,7 +52,6 @@ from pounding_risk.core.rows.layout import (
     new_run,
 )
 from pounding_risk.core.rows.layout import NODE as AT_END
-from pounding_risk.core.rows.laws import verbs_of
 from pounding_risk.core.rows.march import WATCHED, march, survey
 from pounding_risk.core.series import MAX_TERMS
 from pounding_risk.core.tally import TALLIED

@@ -16,7 +16,7 @@ from pounding_risk.core.rows.chain import (
     step_over,
     switch_storey,
 )
-from pounding_risk.core.rows.flight import across, bend_across, compliance, raise_reach, search_point, wider
+from pounding_risk.core.rows.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
 from pounding_risk.core.rows.layout import (
     A_END,
     A_NUDGED,
@@ -171,6 +171,7 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
         raise_peaks(row, run, b, pull, rise, stop, terms)
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         raise_reach(row, run, k, stop, terms)
+    fly_blind(row, run, span, watch, stop, terms)
     return stop, point, storey
 
 

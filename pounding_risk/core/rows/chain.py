@@ -258,7 +258,8 @@ def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
 def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
-    ``ends`` = (row of states at the start, at the end, of ü at the start, at the end). Returns whether its series is laid.
+    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end). Returns whether
+    its series is laid.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     desk = run.desk
@@ -334,7 +335,7 @@ def next_strain(row, run, i, stop, terms):
 
 @kernel
 def switch_storey(row, run, i, line):
-    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns what its potential gains."""
+    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes."""
     desk = run.desk
     drift = drift_in(row, run.desk, line, i)
     before = storey_energy(row, desk, i, drift)

@@ -6,7 +6,7 @@ its branch. Margins are positive until the event.
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 
 from pounding_risk._jit import kernel
 from pounding_risk.core.collide import (
@@ -15,155 +15,31 @@ from pounding_risk.core.collide import (
     FINAL,
     POWER,
     SHARE,
-    YIELDING,
 )
-from pounding_risk.core.events import CUT, MET, NONE, PART, TURN, YIELD, first_dip
-from pounding_risk.core.rows.chain import drift_in
-from pounding_risk.core.rows.flight import across
+from pounding_risk.core.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.core.rows.layout import (
-    APPROACHING,
-    BOTTOM,
-    BRANCH,
-    CLOSED,
     END,
     END_FORCE,
     FIRST,
-    GAP,
     LAST,
-    LEAST,
-    LIMIT,
     NOW,
-    PLASTIC,
     REGION,
     SLOPE,
     SLOPES,
     START,
     START_FORCE,
-    STILL,
     STRENGTH,
 )
-from pounding_risk.core.rows.stage import attempt, between, slopes, spread, uncapped
+from pounding_risk.core.rows.margins import (
+    STRAIN,
+    TOUCH,
+    is_watched,
+    margin,
+    margin_between,
+    read_force,
+)
+from pounding_risk.core.rows.stage import attempt, slopes, spread
 from pounding_risk.core.series import slope_at, value_at
-
-TOUCH, STRAIN = 5, 6
-ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch is told from it
-
-
-@kernel
-def read_force(row, run, group, h, state, line, place):
-    """Uncapped force of every contact and its slope per unit of s, from a state and its slopes, into the book."""
-    book, desk = run.book, run.desk
-    nudge = 1e-7 * h
-    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if book[k, CLOSED] > 0.0:
-            delta, rate = across(row, k, desk, state) - book[k, GAP], across(row, k, desk, state + 1)
-            ahead = delta + nudge * across(row, k, desk, line)
-            faster = rate + nudge * across(row, k, desk, line + SLOPES)
-            force = uncapped(run, k, max(delta, 0.0), rate)
-            book[k, place] = force
-            book[k, place + 1] = (uncapped(run, k, max(ahead, 0.0), faster) - force) / nudge
-
-
-@kernel
-def margin_of_force(run, kind, k, force, rise):
-    """(margin, slope) of the kinds of event that the uncapped force makes."""
-    if kind == YIELD:
-        sign = 1.0 if run.book[k, REGION] > 0.0 else -1.0
-        return sign * (force - run.book[k, STRENGTH]) + MET * run.book[k, STRENGTH], sign * rise
-    sign = -1.0 if run.book[k, REGION] < 0.0 else 1.0
-    return sign * force, sign * rise
-
-
-@kernel
-def strain_margin(row, run, i, drift, rate):
-    """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
-    branch = run.desk[BRANCH, i]
-    if branch != 0.0:
-        return branch * rate, 0.0
-    strain = drift - run.desk[PLASTIC, i]
-    side = 1.0 if strain >= 0.0 else -1.0
-    # A storey that has just turned stands at its limit to rounding, and does not yield again for it.
-    return (1.0 + MET) * row.floors[LIMIT, i] - side * strain, -side
-
-
-@kernel
-def margin(row, run, kind, k, at_end):
-    """(margin, slope per unit of s) of an event at the start or the end of a step."""
-    desk, book = run.desk, run.book
-    state = END if at_end else NOW
-    line = SLOPE + LAST if at_end else SLOPE
-    if kind == STRAIN:
-        branch = run.desk[BRANCH, k]
-        if branch != 0.0:
-            return branch * drift_in(row, desk, state + 1, k), branch * drift_in(row, desk, line + SLOPES, k)
-        value, turn = strain_margin(row, run, k, drift_in(row, desk, state, k), 0.0)
-        return value, turn * drift_in(row, desk, line, k)
-    if kind == TOUCH:
-        return book[k, GAP] + ROUNDED - across(row, k, desk, state), -across(row, k, desk, line)
-    if kind == TURN:
-        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
-        return sign * across(row, k, desk, state + 1) + book[k, STILL], sign * across(row, k, desk, line + SLOPES)
-    if kind == PART:
-        return across(row, k, desk, state) - book[k, GAP], across(row, k, desk, line)
-    place = END_FORCE if at_end else START_FORCE
-    return margin_of_force(run, kind, k, book[k, place], book[k, place + 1])
-
-
-@kernel
-def across_between(row, run, group, k, part, x, after, terms):
-    """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
-    total = 0.0
-    for end in range(4):
-        i = row.ends[k, end]
-        if i >= 0:
-            if group.low <= i < group.high:
-                value = between(run, part, i, x)
-            elif part == 0:
-                value = value_at(run.series, i, terms, after)
-            else:
-                value = slope_at(run.series, i, terms, after)
-            total += row.shares[k, end] * value
-    return total
-
-
-@kernel
-def margin_between(row, run, group, kind, k, x, span, terms):
-    """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
-    book = run.book
-    if kind == STRAIN:
-        drift, rate = between(run, 0, k, x), between(run, 1, k, x)
-        if row.floors[BOTTOM, k] == 0.0:
-            drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
-        return strain_margin(row, run, k, drift, rate)[0]
-    clock = span[0] + x * span[1]
-    after = group.origin + clock * clock * clock * clock - span[2]
-    if kind == TOUCH:
-        return book[k, GAP] + ROUNDED - across_between(row, run, group, k, 0, x, after, terms)
-    if kind == TURN:
-        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
-        return sign * across_between(row, run, group, k, 1, x, after, terms) + book[k, STILL]
-    delta = across_between(row, run, group, k, 0, x, after, terms) - book[k, GAP]
-    if kind == PART:
-        return delta
-    rate = across_between(row, run, group, k, 1, x, after, terms)
-    force = uncapped(run, k, max(delta, 0.0), rate)
-    return margin_of_force(run, kind, k, force, 0.0)[0]
-
-
-@kernel
-def is_watched(row, run, kind, k):
-    """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
-    if kind == STRAIN:
-        return row.floors[LIMIT, k] < inf
-    if kind == TOUCH:
-        return run.book[k, CLOSED] == 0.0
-    if run.book[k, CLOSED] == 0.0:
-        return False
-    if kind == YIELD:
-        return run.book[k, STRENGTH] < inf
-    if kind == CUT:
-        return run.book[k, LEAST] > -inf and int(run.book[k, REGION]) != YIELDING
-    return kind != PART or run.book[k, APPROACHING] == 0.0
 
 
 @kernel
@@ -290,7 +166,7 @@ def settle(row, run, group, kind, k, place, span, terms):
 
 @kernel
 def fill_spectators(row, run, group, watch, after, terms, line):
-    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``; slopes for END, NOW."""
+    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
     for b in range(watch[0], watch[1] + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
@@ -326,7 +202,7 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
         attempt(row, run, group, s, length)
         slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, watch, (s, length, span[2]), terms)
-        if kind == YIELD or kind == CUT:
+        if kind in (YIELD, CUT):
             read_force(row, run, group, h, END, SLOPE + LAST, END_FORCE)
         value, slope = margin(row, run, kind, k, True)
         if value > 0.0:
@@ -338,7 +214,7 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
-            slide(run, group, new - length)
+            slide(row, run, group, new - length)
             length = new
         if converged or high - low <= 1e-13 * h:
             break
@@ -347,14 +223,16 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
 
 
 @kernel
-def slide(run, group, length):
+def slide(row, run, group, length):
     """Move the end of a step along its slopes."""
     desk, points = run.desk, run.limits.shape[0]
     for i in range(group.low, group.high):
         desk[END, i] += length * desk[SLOPE + LAST, i]
         desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
-    for column in range(2 * points + 1):
-        run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        for column in (k, points + k):
+            run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    run.quads[SLOPES, 2 * points] += length * run.quads[LAST, 2 * points]
 
 
 @kernel
@@ -396,8 +274,8 @@ def look(row, run, group, watch, span, terms):
 def take_step(row, run, group, watch, span, left, terms, rtol):
     """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
 
-    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length of
-    0 means that the step fell below what s resolves, a negative one that the motion is not finite.
+    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
+    of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
     """
     s, h, base = span
     attempts = 0

@@ -9,8 +9,8 @@ from pounding_risk.core.collide import ELASTIC, SLACK, YIELDING
 from pounding_risk.core.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all
 from pounding_risk.core.rows.chain import energy_of, place_on, switch_storey
-from pounding_risk.core.rows.events import ROUNDED, STRAIN, TOUCH, fill_spectators, take_step
-from pounding_risk.core.rows.flight import across, compliance
+from pounding_risk.core.rows.events import fill_spectators, take_step
+from pounding_risk.core.rows.flight import across, begin_blind, compliance
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
@@ -33,6 +33,7 @@ from pounding_risk.core.rows.layout import (
     WHOLE,
     WORK,
 )
+from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH
 from pounding_risk.core.rows.stage import Group, load, slopes
 from pounding_risk.core.rows.touch import lift_off, note_yield, own_tolerance, scales, touch_down, turn
 from pounding_risk.core.rows.watch import watch_floors, watch_points
@@ -53,10 +54,10 @@ FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
 @kernel
 def any_closed(row, run, first, last):
     """True where two of these buildings touch."""
+    closed = False
     for k in range(row.frame[START, first], row.frame[START, last]):
-        if run.book[k, CLOSED] > 0.0:
-            return True
-    return False
+        closed = closed or run.book[k, CLOSED] > 0.0
+    return closed
 
 
 @kernel
@@ -176,8 +177,10 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             for i in range(low, high):
                 run.desk[SLOPE, i] = run.desk[SLOPE + LAST, i]
                 run.desk[SLOPE + SLOPES, i] = run.desk[SLOPE + SLOPES + LAST, i]
-            for column in range(2 * run.limits.shape[0] + 1):
-                run.quads[0, column] = run.quads[LAST, column]
+            for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
+                for column in (k, run.limits.shape[0] + k):
+                    run.quads[0, column] = run.quads[LAST, column]
+            run.quads[0, 2 * run.limits.shape[0]] = run.quads[LAST, 2 * run.limits.shape[0]]
         else:
             slopes(row, run, group, s, NOW, 0)
         moved, kind, k, h, attempts, laid = take_step(row, run, group, watch, (s, h, base), left, terms, tolerance)
@@ -233,6 +236,7 @@ def advance(row, run, span, watch, window, terms, rtol):
     moment, step, pull, rise = window
     group = Group(span[0], span[1], row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1], 0.0, pull, rise, 1.0, 1.0)
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
+    begin_blind(row, run, span, watch)
     t = base = 0.0
     lay_all(row, run, watch, pull, rise, terms)
     turns = 0

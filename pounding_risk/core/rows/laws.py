@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit import apart, as_row, call_at, call_on, entry_of, kernel, model_of, numbers_of
+from pounding_risk._calls import as_row, call_at, call_on, entry_of, model_of, numbers_of
+from pounding_risk._jit import apart, kernel
 from pounding_risk.core.rows.layout import (
     BEGIN_VERB,
     BOARD_PLACE,

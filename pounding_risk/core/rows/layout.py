@@ -21,12 +21,12 @@ MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
-# Columns of `Run.limits`: what a point is given, its restitution, where its law's verbs stand; the law's numbers follow.
+# Columns of `Run.limits`: what a point is given, its restitution, where the verbs of its law stand; its law's numbers.
 GAPS, FORCES, WATCHING, FASTEST, RULE = range(5)
 FORCE_VERB = RULE + len(Restitution._fields)
 PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORCE_VERB + 6)
 
-# Columns of `Run.book`: what a contact point remembers while a run lasts; its tally and the extremes of its distance follow.
+# Columns of `Run.book`: what a contact point remembers; its tally and the extremes of its distance follow.
 (
     CLOSED,
     GAP,  # with the dents of the contacts so far
@@ -54,8 +54,12 @@ PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORC
     END_FORCE,
     END_RISE,
     WORK,
-) = range(26)
-BOOKED = 26
+    LEFT_HIGH,  # extremes over an interval of what the left building adds to the distance, and the right one
+    LEFT_LOW,
+    RIGHT_HIGH,
+    RIGHT_LOW,
+) = range(30)
+BOOKED = 30
 HIGHEST, LOWEST, COLUMNS = BOOKED + TALLIED, BOOKED + TALLIED + 1, BOOKED + TALLIED + 2
 
 STAGES = len(DOP853.nodes)
@@ -64,7 +68,7 @@ LATE = STAGES + 1
 SLOPES = LATE + len(DOP853.late_nodes)
 TERMS = 7
 
-# Rows of the desk, by dof: states, each a row of u and one of v behind it, accelerations, slopes, the step's polynomial.
+# Rows of the desk, by dof: states, a row of u and one of v each, accelerations, slopes, the polynomial of a step.
 NODE, NEXT, NOW, END, TRIAL, NUDGED = range(0, 12, 2)
 A_START, A_END, A_NUDGED, A_SPARE, J_START, J_END = range(12, 18)
 POLY = 18  # TERMS rows of u, TERMS of v
@@ -81,9 +85,7 @@ BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they
 class Row(NamedTuple):
     """What stays the same for every run of a row; B buildings, D dofs, K contact points."""
 
-    frame: (
-        np.ndarray
-    )  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1, points of interface i START[i] ...
+    frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (8, D)
@@ -101,7 +103,8 @@ class Run(NamedTuple):
     quads: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
     board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
-    kept: np.ndarray  # what an interval begins with, should it have to be made again
+    kept: np.ndarray  # (8, D) what an interval begins with, should it have to be made again
+    kept_book: np.ndarray  # (K, ...) the same of the contact points
 
 
 def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray) -> Run:
@@ -117,5 +120,6 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray)
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
         board,
-        np.zeros(8 * dofs + points * (COLUMNS + 2 * levels.size) + 5),
+        np.zeros((8, dofs)),
+        np.zeros((points, COLUMNS + 2 * levels.size)),
     )

@@ -75,7 +75,7 @@ def uncapped(run, k, delta, rate):
 
 @kernel
 def load(row, run, group, state, pull, out):
-    """ü of the whole group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
+    """ü of the group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
     power = 0.0
     for b in range(group.first, group.last + 1):
         power += accelerate(row, b, state, pull, run.desk, out)

@@ -128,7 +128,7 @@ def note_yield(run, k, time):
 
 @kernel
 def lift_off(row, run, k, time, line, work):
-    """Contact ``k`` ends at ``time`` with the state in rows ``line``; ``work`` is what its force has taken in all [J]."""
+    """Contact ``k`` ends at ``time``, its state in rows ``line``; ``work`` is what its force has taken in all [J]."""
     book = run.book
     delta = max(across(row, k, run.desk, line) - book[k, GAP], 0.0)
     book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])

@@ -10,8 +10,7 @@ from math import inf
 from pounding_risk._jit import kernel
 from pounding_risk.core.collide import ELASTIC
 from pounding_risk.core.rows.chain import drift_in, shear_stiffness
-from pounding_risk.core.rows.events import across_between
-from pounding_risk.core.rows.flight import across
+from pounding_risk.core.rows.flight import across, blind_points, own_side
 from pounding_risk.core.rows.layout import (
     A_END,
     A_NUDGED,
@@ -35,6 +34,7 @@ from pounding_risk.core.rows.layout import (
     J_START,
     LAST,
     LEAST,
+    LEFT_HIGH,
     LOWEST,
     NOW,
     NUDGED,
@@ -42,6 +42,7 @@ from pounding_risk.core.rows.layout import (
     PLACE,
     PLATEAU,
     REGION,
+    RIGHT_HIGH,
     SHAKE,
     SLOPE,
     SLOPES,
@@ -51,11 +52,12 @@ from pounding_risk.core.rows.layout import (
     STRENGTH,
     TANGENT,
 )
+from pounding_risk.core.rows.margins import across_between
 from pounding_risk.core.rows.stage import between, ground_at, load, spread, transmitted, uncapped
 from pounding_risk.core.rows.touch import note_yield
 from pounding_risk.core.tally import FIRST_YIELD, LOWEST_FORCE
 
-PUSH, REACH = 4, 5  # what is watched beside the signals of a dof
+PUSH, REACH, SIDE = -1, -2, -3  # what is watched beside the signals of a dof
 
 
 @kernel
@@ -63,11 +65,18 @@ def reading(row, run, group, what, k, x, span, terms):
     """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     if what == PLACE:
         return between(run, 0, k, x)
-    if what == DRIFT or what == FORCE:
+    if what in (DRIFT, FORCE):
         drift = between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
         return drift if what == DRIFT else shear_stiffness(row, run.desk, k) * drift + run.desk[CONSTANT, k]
     if what == SHAKE:
         return felt(row, run, group, k, x)
+    if what == SIDE:
+        total = 0.0
+        for end in range(4):
+            i = row.ends[k, end]
+            if group.low <= i < group.high:
+                total += row.shares[k, end] * between(run, 0, i, x)
+        return total
     clock = span[0] + x * span[1]
     after = group.origin + clock * clock * clock * clock - span[2]
     place = across_between(row, run, group, k, 0, x, after, terms)
@@ -155,7 +164,7 @@ def crest(row, run, group, what, k, sign, span, terms):
             low, high = (u, high) if u < x else (low, u)
             if fu <= fw or w == x:
                 v, w, fv, fw = w, u, fw, fu
-            elif fu <= fv or v == x or v == w:
+            elif fu <= fv or v in (x, w):
                 v, fv = u, fu
     return -fx, x
 
@@ -264,17 +273,36 @@ def watch_points(row, run, group, watch, span, terms, now, laid):
             here, there = across(row, k, desk, NOW), across(row, k, desk, END)
             rise, fall = across(row, k, desk, SLOPE), across(row, k, desk, SLOPE + LAST)
             run.book[k, HIGHEST], laid = raise_reach(
-                row, run, group, k, 1.0, run.book[k, HIGHEST], (here, there, rise, fall), span, terms, laid
+                row, run, group, REACH, k, 1.0, run.book[k, HIGHEST], (here, there, rise, fall), span, terms, laid
             )
             lowest, laid = raise_reach(
-                row, run, group, k, -1.0, -run.book[k, LOWEST], (-here, -there, -rise, -fall), span, terms, laid
+                row, run, group, REACH, k, -1.0, -run.book[k, LOWEST], (-here, -there, -rise, -fall), span, terms, laid
             )
             run.book[k, LOWEST] = -lowest
+    for side in range(2):
+        first, last = blind_points(row, (group.first, group.last), watch, side)
+        for k in range(first, last):
+            laid = watch_side(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, terms, laid)
     return laid
 
 
 @kernel
-def raise_reach(row, run, group, k, sign, best, ends, span, terms, laid):
+def watch_side(row, run, group, k, column, span, terms, laid):
+    """Extremes over a step of the group's own part of a distance across which nobody looks."""
+    desk, book = run.desk, run.book
+    low, high = group.low, group.high
+    here, there = own_side(row, k, low, high, desk, NOW), own_side(row, k, low, high, desk, END)
+    rise, fall = own_side(row, k, low, high, desk, SLOPE), own_side(row, k, low, high, desk, SLOPE + LAST)
+    for side in range(2):
+        sign, place = 1.0 - 2.0 * side, column + side
+        ends = sign * here, sign * there, sign * rise, sign * fall
+        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * book[k, place], ends, span, terms, laid)
+        book[k, place] = sign * best
+    return laid
+
+
+@kernel
+def raise_reach(row, run, group, what, k, sign, best, ends, span, terms, laid):
     """(max(best, sign × distance over the step), whether the step is laid out)."""
     here, there, rise, fall = ends
     best = max(best, there)
@@ -283,13 +311,13 @@ def raise_reach(row, run, group, k, sign, best, ends, span, terms, laid):
         if not laid:
             spread(row, run, group, span[0], span[1])
             laid = True
-        best = max(best, crest(row, run, group, REACH, k, sign, span, terms)[0])
+        best = max(best, crest(row, run, group, what, k, sign, span, terms)[0])
     return best, laid
 
 
 @kernel
 def watch_force(row, run, group, k, span, terms, now, laid):
-    """Peak uncapped force of one contact over a step, the yield that it may be, and the lowest force of a law that pulls."""
+    """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
     book = run.book
     here, there, rise, fall = book[k, START_FORCE], book[k, END_FORCE], book[k, START_RISE], book[k, END_RISE]
     before = book[k, PEAK]
@@ -329,7 +357,7 @@ def watch_force(row, run, group, k, span, terms, now, laid):
 def time_levels(row, run, group, k, best, span, terms, now, laid):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
     for level in range(run.timed.shape[2]):
-        if run.timed[0, k, level] > best or not run.timed[1, k, level] != run.timed[1, k, level]:
+        if run.timed[0, k, level] > best or run.timed[1, k, level] == run.timed[1, k, level]:
             continue
         x = 0.0
         if run.book[k, START_FORCE] < run.timed[0, k, level]:
