@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from interpreted import interpreted
 from oracle_rows import integrate
-from row_cases import CASES, EL_CENTRO, YIELDS, Case, floors, jankowski, meeting, single, storeys
+from row_cases import CASES, EL_CENTRO, YIELDS, Case, Shaking, floors, jankowski, meeting, single, storeys
 from test_rows_against_scipy import PLACES, by_solver, named
 
 from pounding_risk import rows
@@ -148,3 +148,17 @@ def test_a_storey_and_the_contact_above_it_turn_at_one_instant():
         run = by_solver(case._replace(shaking=case.shaking._replace(pga=float(pga))))
         assert run.status == tally.COMPLETE, pga
         assert run.points[0, tally.COUNT] >= 1
+
+
+def test_a_soft_touch_after_yielding_closes_its_energy():
+    """Storeys that have yielded hold no energy below zero: a ledger is measured by that of the touch at least."""
+    mass, strength = 300e3, 370e3
+    frames = tuple(
+        storeys(1, mass, mass * (2.0 * np.pi / period) ** 2, YIELDS, strength=strength) for period in (0.3, 0.4)
+    )
+    run = by_solver(Case(frames, floors(0, 1.0, gap=0.02), Shaking("RSN6-180", 0.0, 53.0, 0.3, "reversed")))
+    assert run.status == tally.COMPLETE
+    assert np.abs(run.rest[:, 1]).min() > 1e-3  # m: both have yielded
+    assert run.points[0, PLACES["impact_count"]] == 1
+    # The kinetic energy of two bodies is that of their approach, 1/2 (m/2) v², at least.
+    assert run.energy >= 0.25 * mass * run.points[0, PLACES["peak_approach_speed"]] ** 2
