@@ -42,7 +42,7 @@ def source_digest() -> str:
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     files = [file for folder in KERNEL_FOLDERS for file in (package / folder).rglob("*.py")]
-    for file in sorted([*files, Path(__file__), package / "quantities.py"]):
+    for file in sorted([*files, Path(__file__), package / "_calls.py", package / "quantities.py"]):
         digest.update(file.relative_to(package).as_posix().encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
@@ -212,59 +212,6 @@ def borrowed(array):
 
 if not INTERPRETED:
     borrowed = njit(forceinline=True, **FLAGS)(lambda array: _without_reference(array))
-
-
-def _leaves(kind) -> int:
-    """How many numbers a model of this numba type holds."""
-    return sum(map(_leaves, kind.types)) if isinstance(kind, types.BaseTuple) else 1
-
-
-@intrinsic
-def _model_of(typingctx, model, values, place, offset):
-    def codegen(context, builder, signature, arguments):
-        kind, table = signature.args[0], make_array(signature.args[1])(context, builder, arguments[1])
-        width = cgutils.unpack_tuple(builder, table.shape)[1]
-        data = builder.gep(table.data, [builder.add(builder.mul(arguments[2], width), arguments[3])])
-
-        def build(part, at):
-            if not isinstance(part, types.BaseTuple):
-                return builder.load(builder.gep(data, [context.get_constant(types.intp, at)])), at + 1
-            found = []
-            for inner in part.types:
-                value, at = build(inner, at)
-                found.append(value)
-            return context.make_tuple(builder, part, found), at
-
-        return build(kind, 0)[0]
-
-    return model(model, values, types.intp, types.intp), codegen
-
-
-def model_of(model, values, place, offset):
-    """A model of the kind of ``model`` with the numbers that `numbers_of` has written to ``values[place, offset:]``.
-
-    One compiled kernel so serves contacts whose laws differ in their numbers. ``values`` is C-contiguous, of floats.
-    """
-    numbers = iter(values[place, offset:])
-
-    def build(part):
-        return type(part)(*(build(each) if isinstance(each, tuple) else float(next(numbers)) for each in part))
-
-    return build(model)
-
-
-if not INTERPRETED:
-    model_of = njit(forceinline=True, **FLAGS)(
-        lambda model, values, place, offset: _model_of(model, values, place, offset)
-    )
-
-
-def numbers_of(model) -> list[float]:
-    """Every number of a model, in the order of its fields; those of a model inside it in its place."""
-    found: list[float] = []
-    for value in model:
-        found += numbers_of(value) if isinstance(value, tuple) else [float(value)]
-    return found
 
 
 def is_ours(kind: type) -> bool:

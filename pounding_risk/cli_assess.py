@@ -91,6 +91,9 @@ def _write(found: Assessment, target: Path) -> None:
 def print_assessment(found: Assessment) -> None:
     """The verdict on each interface, and the tables that it rests on."""
     print(found.title)
+    if len(found.interfaces) > 1:
+        print()
+        _print_row(found)
     for one in found.interfaces:
         print(f"\n{one.name}\n\n{one.verdict.sentence}\n")
         for sentence in one.verdict.evidence:
@@ -103,6 +106,18 @@ def print_assessment(found: Assessment) -> None:
         _print_curves(one, found)
         _print_rates(one, found)
         _print_separations(one, found.percentile)
+
+
+def _print_row(found: Assessment) -> None:
+    """The verdicts of a row, one line an interface."""
+    heads = ("neighbours", "gap", "verdict", "contact in", "P(contact)", f"gap of {found.percentile:g} %")
+    rows = []
+    for one in found.interfaces:
+        here = one.contact_at_gap()
+        needed = next(each.gap for each in one.required if each.percentile == found.percentile)
+        shares = (f"{here.count} of {here.runs}", _part(here.probability))
+        rows.append((one.name, _length(one.gap), one.verdict.word, *shares, _length(needed)))
+    print_table(heads, rows, "lrlrrr")
 
 
 def _print_required(one: InterfaceAssessment) -> None:

@@ -52,7 +52,8 @@ def scan(
     """Run every case of a scene's grid and return (and write to ``out``) one labelled dataset.
 
     Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
-    yield_force [N]; see `outputs` for the variables. ``screening`` leaves out runs whose answer is known exactly;
+    yield_force [N]; see `outputs` for the variables. A row's are by interface, contact_point, building and storey as
+    well; see `row_outputs`. ``screening`` leaves out runs whose answer is known exactly;
     the answers are the same without it. ``check_fraction`` of the runs, a random sample and at least one, are made
     again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
     `recheck`). ``command`` is the command line, kept as an attribute. ``progress`` is called with (cases done, cases in

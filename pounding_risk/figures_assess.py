@@ -23,6 +23,8 @@ BLUE, ORANGE, GREEN = STYLES[0][0], STYLES[1][0], STYLES[2][0]
 POINTS = 400
 BAND = "one standard error to either side"
 MOST_YIELD_CURVES = 4
+MOST_TOLD = 2  # interfaces whose findings stand in the title
+SAID = {"depends": "not settled"}
 
 
 def assessment_figure(found: Assessment, note: str = "") -> Figure:
@@ -35,16 +37,25 @@ def assessment_figure(found: Assessment, note: str = "") -> Figure:
         if rows > 1:
             axes[row, 0].set_title(one.name, fontsize=10, loc="left")
     first = found.interfaces[0]
-    told = "; ".join(_finding(one, rows > 1) for one in found.interfaces)
+    told = "; ".join(_finding(one, rows > 1) for one in found.interfaces) if rows <= MOST_TOLD else _counted(found)
     peak = "as recorded" if first.amplitude is None else f"at {first.amplitude / STANDARD_GRAVITY:.2g} g"
     motions = f"{first.verdict.motions} motions of {first.verdict.recordings} recordings {peak}"
     title(figure, told, f"{found.title}: {motions}", note)
     return figure
 
 
+def _counted(found: Assessment) -> str:
+    """How many gaps of a row have which verdict, and where contact is most likely."""
+    words = [one.verdict.word for one in found.interfaces]
+    counts = ", ".join(f"{words.count(word)} {SAID.get(word, word)}" for word in dict.fromkeys(words))
+    worst = max(found.interfaces, key=lambda one: one.contact_at_gap().probability)
+    share = worst.contact_at_gap()
+    return f"Of {len(words)} gaps {counts}; most contact at {worst.name}: {share.count} of {share.runs} motions"
+
+
 def _finding(one: InterfaceAssessment, named: bool) -> str:
     share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
-    word = {"depends": "not settled"}.get(one.verdict.word, one.verdict.word)
+    word = SAID.get(one.verdict.word, one.verdict.word)
     return f"{name}{1e3 * one.gap:.3g} mm is {word}: {share.count} of {share.runs} motions close it"
 
 
@@ -121,7 +132,7 @@ def _some(yields: list[Fragility]) -> list[Fragility]:
 def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None:
     """One fragility with the band of its standard errors, and the shares seen at its intensities."""
     colour, dash = look
-    about = "contact" if each.yield_force is None else f"$F_E$ {each.yield_force / 1e3:.0f} kN"
+    about = "contact" if each.yield_force is None else f"$F_E$ {_force(each.yield_force)}"
     about += f", gap {1e3 * each.gap:.3g} mm"
     label = f"{about}: median {each.median / STANDARD_GRAVITY:.2g} g, dispersion {each.dispersion:.2f}"
     label += f" ({SCALED})" if each.method == SCALED else ""
@@ -134,6 +145,11 @@ def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None
         shares = [stripe.count / stripe.runs for stripe in each.stripes]
         sizes = [12.0 + 40.0 * stripe.runs / max(other.runs for other in each.stripes) for stripe in each.stripes]
         axis.scatter(where, shares, sizes, color=colour, alpha=0.55, linewidths=0.0, zorder=3)
+
+
+def _force(force: float) -> str:
+    """A yield force; where floors never yield, columns may, at their own."""
+    return f"{force / 1e3:.0f} kN" if np.isfinite(force) else "of columns"
 
 
 def _band(im: Array, each: Fragility) -> tuple[Array, Array]:

@@ -63,18 +63,22 @@ def plan_figure(
 def plan_finding(cases: Sequence[RowCase]) -> str:
     """How many buildings touch a neighbour in more than half of the motions, and which is struck most."""
     shares = {
-        building.name: share_of_building(case, "impact_count", at)
-        for case in cases
+        (number, building.name): share_of_building(case, "impact_count", at)
+        for number, case in enumerate(cases)
         for at, building in enumerate(case.buildings)
     }
     known = {name: share for name, share in shares.items() if np.isfinite(share)}
+    if not known:
+        return f"No run of {cases[0].motions} motions is complete"
     if not any(share > 0.0 for share in known.values()):
         return f"No building touches a neighbour in {cases[0].motions} motions"
     often = sum(share > 0.5 for share in known.values())
-    most = max(known, key=lambda name: known[name])
+    highest = max(known.values())
+    most = [name for (_, name), share in known.items() if share == highest]
+    who = most[0] if len(most) == 1 else f"{len(most)} of them"
     return (
         f"{often} of {len(shares)} buildings touch a neighbour in more than half of the motions; "
-        f"{most} most often, in {100 * known[most]:.0f} %"
+        f"{who} most often, in {100 * highest:.0f} %"
     )
 
 

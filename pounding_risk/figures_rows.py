@@ -77,15 +77,20 @@ def heading(figure: Figure, finding: str, case: RowCase, note: str = "") -> None
 def elevation_finding(case: RowCase) -> str:
     """Where contact is most likely, how hard, and whether it reaches F_E."""
     shares = [each.contact for each in case.touches]
-    if not np.nanmax(shares, initial=0.0) > 0.0:
+    if not any(each.runs for each in case.touches):
+        return f"No run of {case.motions} motions is complete"
+    if not np.nanmax(shares) > 0.0:
         return f"No contact in {case.motions} motions"
-    at = int(np.nanargmax(shares))
+    # Of several that touch as often, the one that is struck hardest.
+    at = max(
+        range(len(shares)), key=lambda place: (np.nan_to_num(shares[place]), np.nan_to_num(case.touches[place].force))
+    )
     most = case.touches[at]
     touched = sum(share > 0.0 for share in shares)
     told = f"Contact at {touched} of {len(shares)} interfaces, most often between {between(case.interfaces[at])}: "
     told += f"{round(most.contact * most.runs)} of {most.runs} motions, {force_told(most.force)} in the median"
     yields = [each.yielding for each in case.touches]
-    if np.nanmax(yields, initial=0.0) > 0.0:
+    if max(np.nan_to_num(yields)) > 0.0:
         place = int(np.nanargmax(yields))
         told += f"; F_E reached in up to {100 * yields[place]:.0f} % ({between(case.interfaces[place])})"
     return told

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import nan
+from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -71,7 +71,8 @@ def of_contact(
 def of_yielding(found: Yielding, target: float) -> tuple[Influence, ...]:
     """Influences on the probability that the force reaches F_E, over the grid's finite F_E at one gap."""
     kinds = np.array(found.polarities)
-    by_force = [(say(force, YIELD_FORCE), _mean(found.failed[:, :, place])) for place, force in enumerate(found.forces)]
+    names = [say(force, YIELD_FORCE) if isfinite(force) else "columns' own" for force in found.forces]
+    by_force = [(name, _mean(found.failed[:, :, place])) for place, name in enumerate(names)]
     by_model = [(name, _mean(found.failed[:, place])) for place, name in enumerate(found.models)]
     by_polarity = [(name, _mean(found.failed[kinds == name])) for name in dict.fromkeys(found.polarities)]
     keys = (("yield_force", by_force), ("contact_model", by_model), ("polarity", by_polarity))

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from pounding_risk._jit import lowered, numbers_of
+from pounding_risk._calls import numbers_of
+from pounding_risk._jit import lowered
 from pounding_risk.core.collide import make_desk
+from pounding_risk.core.rows.laws import verbs_of
 from pounding_risk.core.rows.layout import (
     BAND,
     BENDS,
@@ -55,8 +57,7 @@ from pounding_risk.core.rows.layout import NODE as AT_END
 from pounding_risk.core.rows.march import WATCHED, march, survey
 from pounding_risk.core.series import MAX_TERMS
 from pounding_risk.core.tally import TALLIED
-from pounding_risk.models.contact import Linear
-from pounding_risk.models.restitution import Restitution, constant
+from pounding_risk.models.restitution import Restitution
 
 if TYPE_CHECKING:
     from pounding_risk.chains import Chain
@@ -295,17 +296,19 @@ def _run(
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    laws = [lowered(law) for law in contacts.laws] or [lowered(Linear(1.0))]
-    rules = [lowered(rule) for rule in contacts.restitutions] or [lowered(constant(1.0))]
-    kinds = {type(law) for law in laws}
-    if len(kinds) > 1:
-        raise ValueError(f"one law for all contacts of a row, not {', '.join(kind.__name__ for kind in kinds)}")
+    laws = [lowered(law) for law in contacts.laws]
+    numbers = [numbers_of(law) for law in laws]
+    given = np.zeros((points, max([0, *map(len, numbers)])))
+    for place, own in enumerate(numbers):
+        given[place, : len(own)] = own
     watched = np.zeros(points) if contacts.watched is None else contacts.watched
+    fastest = np.zeros(points) if contacts.fastest is None else contacts.fastest
     limits = np.column_stack(
         [
-            *(contacts.gaps, contacts.yield_forces, watched, contacts.fastest),
-            np.array([numbers_of(law) for law in laws])[:points],
-            np.array([numbers_of(rule) for rule in rules])[:points],
+            *(contacts.gaps, contacts.yield_forces, watched, fastest),
+            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, -1),
+            np.array([verbs_of(law) for law in laws]).reshape(points, -1),
+            given,
         ]
     )
     limits = np.ascontiguousarray(limits, dtype=np.float64)
@@ -313,7 +316,7 @@ def _run(
     while True:
         run = new_run(row, limits, levels, make_desk(rtol), lines)
         kept = _room(ground.size if histories else 0, row)
-        march(row, run, laws[0], rules[0], ground, laid.step, laid.terms, float(rtol), kept)
+        march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
         written = int(run.board[WHOLE, WRITTEN])
         if written <= lines or not histories:
             return _told(row, run, kept)

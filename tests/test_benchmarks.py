@@ -101,3 +101,15 @@ def test_a_hundred_records_are_read_processed_and_measured(capsys):
     told = capsys.readouterr().out
     assert told.startswith("100 records, ")
     assert all(f"| {stage} | " in told for stage in (*STAGES, "in all"))
+
+
+def test_rows_are_timed(capsys):
+    """A made street is a scene of a row; rows of two buildings are run and told."""
+    from row_scan import block, main, street
+
+    study = block(6, {"names": ["RSN6-180"]})
+    assert study.is_row and len(study.neighbours) == 5
+    assert street(6) == street(30)[:6], "the same street each day, however much of it"
+    assert main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
+    told = capsys.readouterr().out
+    assert "| buildings of 4 storeys |" in told and "| storeys of a pair |" in told

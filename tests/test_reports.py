@@ -403,29 +403,6 @@ def test_the_same_dataset_gives_the_same_bytes_without_a_solver(results, html, p
     assert [name.read_bytes() for name in names] == [html.encode(), pdf.read_bytes()]
 
 
-def test_two_interfaces_have_a_report_each(made):
-    """A dataset of a row: every interface has its verdict, its figures and its tables."""
-    first, second = made(4, laws=1, seed=1), made(4, laws=1, seed=2)
-    names = ["building", "building_mass", "building_period", "building_damping", "peak_displacement_free"]
-    kept = ["record_spectral_acceleration", "period", "record_pga"]
-    parts = [each.drop_vars([*names, *kept, "peak_displacement"]) for each in (first, second)]
-    wide = xr.concat(parts, dim="interface", combine_attrs="override").merge(first[kept])
-    wide["building"] = ["A", "B", "C"]
-    for name in names[1:4]:
-        wide = wide.assign_coords({name: ("building", [*first[name].values, first[name].values[0]])})
-    free = np.concatenate([first[names[4]].values, second[names[4]].values[..., :1]], axis=-1)
-    wide[names[4]] = (first[names[4]].dims, free)
-    scene = first.attrs["scene_resolved"]
-    block = scene[scene.index("[[interface]]") : scene.index("[records]")]
-    wide.attrs["scene_resolved"] = scene.replace(block, 2 * block)
-    built = model.build(Material(wide, assess(wide), {}))
-    told = {section["name"]: section["blocks"] for section in built["sections"]}
-    assert [block["name"] for block in told["summary"] if block["kind"] == "verdict"] == ["A | B", "B | C"]
-    names = [block["name"] for section in built["sections"] for block in section["blocks"] if block["kind"] == "figure"]
-    assert len(names) == len(set(names)) > 8
-    assert page.page(built).count("B | C") > 8
-
-
 def test_another_gap_and_amplitude_may_be_asked_of(made, tmp_path):
     """A study of two amplitudes: the tables are those of the one asked for, at the gap asked for."""
     kept = ["record_spectral_acceleration", "period", "record_pga"]

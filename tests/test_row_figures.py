@@ -181,6 +181,13 @@ def test_a_row_that_nothing_touches_says_so(results):
     assert "no contact" in texts(profiles_figure(case))
 
 
+def test_a_cell_without_a_complete_run_says_so():
+    case = row_case(made_row(records=1, failed=True).isel(polarity=[0]), gap=0.0)
+    for draw in (elevation_figure, plan_figure):
+        assert "No run of 1 motions is complete" in texts(draw(case))
+    profiles_figure(case)
+
+
 def test_figures_are_the_same_bytes_for_the_same_data(case, tmp_path):
     one, other = (write(elevation_figure(case), tmp_path / f"{turn}.svg") for turn in "ab")
     assert one.read_bytes() == other.read_bytes()

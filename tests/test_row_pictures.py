@@ -101,6 +101,8 @@ def test_assess_and_separations_speak_of_every_interface(file):
     names = [f"{one.name} | {other.name}" for one, other in pairwise(STREET)]
     assert all(f"\n{name}\n" in told.output for name in names)
     assert "columns' own" in told.output
+    summed = told.output.partition("verdict")[2].partition("Corner | Arcade\n")[0]
+    assert [line.partition("  ")[0] for line in summed.splitlines()[1:] if "|" in line] == names
     rules = run("separations", file)
     assert all(name in rules.output for name in names)
     one = run("separations", file, "--interface", "Theatre | Tower")

@@ -8,7 +8,7 @@ import xarray as xr
 from made_row import made_row
 
 from pounding_risk.assessment import assess
-from pounding_risk.reports import model
+from pounding_risk.reports import model, page
 from pounding_risk.reports.material import Material
 from pounding_risk.reports.row import row
 
@@ -64,9 +64,18 @@ def test_ends_and_interiors_stand_apart(results, blocks):
     assert rows[-1][0]["text"].startswith("2 interiors:")
 
 
-@pytest.mark.slow
-def test_nothing_in_the_report_of_a_row_says_that_it_is_a_pair(material):
+def test_every_interface_has_its_verdict_figures_and_tables(material):
+    """And nothing says that it is a pair's report."""
     built = model.build(material)
+    told = {section["name"]: section["blocks"] for section in built["sections"]}
+    verdicts = [block["name"] for block in told["summary"] if block["kind"] == "verdict"]
+    assert verdicts == ["Corner | Arcade", "Arcade | Theatre"]
+    (summed,) = [block for block in told["summary"] if block["kind"] == "table"]
+    assert [cells[0]["text"] for cells in summed["rows"]] == verdicts
+    assert [cells[3]["raw"] for cells in summed["rows"]] == [
+        pair.found.contact_at_gap().count for pair in material.pairs
+    ]
+    assert page.page(built).count("Arcade | Theatre") > 8
     assert "row" in [section["name"] for section in built["sections"]]
     said = str(built["sections"])
     assert "moves as one mass" not in said

@@ -191,3 +191,25 @@ def test_progress_counts_every_case():
     one = replace(study, records=study.records._replace(names=study.records.names[:1]))
     scan(one, check_fraction=0.0, progress=lambda done, total: told.append((done, total)))
     assert told[-1] == (18, 18) and [done for done, _ in told] == sorted(done for done, _ in told)
+
+
+def test_storeys_that_yield_have_ductility_and_residual_drift():
+    """Where the ductility passes 1 the storey's shear is its strength and what hardening adds; there drift remains."""
+    text = SCENE.replace("storeys = 3\n", 'storeys = 3\nstorey_strengths = "450 kN"\n')
+    text = text.replace('gap = ["5 mm", "40 mm", "150 mm"]', 'gap = ["40 mm"]').replace(
+        '"500 kN", "50 MN", "inf"', '"inf"'
+    )
+    found = scan(parse_scene(f"{text}[effects]\ninelastic_storeys = {{hardening = 0.05}}\n"), check_fraction=0.0)
+    found = found.isel(contact_model=0, gap=0, yield_force=0)
+    for suffix in ("", "_free"):
+        ductility = found[f"storey_ductility{suffix}"]
+        assert ductility.sel(building="C").isnull().all(), "a mass without strengths stays elastic"
+        yields = ductility.sel(building="A")
+        assert float(yields.max()) > 2.0
+        drift, shear = (found[f"storey_{name}{suffix}"].sel(building="A") for name in ("drift", "shear"))
+        assert np.allclose(yields, drift / (450e3 / 9e7), rtol=1e-12)
+        # Both lines on which the storey yields rise by hardening × k, so that the largest drift has the largest shear.
+        backbone = np.where(yields > 1.0, 450e3 * (1.0 + 0.05 * (yields - 1.0)), 450e3 * yields)
+        assert np.allclose(shear, backbone, rtol=1e-6), "peaks of drift and shear are searched apart, to 1e-7"
+        remains = found[f"storey_residual_drift{suffix}"].sel(building="A")
+        assert ((remains > 0.0) == (yields > 1.0)).all()

@@ -213,7 +213,7 @@ def yielding(material: Material, pair: Pair) -> list[Block]:
     lines = []
     for force in (forces[place] for place in evenly(len(forces), MOST_LINES)):
         mine = [each for each in found if each.yield_force == force and each.contact_model == material.law]
-        lines.append(_line(f"$F_E$ {amount(force, 'N')['text']}", mine))
+        lines.append(_line(f"$F_E$ {strength(force, unit=True)['text']}", mine))
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
     heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
     here = [each for each in found if each.gap == gap]

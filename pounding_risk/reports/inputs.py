@@ -114,7 +114,8 @@ def _grid(material: Material) -> list[tuple[str, Cell | str]]:
     told: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
     told.append(("records", count(results.sizes["record"])))
     told.append(("polarity", ", ".join(map(str, results["polarity"].values))))
-    for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", "gap", "m"), ("yield_force", "F_E", "N")):
+    whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
+    for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", whose, "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:
             told.append((words, _span(np.atleast_1d(results[name].values), unit)))
     told.append(("contact models", ", ".join(map(name_of, material.laws))))

@@ -5,22 +5,25 @@ from __future__ import annotations
 from typing import Any
 
 from pounding_risk.reports.content import (
+    KEPT,
     Block,
     Cell,
     amount,
     between,
     count,
     facts,
+    head,
     heading,
     listing,
     number,
+    table,
 )
 from pounding_risk.reports.material import Material, Pair
 
 
 def summary(material: Material) -> list[Block]:
     """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
-    blocks: list[Block] = []
+    blocks: list[Block] = [_verdicts(material)] if len(material.pairs) > 1 else []
     for pair in material.pairs:
         verdict = pair.found.verdict
         blocks += [
@@ -32,6 +35,22 @@ def summary(material: Material) -> list[Block]:
     if caveats:
         blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
     return blocks
+
+
+def _verdicts(material: Material) -> Block:
+    """The verdicts of a row, one line an interface."""
+    percentile = material.assessment.percentile
+    heads = [("neighbours", "l"), (head("gap", "m"), "r"), ("verdict", "l"), ("with contact", "r"), ("motions", "r")]
+    heads += [("probability [%]", "r"), (head(f"gap that {percentile:g} % need", "m"), "r")]
+    rows: list[list[Cell | str]] = []
+    for pair in material.pairs:
+        here = pair.found.contact_at_gap()
+        needed = next(each.gap for each in pair.found.required if each.percentile == percentile)
+        shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
+        rows.append([pair.name, number(pair.found.gap, "m"), pair.found.verdict.word, *shares, number(needed, "m")])
+    worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].found.contact_at_gap().probability)
+    note = "those with most contact"
+    return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
 
 
 def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:

@@ -131,7 +131,12 @@ CASES = {
     "soil": Case(jankowski(SOIL), floors(0, 1, 2, 3, gap=0.02), EL_CENTRO),
     "p_delta": Case(jankowski(LEANS), floors(0, 1, 2, 3, gap=0.02), EL_CENTRO),
     "yielding storeys": Case(jankowski(YIELDS), floors(0, 1, 2, 3, gap=0.02), EL_CENTRO._replace(pga=0.5)),
-    # A wall turns the contact and the storey below the floor at the same instant.
+    # Pressed against a wall, a contact and the storey below it turn at the same instant.
+    "a yielding storey at a wall": Case(
+        (RIGID, storeys(1, 52e3, 8.6e6, YIELDS, strength=4.5e4)),
+        floors(0, 1.0, gap=0.0, stiffness=1.2e10, restitution=0.62, yield_force=6.5e4),
+        EL_CENTRO._replace(stop=5.0, pga=0.7),
+    ),
     "yielding storeys between walls": Case(
         (RIGID, storeys(2, 90e3, 4e7, YIELDS, strength=2.5e5), RIGID),
         (meeting(0, 1.0, 1.0, 0.005), meeting(0, 1.0, 2.0, 0.008), meeting(1, 1.0, 1.0, 0.006, yield_force=3e5)),

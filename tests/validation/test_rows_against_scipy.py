@@ -106,7 +106,7 @@ def test_row_agrees_with_scipy(name: str):
     true, run = truth(name), by_solver(case)
     found, points = named(run), true.points
     assert run.status == tally.COMPLETE
-    assert points["impact_count"].sum() >= 5, "a row without contacts compares nothing"
+    assert points["impact_count"].sum() >= 3, "a row without contacts compares nothing"
     np.testing.assert_array_equal(found["impact_count"], points["impact_count"])
     closed = np.array([each.gap == 0.0 for each in case.meetings])
     late = np.abs(np.nan_to_num(found["first_impact_time"] - points["first_impact_time"]))

@@ -12,6 +12,7 @@ from row_cases import CASES, EL_CENTRO, YIELDS, Case, floors, jankowski, meeting
 from test_rows_against_scipy import PLACES, by_solver, named
 
 from pounding_risk import rows
+from pounding_risk.core import tally
 from pounding_risk.models import restitution
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.structures import Building
@@ -103,3 +104,12 @@ def test_a_record_may_end_while_a_storey_yields():
         np.testing.assert_allclose(found.rest, true.rest, rtol=1e-9, atol=1e-12)
         caught += bool(np.any(np.abs(true.rest[:, 0] - true.rest[:, 1]) >= chain.strength / chain.shear * (1 - 1e-9)))
     assert caught >= 1, "no record ends so"
+
+
+def test_a_storey_and_the_contact_above_it_turn_at_one_instant():
+    """Against a wall both have the same speed; which of two events at once comes first is rounding, and ends no run."""
+    case = CASES["a yielding storey at a wall"]
+    for pga in np.linspace(0.3, 0.8, 40):
+        run = by_solver(case._replace(shaking=case.shaking._replace(pga=float(pga))))
+        assert run.status == tally.COMPLETE, pga
+        assert run.points[0, tally.COUNT] >= 1

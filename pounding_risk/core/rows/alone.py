@@ -16,7 +16,7 @@ from pounding_risk.core.rows.chain import (
     step_over,
     switch_storey,
 )
-from pounding_risk.core.rows.flight import across, bend_across, compliance, raise_reach, search_point, wider
+from pounding_risk.core.rows.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
 from pounding_risk.core.rows.layout import (
     A_END,
     A_NUDGED,
@@ -34,6 +34,7 @@ from pounding_risk.core.rows.layout import (
     START,
 )
 from pounding_risk.core.series import crest_bound
+from pounding_risk.core.tally import MAX_CONTACTS
 
 
 @kernel
@@ -148,9 +149,10 @@ def lay_all(row, run, watch, pull, rise, terms):
 def fly_group(row, run, span, watch, stop, pull, rise, terms):
     """Fly from rows NOW, whose series are laid, to the first touch or change of a storey, at most for ``stop``.
 
-    Returns (time flown, interface whose spectator is touched or −1, storey that changes or −1). Peaks are raised.
+    Returns (time flown, contact point that touches or −1, storey that changes or −1). Peaks are raised, but where the
+    point is one of a spectator.
     """
-    edge, storey = -1, -1
+    point, storey = -1, -1
     for i in range(watch[0], watch[1]):
         outer = i < span[0] or i >= span[1]
         for k in range(row.frame[START, i], row.frame[START, i + 1]):
@@ -159,17 +161,19 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
             found = search_point(row, run, k, run.book[k, GAP], stop, terms)
             if found >= 0.0:
                 if outer:
-                    return found, i, -1
-                stop = found
+                    return found, k, -1
+                stop, point = found, k
     for b in range(span[0], span[1] + 1):
         if row.frame[BENDS, b]:
             stop, changed = first_strain(row, run, b, stop, terms)
-            storey = changed if changed >= 0 else storey
+            if changed >= 0:
+                point, storey = -1, changed
     for b in range(span[0], span[1] + 1):
         raise_peaks(row, run, b, pull, rise, stop, terms)
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         raise_reach(row, run, k, stop, terms)
-    return stop, edge, storey
+    fly_blind(row, run, span, watch, stop, terms)
+    return stop, point, storey
 
 
 @kernel
@@ -178,7 +182,7 @@ def glide(row, run, span, watch, window, terms):
     _, step, pull, rise = window
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
-    while True:
+    for _ in range(MAX_CONTACTS):
         lay_all(row, run, watch, pull + rise * t, rise, terms)
         flown, _, storey = fly_group(row, run, span, watch, step - t, pull + rise * t, rise, terms)
         for b in range(watch[0], watch[1] + 1):

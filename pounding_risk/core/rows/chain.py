@@ -44,6 +44,9 @@ from pounding_risk.core.series import (
     value_at,
 )
 
+# A storey yields this many times its limit off, so that rounding does not switch it back and forth.
+OVER = 1.0 + 1e-12
+
 
 @kernel
 def accelerate(row, b, state, pull, desk, out):
@@ -244,7 +247,8 @@ def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
 def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
-    ``ends`` = (row of states at the start, at the end, of ü at the start, at the end). Returns whether its series is laid.
+    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end). Returns whether
+    its series is laid.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     desk = run.desk
@@ -297,6 +301,12 @@ def drift_in(row, desk, line, i):
 
 
 @kernel
+def creep(row, i):
+    """Drift rate against the yielding that is rounding, and no unloading [m/s]."""
+    return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[INVERSE, i])
+
+
+@kernel
 def next_strain(row, run, i, stop, terms):
     """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
     board, series, desk = run.board, run.series, run.desk
@@ -306,13 +316,13 @@ def next_strain(row, run, i, stop, terms):
         for n in range(terms - 1):
             rate = (n + 1) * (series[i, n + 1] - (0.0 if bottom else series[i - 1, n + 1]))
             board[SIGNAL, n] = -branch * rate
-        return first_rise(board, terms - 1, 0.0, stop)
+        return first_rise(board, terms - 1, creep(row, i), stop)
     found = -1.0
     for side in range(2):
         sign = 1.0 - 2.0 * side
         for n in range(terms):
             board[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
-        level = row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
+        level = OVER * row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
         at = first_rise(board, terms, level, stop if found < 0.0 else found)
         found = at if at >= 0.0 else found
     return found
@@ -320,7 +330,7 @@ def next_strain(row, run, i, stop, terms):
 
 @kernel
 def switch_storey(row, run, i, line):
-    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns the change of the potential."""
+    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes."""
     desk = run.desk
     drift = drift_in(row, run.desk, line, i)
     before = 0.5 * desk[TANGENT, i] * drift * drift + desk[CONSTANT, i] * drift

@@ -6,168 +6,44 @@ its branch. Margins are positive until the event.
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 
-from pounding_risk._jit import kernel, model_of
+from pounding_risk._jit import kernel
 from pounding_risk.core.collide import (
     ELASTIC,
     END_WEIGHT,
     FINAL,
     POWER,
     SHARE,
-    YIELDING,
 )
-from pounding_risk.core.events import CUT, MET, NONE, PART, TURN, YIELD, first_dip
-from pounding_risk.core.rows.chain import drift_in
-from pounding_risk.core.rows.flight import across
+from pounding_risk.core.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.core.rows.layout import (
-    APPROACHING,
-    BOTTOM,
-    BRANCH,
-    CLOSED,
     END,
     END_FORCE,
     FIRST,
-    GAP,
     LAST,
-    LAW,
-    LIMIT,
     NOW,
-    PLASTIC,
     REGION,
     SLOPE,
     SLOPES,
     START,
     START_FORCE,
-    STILL,
     STRENGTH,
 )
-from pounding_risk.core.rows.stage import attempt, between, slopes, spread, uncapped
+from pounding_risk.core.rows.margins import (
+    STRAIN,
+    TOUCH,
+    is_watched,
+    margin,
+    margin_between,
+    read_force,
+)
+from pounding_risk.core.rows.stage import attempt, slopes, spread
 from pounding_risk.core.series import slope_at, value_at
 
-TOUCH, STRAIN = 5, 6
-ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch is told from it
-
 
 @kernel
-def read_force(row, run, law, group, h, state, line, place):
-    """Uncapped force of every contact and its slope per unit of s, from a state and its slopes, into the book."""
-    book, desk = run.book, run.desk
-    nudge = 1e-7 * h
-    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if book[k, CLOSED] > 0.0:
-            own = model_of(law, run.limits, k, LAW)
-            delta, rate = across(row, k, desk, state) - book[k, GAP], across(row, k, desk, state + 1)
-            ahead = delta + nudge * across(row, k, desk, line)
-            faster = rate + nudge * across(row, k, desk, line + SLOPES)
-            force = uncapped(own, run, k, max(delta, 0.0), rate)
-            book[k, place] = force
-            book[k, place + 1] = (uncapped(own, run, k, max(ahead, 0.0), faster) - force) / nudge
-
-
-@kernel
-def margin_of_force(run, kind, k, force, rise):
-    """(margin, slope) of the kinds of event that the uncapped force makes."""
-    if kind == YIELD:
-        sign = 1.0 if run.book[k, REGION] > 0.0 else -1.0
-        return sign * (force - run.book[k, STRENGTH]) + MET * run.book[k, STRENGTH], sign * rise
-    sign = -1.0 if run.book[k, REGION] < 0.0 else 1.0
-    return sign * force, sign * rise
-
-
-@kernel
-def strain_margin(row, run, i, drift, rate):
-    """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
-    branch = run.desk[BRANCH, i]
-    if branch != 0.0:
-        return branch * rate, 0.0
-    strain = drift - run.desk[PLASTIC, i]
-    side = 1.0 if strain >= 0.0 else -1.0
-    return row.floors[LIMIT, i] - side * strain, -side
-
-
-@kernel
-def margin(row, run, kind, k, at_end):
-    """(margin, slope per unit of s) of an event at the start or the end of a step."""
-    desk, book = run.desk, run.book
-    state = END if at_end else NOW
-    line = SLOPE + LAST if at_end else SLOPE
-    if kind == STRAIN:
-        branch = run.desk[BRANCH, k]
-        if branch != 0.0:
-            return branch * drift_in(row, desk, state + 1, k), branch * drift_in(row, desk, line + SLOPES, k)
-        value, turn = strain_margin(row, run, k, drift_in(row, desk, state, k), 0.0)
-        return value, turn * drift_in(row, desk, line, k)
-    if kind == TOUCH:
-        return book[k, GAP] + ROUNDED - across(row, k, desk, state), -across(row, k, desk, line)
-    if kind == TURN:
-        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
-        return sign * across(row, k, desk, state + 1) + book[k, STILL], sign * across(row, k, desk, line + SLOPES)
-    if kind == PART:
-        return across(row, k, desk, state) - book[k, GAP], across(row, k, desk, line)
-    place = END_FORCE if at_end else START_FORCE
-    return margin_of_force(run, kind, k, book[k, place], book[k, place + 1])
-
-
-@kernel
-def across_between(row, run, group, k, part, x, after, terms):
-    """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
-    total = 0.0
-    for end in range(4):
-        i = row.ends[k, end]
-        if i >= 0:
-            if group.low <= i < group.high:
-                value = between(run, part, i, x)
-            elif part == 0:
-                value = value_at(run.series, i, terms, after)
-            else:
-                value = slope_at(run.series, i, terms, after)
-            total += row.shares[k, end] * value
-    return total
-
-
-@kernel
-def margin_between(row, run, law, group, kind, k, x, span, terms):
-    """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
-    book = run.book
-    if kind == STRAIN:
-        drift, rate = between(run, 0, k, x), between(run, 1, k, x)
-        if row.floors[BOTTOM, k] == 0.0:
-            drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
-        return strain_margin(row, run, k, drift, rate)[0]
-    clock = span[0] + x * span[1]
-    after = group.origin + clock * clock * clock * clock - span[2]
-    if kind == TOUCH:
-        return book[k, GAP] + ROUNDED - across_between(row, run, group, k, 0, x, after, terms)
-    if kind == TURN:
-        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
-        return sign * across_between(row, run, group, k, 1, x, after, terms) + book[k, STILL]
-    delta = across_between(row, run, group, k, 0, x, after, terms) - book[k, GAP]
-    if kind == PART:
-        return delta
-    rate = across_between(row, run, group, k, 1, x, after, terms)
-    force = uncapped(model_of(law, run.limits, k, LAW), run, k, max(delta, 0.0), rate)
-    return margin_of_force(run, kind, k, force, 0.0)[0]
-
-
-@kernel
-def is_watched(row, run, law, kind, k):
-    """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
-    if kind == STRAIN:
-        return row.floors[LIMIT, k] < inf
-    if kind == TOUCH:
-        return run.book[k, CLOSED] == 0.0
-    if run.book[k, CLOSED] == 0.0:
-        return False
-    if kind == YIELD:
-        return run.book[k, STRENGTH] < inf
-    if kind == CUT:
-        return model_of(law, run.limits, k, LAW).floor() > -inf and int(run.book[k, REGION]) != YIELDING
-    return kind != PART or run.book[k, APPROACHING] == 0.0
-
-
-@kernel
-def dip_of(row, run, law, group, kind, k, span, terms, laid):
+def dip_of(row, run, group, kind, k, span, terms, laid):
     """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
     s, h = span[0], span[1]
     stop, stop_slope = margin(row, run, kind, k, True)
@@ -190,9 +66,9 @@ def dip_of(row, run, law, group, kind, k, span, terms, laid):
             return 2.0, laid
         dip = -start_slope / (h * stop_slope - start_slope)
     if not laid:
-        spread(row, run, law, group, s, h)
-    bottom = lowest(row, run, law, group, kind, k, span, terms, dip)
-    value = margin_between(row, run, law, group, kind, k, bottom, span, terms)
+        spread(row, run, group, s, h)
+    bottom = lowest(row, run, group, kind, k, span, terms, dip)
+    value = margin_between(row, run, group, kind, k, bottom, span, terms)
     # Rounding is no event: the motion that only grazes goes on as it was.
     return (bottom if value < -graze(run, kind, k) else 2.0), True
 
@@ -206,16 +82,16 @@ def graze(run, kind, k):
 
 
 @kernel
-def lowest(row, run, law, group, kind, k, span, terms, guess):
+def lowest(row, run, group, kind, k, span, terms, guess):
     """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
     low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
-    value = margin_between(row, run, law, group, kind, k, x, span, terms)
+    value = margin_between(row, run, group, kind, k, x, span, terms)
     for _ in range(40):
         if value < -graze(run, kind, k):
             return x
         wide = x - low > high - x
         other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
-        there = margin_between(row, run, law, group, kind, k, other, span, terms)
+        there = margin_between(row, run, group, kind, k, other, span, terms)
         if there < value:
             if wide:
                 high = x
@@ -232,7 +108,7 @@ def lowest(row, run, law, group, kind, k, span, terms, guess):
 
 
 @kernel
-def first_event(row, run, law, group, watch, span, terms, laid):
+def first_event(row, run, group, watch, span, terms, laid):
     """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out.
 
     ``watch`` = (first, last building whose points are watched).
@@ -241,31 +117,31 @@ def first_event(row, run, law, group, watch, span, terms, laid):
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
-            if (inside or kind == TOUCH) and is_watched(row, run, law, kind, k):
-                dip, laid = dip_of(row, run, law, group, kind, k, span, terms, laid)
+            if (inside or kind == TOUCH) and is_watched(row, run, kind, k):
+                dip, laid = dip_of(row, run, group, kind, k, span, terms, laid)
                 if dip < place:
                     found, which, place = kind, k, dip
     for i in range(group.low, group.high):
-        if is_watched(row, run, law, STRAIN, i):
-            dip, laid = dip_of(row, run, law, group, STRAIN, i, span, terms, laid)
+        if is_watched(row, run, STRAIN, i):
+            dip, laid = dip_of(row, run, group, STRAIN, i, span, terms, laid)
             if dip < place:
                 found, which, place = STRAIN, i, dip
     return found, which, place, laid
 
 
 @kernel
-def settle(row, run, law, group, kind, k, place, span, terms):
+def settle(row, run, group, kind, k, place, span, terms):
     """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
 
     ``place`` lies past the event, or at a guess of it.
     """
-    high, above = 1.0, margin_between(row, run, law, group, kind, k, 1.0, span, terms)
-    value = margin_between(row, run, law, group, kind, k, place, span, terms)
+    high, above = 1.0, margin_between(row, run, group, kind, k, 1.0, span, terms)
+    value = margin_between(row, run, group, kind, k, place, span, terms)
     if value < 0.0:
         high, above = place, value
     elif not above < 0.0:
         return 2.0
-    low, below = 0.0, max(margin_between(row, run, law, group, kind, k, 0.0, span, terms), 0.0)
+    low, below = 0.0, max(margin_between(row, run, group, kind, k, 0.0, span, terms), 0.0)
     if value >= 0.0:
         low, below = place, value
     side = 0
@@ -274,7 +150,7 @@ def settle(row, run, law, group, kind, k, place, span, terms):
         x = low + (high - low) * below / (below - above)
         if not low < x < high:
             x = 0.5 * (low + high)
-        value = margin_between(row, run, law, group, kind, k, x, span, terms)
+        value = margin_between(row, run, group, kind, k, x, span, terms)
         if value < 0.0:
             move, high, above = high - x, x, value
             below = 0.5 * below if side == 1 else below
@@ -290,7 +166,7 @@ def settle(row, run, law, group, kind, k, place, span, terms):
 
 @kernel
 def fill_spectators(row, run, group, watch, after, terms, line):
-    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``; slopes for END, NOW."""
+    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
     for b in range(watch[0], watch[1] + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
@@ -315,7 +191,7 @@ def fill_ends(row, run, group, watch, span, terms):
 
 
 @kernel
-def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
+def land(row, run, group, watch, kind, k, place, span, terms, rtol):
     """Shorten the step until it ends on the event, as `core.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
     low, high, length = 0.0, h, place * h
@@ -323,11 +199,11 @@ def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
     converged = False
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
-        attempt(row, run, law, group, s, length)
-        slopes(row, run, law, group, s + length, END, LAST)
+        attempt(row, run, group, s, length)
+        slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, watch, (s, length, span[2]), terms)
-        if kind == YIELD or kind == CUT:
-            read_force(row, run, law, group, h, END, SLOPE + LAST, END_FORCE)
+        if kind in (YIELD, CUT):
+            read_force(row, run, group, h, END, SLOPE + LAST, END_FORCE)
         value, slope = margin(row, run, kind, k, True)
         if value > 0.0:
             low = length
@@ -338,7 +214,7 @@ def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
-            slide(run, group, new - length)
+            slide(row, run, group, new - length)
             length = new
         if converged or high - low <= 1e-13 * h:
             break
@@ -347,14 +223,16 @@ def land(row, run, law, group, watch, kind, k, place, span, terms, rtol):
 
 
 @kernel
-def slide(run, group, length):
+def slide(row, run, group, length):
     """Move the end of a step along its slopes."""
     desk, points = run.desk, run.limits.shape[0]
     for i in range(group.low, group.high):
         desk[END, i] += length * desk[SLOPE + LAST, i]
         desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
-    for column in range(2 * points + 1):
-        run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        for column in (k, points + k):
+            run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    run.quads[SLOPES, 2 * points] += length * run.quads[LAST, 2 * points]
 
 
 @kernel
@@ -368,36 +246,36 @@ def next_step(run, h, error, rtol):
 
 
 @kernel
-def passed(row, run, law, group, watch, landed, which):
+def passed(row, run, group, watch, landed, which):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (kind == landed and k == which) or not (inside or kind == TOUCH):
                 continue
-            if is_watched(row, run, law, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
+            if is_watched(row, run, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
         if landed == STRAIN and i == which:
             continue
-        if is_watched(row, run, law, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
+        if is_watched(row, run, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
             return STRAIN, i
     return NONE, -1
 
 
 @kernel
-def look(row, run, law, group, watch, span, terms):
+def look(row, run, group, watch, span, terms):
     """Readings at the end of the step, whose slopes at LAST stand."""
     fill_ends(row, run, group, watch, span, terms)
-    read_force(row, run, law, group, span[1], END, SLOPE + LAST, END_FORCE)
+    read_force(row, run, group, span[1], END, SLOPE + LAST, END_FORCE)
 
 
 @kernel
-def take_step(row, run, law, group, watch, span, left, terms, rtol):
+def take_step(row, run, group, watch, span, left, terms, rtol):
     """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
 
-    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length of
-    0 means that the step fell below what s resolves, a negative one that the motion is not finite.
+    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
+    of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
     """
     s, h, base = span
     attempts = 0
@@ -406,7 +284,7 @@ def take_step(row, run, law, group, watch, span, left, terms, rtol):
             h = left
         elif 2.0 * h > left:
             h = 0.5 * left
-        error = attempt(row, run, law, group, s, h)
+        error = attempt(row, run, group, s, h)
         attempts += 1
         if error <= SHARE * rtol:
             break
@@ -416,31 +294,31 @@ def take_step(row, run, law, group, watch, span, left, terms, rtol):
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, -1, h, attempts, False
     if run.board[FINAL, END_WEIGHT] == 0.0:
-        slopes(row, run, law, group, s + h, END, LAST)
-    read_force(row, run, law, group, h, NOW, SLOPE, START_FORCE)
-    look(row, run, law, group, watch, (s, h, base), terms)
+        slopes(row, run, group, s + h, END, LAST)
+    read_force(row, run, group, h, NOW, SLOPE, START_FORCE)
+    look(row, run, group, watch, (s, h, base), terms)
     following = next_step(run, h, error, rtol)
-    kind, k, place, laid = first_event(row, run, law, group, watch, (s, h, base), terms, False)
+    kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
     if kind == NONE:
         return h, NONE, -1, following, attempts, laid
     if not laid:
-        spread(row, run, law, group, s, h)
+        spread(row, run, group, s, h)
     following = h
     whole = h
-    place = settle(row, run, law, group, kind, k, place, (s, whole, base), terms)
+    place = settle(row, run, group, kind, k, place, (s, whole, base), terms)
     if place > 1.0:
         return h, NONE, -1, following, attempts, True
     for _ in range(8):
-        h, there = land(row, run, law, group, watch, kind, k, place, (s, whole, base), terms, rtol)
-        look(row, run, law, group, watch, (s, h, base), terms)
+        h, there = land(row, run, group, watch, kind, k, place, (s, whole, base), terms, rtol)
+        look(row, run, group, watch, (s, h, base), terms)
         if not there and not (kind == YIELD and int(run.book[k, REGION]) == ELASTIC):
             return h, NONE, -1, following, attempts, False
-        other, which = passed(row, run, law, group, watch, kind, k)
+        other, which = passed(row, run, group, watch, kind, k)
         if other == NONE:
             break
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
-        spread(row, run, law, group, s, h)
+        spread(row, run, group, s, h)
         start = margin(row, run, other, which, False)[0]
-        place = settle(row, run, law, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
+        place = settle(row, run, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
         place, whole, kind, k = min(place, 1.0), h, other, which
     return h, kind, k, following, attempts, False

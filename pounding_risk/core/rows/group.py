@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 
 from pounding_risk._jit import kernel, part
 from pounding_risk.core.collide import ELASTIC, SLACK, YIELDING
 from pounding_risk.core.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all
 from pounding_risk.core.rows.chain import energy_of, place_on, switch_storey
-from pounding_risk.core.rows.events import ROUNDED, STRAIN, TOUCH, fill_spectators, take_step
-from pounding_risk.core.rows.flight import across, compliance
+from pounding_risk.core.rows.events import fill_spectators, take_step
+from pounding_risk.core.rows.flight import across, begin_blind, compliance
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
@@ -35,6 +35,7 @@ from pounding_risk.core.rows.layout import (
     WORK,
 )
 from pounding_risk.core.rows.log import write_down
+from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH
 from pounding_risk.core.rows.stage import Group, load, slopes
 from pounding_risk.core.rows.touch import lift_off, note_yield, own_tolerance, scales, touch_down, turn
 from pounding_risk.core.rows.watch import watch_floors, watch_points
@@ -55,14 +56,14 @@ FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
 @kernel
 def any_closed(row, run, first, last):
     """True where two of these buildings touch."""
+    closed = False
     for k in range(row.frame[START, first], row.frame[START, last]):
-        if run.book[k, CLOSED] > 0.0:
-            return True
-    return False
+        closed = closed or run.book[k, CLOSED] > 0.0
+    return closed
 
 
 @kernel
-def press(row, run, law, rule, group, time, pull):
+def press(row, run, group, time, pull):
     """Begin every contact of the group that is about to press, its state in rows NOW; returns how many."""
     count = 0
     ready = False
@@ -75,11 +76,11 @@ def press(row, run, law, rule, group, time, pull):
         if rate == 0.0:
             # Closed at rest: what decides is how both sides would move on.
             if not ready:
-                load(row, run, law, group, NOW, pull, TRIAL)
+                load(row, run, group, NOW, pull, TRIAL)
                 ready = True
             rate = across(row, k, run.desk, TRIAL)
         if rate > 0.0:
-            touch_down(row, run, law, rule, k, time)
+            touch_down(row, run, k, time)
             count += 1
     return count
 
@@ -110,11 +111,11 @@ def close_step(row, run, group):
 
 
 @kernel
-def happen(row, run, law, rule, kind, k, time, line):
+def happen(row, run, kind, k, time, line):
     """What an event changes in the book; returns (whether a contact began or ended, change of the potential)."""
     book = run.book
     if kind == TURN:
-        turn(row, run, law, k, max(across(row, k, run.desk, line) - book[k, GAP], 0.0))
+        turn(row, run, k, max(across(row, k, run.desk, line) - book[k, GAP], 0.0))
     elif kind == YIELD:
         if int(book[k, REGION]) == ELASTIC:
             note_yield(run, k, time)
@@ -124,12 +125,12 @@ def happen(row, run, law, rule, kind, k, time, line):
     elif kind == CUT:
         book[k, REGION] = float(ELASTIC if int(book[k, REGION]) == SLACK else SLACK)
     elif kind == PART:
-        lift_off(row, run, law, k, time, line, book[k, WORK])
+        lift_off(row, run, k, time, line, book[k, WORK])
         book[k, WORK] = 0.0
         return True, 0.0
     elif kind == TOUCH:
         book[k, WORK] = 0.0
-        touch_down(row, run, law, rule, k, time)
+        touch_down(row, run, k, time)
         return True, 0.0
     elif kind == STRAIN:
         return False, switch_storey(row, run, k, line)
@@ -137,7 +138,7 @@ def happen(row, run, law, rule, kind, k, time, line):
 
 
 @kernel
-def collide_group(row, run, law, rule, span, watch, window, t, base, terms, rtol):
+def collide_group(row, run, span, watch, window, t, base, terms, rtol):
     """Integrate a group with contacts from rows NOW at ``t`` after the node until all have parted or the interval ends.
 
     ``span`` = (first, last building), ``window`` = (time of the node, step, a_g, its slope), ``base`` the start of the
@@ -167,7 +168,7 @@ def collide_group(row, run, law, rule, span, watch, window, t, base, terms, rtol
             h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
             now, renewed, known = moment + origin, False, False
             if run.board[WHOLE, ROOM] > 0.0:
-                write_down(row, run, law, group, moment + t)
+                write_down(row, run, group, moment + t)
         left = sqrt(sqrt(step - group.origin)) - s
         if left <= 1e-13 * s or t >= step:
             t = step
@@ -180,11 +181,13 @@ def collide_group(row, run, law, rule, span, watch, window, t, base, terms, rtol
             for i in range(low, high):
                 run.desk[SLOPE, i] = run.desk[SLOPE + LAST, i]
                 run.desk[SLOPE + SLOPES, i] = run.desk[SLOPE + SLOPES + LAST, i]
-            for column in range(2 * run.limits.shape[0] + 1):
-                run.quads[0, column] = run.quads[LAST, column]
+            for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
+                for column in (k, run.limits.shape[0] + k):
+                    run.quads[0, column] = run.quads[LAST, column]
+            run.quads[0, 2 * run.limits.shape[0]] = run.quads[LAST, 2 * run.limits.shape[0]]
         else:
-            slopes(row, run, law, group, s, NOW, 0)
-        moved, kind, k, h, attempts, laid = take_step(row, run, law, group, watch, (s, h, base), left, terms, tolerance)
+            slopes(row, run, group, s, NOW, 0)
+        moved, kind, k, h, attempts, laid = take_step(row, run, group, watch, (s, h, base), left, terms, tolerance)
         run.board[WHOLE, STEPS] += attempts
         if moved <= 0.0 and kind == NONE:
             run.board[WHOLE, STATUS] = float(UNDERFLOW if moved == 0.0 else NOT_FINITE)
@@ -193,13 +196,13 @@ def collide_group(row, run, law, rule, span, watch, window, t, base, terms, rtol
             # A neighbour that has only looked on is struck: the interval is made again with it in the group.
             edge = span[0] - 1 if k < row.frame[START, span[0]] else span[1]
             return GROW, t, edge
-        laid = watch_floors(row, run, law, group, (s, moved, base), terms, laid)
-        watch_points(row, run, law, group, watch, (s, moved, base), terms, now, laid)
+        laid = watch_floors(row, run, group, (s, moved, base), terms, laid)
+        watch_points(row, run, group, watch, (s, moved, base), terms, now, laid)
         s += moved
         t = group.origin + s * s * s * s
         came += close_step(row, run, group)
         if run.board[WHOLE, ROOM] > 0.0:
-            write_down(row, run, law, group, moment + t)
+            write_down(row, run, group, moment + t)
         for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
             run.book[each, PACE] = (s + h) ** 4 - s**4
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
@@ -208,10 +211,10 @@ def collide_group(row, run, law, rule, span, watch, window, t, base, terms, rtol
             return FAILED, t, -1
         known = kind == NONE
         if kind != NONE:
-            renewed, jump = happen(row, run, law, rule, kind, k, moment + t, NOW)
+            renewed, jump = happen(row, run, kind, k, moment + t, NOW)
             came += jump
             if kind == TOUCH:
-                press(row, run, law, rule, group, moment + t, pull + rise * t)
+                press(row, run, group, moment + t, pull + rise * t)
             if renewed and too_many(row, run, span):
                 run.board[WHOLE, STATUS] = float(TOO_MANY_CONTACTS)
                 return FAILED, t, -1
@@ -231,7 +234,7 @@ def too_many(row, run, span):
 
 
 @part
-def advance(row, run, law, rule, span, watch, window, terms, rtol):
+def advance(row, run, span, watch, window, terms, rtol):
     """A group over one node interval, from rows NODE to rows NOW.
 
     Returns (FLOWN, −1), (GROW, interface that must be tied too) or (FAILED, −1), the run's status set.
@@ -239,13 +242,14 @@ def advance(row, run, law, rule, span, watch, window, terms, rtol):
     moment, step, pull, rise = window
     group = Group(span[0], span[1], row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1], 0.0, pull, rise, 1.0, 1.0)
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
+    begin_blind(row, run, span, watch)
     t = base = 0.0
     lay_all(row, run, watch, pull, rise, terms)
     turns = 0
     while True:
-        press(row, run, law, rule, group, moment + t, pull + rise * t)
+        press(row, run, group, moment + t, pull + rise * t)
         if any_closed(row, run, span[0], span[1]):
-            how, t, edge = collide_group(row, run, law, rule, span, watch, window, t, base, terms, rtol)
+            how, t, edge = collide_group(row, run, span, watch, window, t, base, terms, rtol)
             if how != FLOWN:
                 return how, edge
             if t >= step:
@@ -254,9 +258,9 @@ def advance(row, run, law, rule, span, watch, window, terms, rtol):
             base = t
             lay_all(row, run, watch, pull + rise * t, rise, terms)
         left = step - t
-        flown, edge, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
-        if edge >= 0:
-            return GROW, edge
+        flown, point, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
+        if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
+            return GROW, span[0] - 1 if point < row.frame[START, span[0]] else span[1]
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
         t += flown
@@ -269,19 +273,7 @@ def advance(row, run, law, rule, span, watch, window, terms, rtol):
         if storey >= 0:
             switch_storey(row, run, storey, NOW)
         else:
-            strike(row, run, law, rule, group, moment + t)
+            # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
+            touch_down(row, run, point, moment + t)
         base = t
         lay_all(row, run, watch, pull + rise * t, rise, terms)
-
-
-@kernel
-def strike(row, run, law, rule, group, time):
-    """Begin the contact that a flight has ended on: the open point that stands closest to its gap and closes."""
-    best, which = -inf, -1
-    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] == 0.0 and compliance(row, k) > 0.0:
-            delta = across(row, k, run.desk, NOW) - run.book[k, GAP]
-            if delta > best and across(row, k, run.desk, NOW + 1) > 0.0:
-                best, which = delta, k
-    if which >= 0:
-        touch_down(row, run, law, rule, which, time)

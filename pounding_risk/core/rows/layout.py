@@ -22,11 +22,12 @@ MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
-# Columns of `Run.limits`; the numbers of the contact law follow, then those of the restitution, which are RULE.
-GAPS, FORCES, WATCHING, FASTEST, LAW = range(5)
-RULE = len(Restitution._fields)
+# Columns of `Run.limits`: what a point is given, its restitution, where the verbs of its law stand; its law's numbers.
+GAPS, FORCES, WATCHING, FASTEST, RULE = range(5)
+FORCE_VERB = RULE + len(Restitution._fields)
+PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORCE_VERB + 6)
 
-# Columns of `Run.book`: what a contact point remembers while a run lasts; its tally and the extremes of its distance follow.
+# Columns of `Run.book`: what a contact point remembers; its tally and the extremes of its distance follow.
 (
     CLOSED,
     GAP,  # with the dents of the contacts so far
@@ -34,6 +35,7 @@ RULE = len(Restitution._fields)
     MEMORY,
     SPEED,  # scale of velocity for the error control
     DEPTH,  # and of penetration
+    LEAST,  # smallest force: 0 where tension is cut, −∞ otherwise
     STILL,  # speed below which the direction of the motion is rounding
     APPROACHING,
     REGION,
@@ -53,8 +55,12 @@ RULE = len(Restitution._fields)
     END_FORCE,
     END_RISE,
     WORK,
-) = range(25)
-BOOKED = 25
+    LEFT_HIGH,  # extremes over an interval of what the left building adds to the distance, and the right one
+    LEFT_LOW,
+    RIGHT_HIGH,
+    RIGHT_LOW,
+) = range(30)
+BOOKED = 30
 HIGHEST, LOWEST, COLUMNS = BOOKED + TALLIED, BOOKED + TALLIED + 1, BOOKED + TALLIED + 2
 
 STAGES = len(DOP853.nodes)
@@ -63,7 +69,7 @@ LATE = STAGES + 1
 SLOPES = LATE + len(DOP853.late_nodes)
 TERMS = 7
 
-# Rows of the desk, by dof: states, each a row of u and one of v behind it, accelerations, slopes, the step's polynomial.
+# Rows of the desk, by dof: states, a row of u and one of v each, accelerations, slopes, the polynomial of a step.
 NODE, NEXT, NOW, END, TRIAL, NUDGED = range(0, 12, 2)
 A_START, A_END, A_NUDGED, A_SPARE, J_START, J_END = range(12, 18)
 POLY = 18  # TERMS rows of u, TERMS of v
@@ -74,18 +80,19 @@ ROWS = SHAKE + 1
 
 WHOLE = LEFT  # row of the board, which only the pair uses otherwise
 STATUS, STEPS, ENERGY, RESIDUAL, GREW, WRITTEN, COUNTS = range(7)
-ROOM = COUNTS  # lines of the log, which a run does not change
+ROOM, SINCE = COUNTS, COUNTS + 1  # lines that the log has room for; the first of the present interval
+BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they work on
 
-# Columns of a line of the log after its time and u and v of every dof, point by point.
+# Columns of a line of the log: when, the first building of the group; then u and v of every dof, then point by point:
+WHEN, WHOSE, MOVED = range(3)
 ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
+KEPT = 8  # rows of `Run.kept` that an interval begins with
 
 
 class Row(NamedTuple):
     """What stays the same for every run of a row; B buildings, D dofs, K contact points."""
 
-    frame: (
-        np.ndarray
-    )  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1, points of interface i START[i] ...
+    frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (8, D)
@@ -96,14 +103,15 @@ class Row(NamedTuple):
 class Run(NamedTuple):
     """What one run of a row works on and leaves behind. Few arrays: every call hands all of them on."""
 
-    limits: np.ndarray  # (K, ...) gap, yield force, watched, fastest; numbers of law and restitution
+    limits: np.ndarray  # (K, ...) see GAPS; C-contiguous
     timed: np.ndarray  # (3, K, L) levels of force, when each is first reached, contacts in which it is
     book: np.ndarray  # (K, COLUMNS)
     desk: np.ndarray  # (ROWS, D)
     quads: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
     board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
-    kept: np.ndarray  # what an interval begins with, should it have to be made again; behind it the log
+    kept: np.ndarray  # (KEPT, D) what an interval begins with, should it have to be made again; below it the log
+    kept_book: np.ndarray  # (K, ...) the same of the contact points
 
 
 def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray, lines: int = 0) -> Run:
@@ -120,19 +128,20 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray,
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
         board,
-        np.zeros(8 * dofs + points * (COLUMNS + 2 * levels.size) + COUNTS + lines * line_width(dofs, points)),
+        np.zeros((KEPT + -(-lines * line_width(dofs, points) // max(dofs, 1)), dofs)),
+        np.zeros((points, COLUMNS + 2 * levels.size)),
     )
 
 
 @small
 def line_width(dofs, points):
     """Numbers in a line of the log."""
-    return 1 + 2 * dofs + NOTED * points
+    return MOVED + 2 * dofs + NOTED * points
 
 
 def log_of(run: Run) -> np.ndarray:
-    """The lines that a run has written to its log."""
-    lines = int(run.board[WHOLE, ROOM])
+    """The lines that a run has written to its log; those taken back are left out."""
     width = line_width(run.desk.shape[1], run.limits.shape[0])
-    log = run.kept[run.kept.size - lines * width :].reshape(lines, width)
-    return log[: int(run.board[WHOLE, WRITTEN])].copy()
+    flat = run.kept[KEPT:].ravel()
+    log = flat[: flat.size // width * width].reshape(-1, width)[: int(run.board[WHOLE, WRITTEN])]
+    return log[np.isfinite(log[:, WHEN])]

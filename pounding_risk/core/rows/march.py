@@ -15,7 +15,7 @@ import numpy as np
 from pounding_risk._jit import borrowed, kernel, part, small
 from pounding_risk.core.rows.alone import glide, meets, note_peaks, predict, stand_apart
 from pounding_risk.core.rows.chain import soften
-from pounding_risk.core.rows.flight import across
+from pounding_risk.core.rows.flight import across, stay_apart
 from pounding_risk.core.rows.group import FAILED, FLOWN, advance, any_closed
 from pounding_risk.core.rows.layout import (
     BOOKED,
@@ -29,20 +29,27 @@ from pounding_risk.core.rows.layout import (
     GAPS,
     GREW,
     HIGHEST,
+    LEFT_HIGH,
     LOWEST,
     NEXT,
     NODE,
     NOW,
     RESIDUAL,
+    RIGHT_LOW,
+    ROOM,
     SHAKE,
+    SINCE,
+    START,
     STATUS,
     TANGENT,
     WATCHING,
     WHOLE,
     WORK,
+    WRITTEN,
     Row,
     Run,
 )
+from pounding_risk.core.rows.log import take_back
 from pounding_risk.core.rows.touch import lift_off
 from pounding_risk.core.tally import (
     COMPLETE,
@@ -83,6 +90,7 @@ def borrow_run(run):
         borrowed(run.series),
         borrowed(run.board),
         borrowed(run.kept),
+        borrowed(run.kept_book),
     )
 
 
@@ -103,37 +111,54 @@ def begin_run(row, run):
 
 
 @kernel
-def keep(row, run, back):
-    """Keep, or bring back, what an interval changes, so that it can be made again."""
-    place = 0
-    for line in range(TANGENT, TANGENT + 8):
-        for i in range(row.floors.shape[1]):
-            place = swap(run.kept, place, run.desk, line, i, back)
-    for k in range(run.limits.shape[0]):
-        for column in range(run.book.shape[1]):
-            place = swap(run.kept, place, run.book, k, column, back)
+def keep(row, run, b, back):
+    """Keep, or bring back, what an interval changes of building ``b`` and of the contact points at its sides."""
+    for line in range(8):
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            swap(run.kept, line, i, run.desk, TANGENT + line, i, back)
+    buildings = row.frame.shape[1] - 1
+    width = run.book.shape[1]
+    for k in range(row.frame[START, max(b - 1, 0)], row.frame[START, min(b + 1, buildings - 1)]):
+        for column in range(width):
+            # What a group across has added to a distance is its own.
+            if not LEFT_HIGH <= column <= RIGHT_LOW:
+                swap(run.kept_book, k, column, run.book, k, column, back)
         for level in range(run.timed.shape[2]):
-            place = swap(run.kept, place, run.timed[1], k, level, back)
-            place = swap(run.kept, place, run.timed[2], k, level, back)
-    for column in range(COUNTS):
-        place = swap(run.kept, place, run.board, WHOLE, column, back)
+            swap(run.kept_book, k, width + 2 * level, run.timed[1], k, level, back)
+            swap(run.kept_book, k, width + 2 * level + 1, run.timed[2], k, level, back)
 
 
 @small
-def swap(kept, place, array, line, column, back):
-    """One number to or from what is kept; returns the next place."""
+def swap(kept, line, place, array, i, j, back):
+    """One number to or from what is kept."""
     if back:
-        array[line, column] = kept[place]
+        array[i, j] = kept[line, place]
     else:
-        kept[place] = array[line, column]
-    return place + 1
+        kept[line, place] = array[i, j]
+
+
+@kernel
+def undo(row, run, b, tied, solved):
+    """Bring back the whole group that building ``b`` has been solved in."""
+    first = last = b
+    while first > 0 and tied[first - 1]:
+        first -= 1
+    while last < tied.size - 1 and tied[last]:
+        last += 1
+    for each in range(first, last + 1):
+        if solved[each]:
+            keep(row, run, each, True)
+            solved[each] = False
+    if run.board[WHOLE, ROOM] > 0.0:
+        take_back(row, run, first, last)
 
 
 @part
-def interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
+def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
     """The whole row over one node interval, rows NODE to rows NEXT; returns False where the run has ended.
 
-    ``tied`` (interfaces), ``busy`` (buildings that need their group) and ``swings`` are this function's own.
+    ``tied`` (interfaces), ``busy``, ``solved`` (buildings that need their group, and have it) and ``swings`` are this
+    function's own.
     """
     buildings = row.frame.shape[1] - 1
     some = False
@@ -146,19 +171,11 @@ def interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
             tied[i] = meets(row, run, i, window, swings, terms)
         some = some or tied[i]
     if some:
-        keep(row, run, False)
         for i in range(buildings - 1):
             if tied[i]:
                 busy[i] = busy[i + 1] = True
-        while True:
-            how, edge = solve_groups(row, run, law, rule, tied, busy, window, terms, rtol)
-            if how == FAILED:
-                return False
-            if how == FLOWN:
-                break
-            # A building that has only looked on is struck: the interval is made again with it as a member.
-            keep(row, run, True)
-            tied[edge] = busy[edge] = busy[edge + 1] = True
+        if not solve_groups(row, run, tied, busy, solved, window, terms, rtol):
+            return False
     for b in range(buildings):
         if not busy[b]:
             note_peaks(row, run, b, window, swings, terms)
@@ -169,30 +186,64 @@ def interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
 
 
 @part
-def solve_groups(row, run, law, rule, tied, busy, window, terms, rtol):
-    """Every group of busy buildings over the interval: (how it ended, interface to tie where a group grows).
+def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
+    """Every group of busy buildings over the interval; returns False where the run has ended.
 
-    Busy buildings side by side are one group even where they do not touch: each would have to look on at the other's
-    contacts.
+    A building that looks on at a group and is struck joins it, and the group is solved again. Groups side by side do
+    not look on at each other: each keeps what it adds to the distance between them, and where the sum leaves room for a
+    touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1
+    run.board[WHOLE, SINCE] = run.board[WHOLE, WRITTEN]
+    for b in range(buildings):
+        solved[b] = False
+        if busy[b]:
+            keep(row, run, b, False)
     b = 0
     while b < buildings:
-        if not busy[b]:
+        if solved[b] or not busy[b]:
             b += 1
             continue
-        last = b
-        while last < buildings - 1 and busy[last + 1]:
+        first = last = b
+        while last < buildings - 1 and tied[last]:
             last += 1
-        watch = max(b - 1, 0), min(last + 1, buildings - 1)
-        how, edge = advance(row, run, law, rule, (b, last), watch, window, terms, rtol)
-        if how != FLOWN:
-            return how, edge
-        for i in range(row.frame[FIRST, b], row.frame[FIRST, last + 1]):
-            run.desk[NEXT, i] = run.desk[NOW, i]
-            run.desk[NEXT + 1, i] = run.desk[NOW + 1, i]
-        b = last + 1
-    return FLOWN, -1
+        watch = (
+            first - 1 if first > 0 and not busy[first - 1] else first,
+            last + 1 if last < buildings - 1 and not busy[last + 1] else last,
+        )
+        before = run.board[WHOLE, RESIDUAL]
+        how, edge = advance(row, run, (first, last), watch, window, terms, rtol)
+        if how == FAILED:
+            return False
+        for each in range(first, last + 1):
+            solved[each] = True
+        if how == FLOWN:
+            for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
+                run.desk[NEXT, i] = run.desk[NOW, i]
+                run.desk[NEXT + 1, i] = run.desk[NOW + 1, i]
+            b = last + 1
+            if first > 0 and busy[first - 1] and not stay_apart(row, run, first - 1):
+                edge = first - 1
+            elif b < buildings and solved[b] and not stay_apart(row, run, last):
+                edge = last
+            else:
+                continue
+        # A building that has only looked on is struck, or groups may meet: both sides are made again, as one.
+        run.board[WHOLE, RESIDUAL] = before
+        undo(row, run, first, tied, solved)
+        for other in (edge, edge + 1):
+            if not busy[other]:
+                keep(row, run, other, False)
+                busy[other] = True
+                # Those on its far side have looked on at its free motion.
+                for far in (other - 1, other + 1):
+                    if 0 <= far < buildings and solved[far]:
+                        undo(row, run, far, tied, solved)
+            elif solved[other]:
+                undo(row, run, other, tied, solved)
+        tied[edge] = True
+        b = 0
+    return True
 
 
 @kernel
@@ -252,33 +303,33 @@ def survey(row, run, ground, step, terms, states):
 
 
 @kernel
-def march(row, run, law, rule, ground, step, terms, rtol, states):
+def march(row, run, ground, step, terms, rtol, states):
     """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
     row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)
-    swings = np.zeros((2, buildings))
+    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros((2, buildings))
     nodes = ground.size - 1
     for node in range(nodes):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
-        if not interval(row, run, law, rule, tied, busy, swings, window, terms, rtol):
+        if not interval(row, run, tied, busy, solved, swings, window, terms, rtol):
             break
         step_on(row, run, node, states)
         place = struck(run)
         if place >= 0:
             run.board[WHOLE, STATUS], run.board[WHOLE, GREW] = float(WATCHED), float(place)
             break
-    end_run(row, run, law, nodes * step, rtol)
+    end_run(row, run, nodes * step, rtol)
 
 
 @part
-def end_run(row, run, law, time, rtol):
+def end_run(row, run, time, rtol):
     """Contacts that outlast the record are closed, and the status is set where nothing has set it."""
     total = 0.0
     for k in range(run.limits.shape[0]):
         if run.book[k, CLOSED] > 0.0 and run.board[WHOLE, STATUS] == COMPLETE:
-            lift_off(row, run, law, k, time, NODE, run.book[k, WORK])
+            lift_off(row, run, k, time, NODE, run.book[k, WORK])
         for column in range(18):
             value = run.book[k, BOOKED + column]
             if column != FIRST_TOUCH and column != FIRST_YIELD:

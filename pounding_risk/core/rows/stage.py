@@ -9,12 +9,13 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from pounding_risk._jit import kernel, model_of, small
+from pounding_risk._jit import kernel, small
 from pounding_risk.core.collide import BETWEEN, COUNTED, END_WEIGHT, FINAL, LATES, SLACK, TABLE, YIELDING
 from pounding_risk.core.collide import LATE as LATE_TABLE
 from pounding_risk.core.collide import NODE as STAGE_NODE
 from pounding_risk.core.rows.chain import accelerate
 from pounding_risk.core.rows.flight import across, push_apart
+from pounding_risk.core.rows.laws import law_force, law_plateau
 from pounding_risk.core.rows.layout import (
     APPROACHING,
     CLOSED,
@@ -22,7 +23,6 @@ from pounding_risk.core.rows.layout import (
     GAP,
     LAST,
     LATE,
-    LAW,
     MEMORY,
     NOW,
     POLY,
@@ -57,25 +57,25 @@ def ground_at(group, s):
 
 
 @kernel
-def transmitted(law, run, k, delta, rate):
+def transmitted(run, k, delta, rate):
     """Force that the buildings feel at contact ``k`` on the branch that it is on."""
     region = int(run.book[k, REGION])
     if region == SLACK:
         return 0.0
     if region == YIELDING:
-        return law.plateau(delta, run.book[k, STRENGTH])
-    return law.force(run.book[k, MEMORY], delta, rate, run.book[k, APPROACHING] > 0.0)
+        return law_plateau(run, k, delta, run.book[k, STRENGTH])
+    return uncapped(run, k, delta, rate)
 
 
 @kernel
-def uncapped(law, run, k, delta, rate):
+def uncapped(run, k, delta, rate):
     """The law's force without cap or cut."""
-    return law.force(run.book[k, MEMORY], delta, rate, run.book[k, APPROACHING] > 0.0)
+    return law_force(run, k, run.book[k, MEMORY], delta, rate, run.book[k, APPROACHING])
 
 
 @kernel
-def load(row, run, law, group, state, pull, out):
-    """ü of the whole group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
+def load(row, run, group, state, pull, out):
+    """ü of the group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
     power = 0.0
     for b in range(group.first, group.last + 1):
         power += accelerate(row, b, state, pull, run.desk, out)
@@ -83,7 +83,7 @@ def load(row, run, law, group, state, pull, out):
         if run.book[k, CLOSED] > 0.0:
             delta = max(across(row, k, run.desk, state) - run.book[k, GAP], 0.0)
             rate = across(row, k, run.desk, state + 1)
-            force = transmitted(model_of(law, run.limits, k, LAW), run, k, delta, rate)
+            force = transmitted(run, k, delta, rate)
             push_apart(row, k, force, run.desk, out)
             run.quads[SLOPES + 1, k] = force
             run.quads[SLOPES + 1, run.limits.shape[0] + k] = force * rate
@@ -91,12 +91,12 @@ def load(row, run, law, group, state, pull, out):
 
 
 @kernel
-def slopes(row, run, law, group, s, state, stage):
+def slopes(row, run, group, s, state, stage):
     """d(state)/ds = 4 s³ d(state)/dt of the group at a stage."""
     desk, quads, points = run.desk, run.quads, run.limits.shape[0]
     clock = 4.0 * s * s * s
     line = SLOPE + stage
-    power = load(row, run, law, group, state, ground_at(group, s), line + SLOPES)
+    power = load(row, run, group, state, ground_at(group, s), line + SLOPES)
     for i in range(group.low, group.high):
         desk[line, i] = clock * desk[state + 1, i]
     for i in range(group.low, group.high):
@@ -127,7 +127,7 @@ def trial_state(run, group, line, h):
 
 
 @kernel
-def attempt(row, run, law, group, s, h):
+def attempt(row, run, group, s, h):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error as `collide.attempt` does.
 
     The quadratures at the end stand in row SLOPES of ``quads``; they begin at zero with every step.
@@ -135,11 +135,11 @@ def attempt(row, run, law, group, s, h):
     desk, table, points = run.desk, run.board, run.limits.shape[0]
     for stage in range(1, int(table[FINAL, COUNTED])):
         trial_state(run, group, TABLE + stage, h)
-        slopes(row, run, law, group, s + table[TABLE + stage, STAGE_NODE] * h, TRIAL, stage)
+        slopes(row, run, group, s + table[TABLE + stage, STAGE_NODE] * h, TRIAL, stage)
     end_weight = table[FINAL, END_WEIGHT]
     finish_state(row, run, group, h)
     if end_weight != 0.0:
-        slopes(row, run, law, group, s + h, END, LAST)
+        slopes(row, run, group, s + h, END, LAST)
     deep, fast = h / group.depth, h / group.speed
     deep, fast = deep * deep, fast * fast
     fifth = third = 0.0
@@ -197,12 +197,12 @@ def sum_up(run, column, h):
 
 
 @kernel
-def spread(row, run, law, group, s, h):
+def spread(row, run, group, s, h):
     """The polynomial between both ends of the step just made, as `collide.spread` has it; slopes at LAST stand."""
     desk, table = run.desk, run.board
     for late in range(int(table[FINAL, LATES])):
         trial_state(run, group, LATE_TABLE + late, h)
-        slopes(row, run, law, group, s + table[LATE_TABLE + late, STAGE_NODE] * h, TRIAL, LATE + late)
+        slopes(row, run, group, s + table[LATE_TABLE + late, STAGE_NODE] * h, TRIAL, LATE + late)
     for part in range(2):
         poly, line = POLY + part * TERMS, SLOPE + part * SLOPES
         for i in range(group.low, group.high):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from math import inf
 
-from pounding_risk._jit import kernel, model_of
-from pounding_risk.core.collide import ELASTIC, REBOUND_SHARE, ROUNDING, depth_of
+from pounding_risk._jit import kernel
+from pounding_risk.core.collide import ELASTIC, REBOUND_SHARE, ROUNDING
 from pounding_risk.core.rows.flight import across, compliance
+from pounding_risk.core.rows.laws import law_begin, law_part, law_turn
 from pounding_risk.core.rows.layout import (
     APPROACHING,
     ASKED,
@@ -20,7 +21,7 @@ from pounding_risk.core.rows.layout import (
     FORCES,
     GAP,
     HIGHEST,
-    LAW,
+    LEAST,
     LOST,
     MEMORY,
     NOW,
@@ -54,25 +55,26 @@ from pounding_risk.core.tally import (
     VISCOUS,
     YIELDS,
 )
+from pounding_risk.models.restitution import Restitution
 
 
 @kernel
-def touch_down(row, run, law, rule, k, time):
+def touch_down(row, run, k, time):
     """Contact ``k`` begins at ``time`` with the state in rows NOW."""
     book, desk = run.book, run.desk
-    law, rule = model_of(law, run.limits, k, LAW), model_of(rule, run.limits, k, run.limits.shape[1] - RULE)
+    c = run.limits
+    rule = Restitution(c[k, RULE], c[k, RULE + 1], c[k, RULE + 2], c[k, RULE + 3], c[k, RULE + 4])
     speed = max(across(row, k, desk, NOW + 1), 0.0)
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
     scale = max(speed, 1e-3 * run.limits[k, FASTEST], 1e-12)
-    depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+    memory, strength, least, depth = law_begin(run, k, e, speed, mass, book[k, WORN], scale, run.limits[k, FORCES])
     size = 0.0
     for end in range(4):
         if row.ends[k, end] >= 0:
             size = max(size, abs(desk[NOW, row.ends[k, end]]))
     book[k, CLOSED] = 1.0
-    book[k, STRENGTH] = law.ceiling(run.limits[k, FORCES]) * law.hardening(speed)
-    book[k, MEMORY] = law.resume(law.begin(e, speed, mass), book[k, WORN])
+    book[k, STRENGTH], book[k, MEMORY], book[k, LEAST] = strength, memory, least
     book[k, SPEED], book[k, DEPTH] = scale, depth
     # As the pair has it: δ is a difference of displacements, and what they round by becomes a speed.
     book[k, STILL] = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
@@ -97,26 +99,23 @@ def own_tolerance(run, k, rtol):
 
 
 @kernel
-def turn(row, run, law, k, delta):
-    """The motion of contact ``k`` turns at ``delta``; as `core.pound` has it. True where the plateau is not retraced."""
+def turn(row, run, k, delta):
+    """The motion of contact ``k`` turns at ``delta``; as `core.pound` has it."""
     book = run.book
-    law = model_of(law, run.limits, k, LAW)
     approaching = book[k, APPROACHING] > 0.0
-    book[k, MEMORY] = law.turned(book[k, MEMORY], delta, approaching)
-    kept = False
     if approaching:
         book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
-        if book[k, REGION] > 0.0:
-            memory, dent, taken = law.turn(book[k, MEMORY], delta, book[k, STRENGTH])
-            if dent >= 0.0:
-                book[k, MEMORY] = memory
-                book[k, GAP] += dent
-                book[k, DENTED] += dent
-                book[k, LOST] += taken
-                book[k, REGION] = float(ELASTIC)
-                kept = True
+    memory, dent, taken = law_turn(
+        run, k, book[k, MEMORY], delta, book[k, STRENGTH], book[k, APPROACHING], book[k, REGION]
+    )
+    book[k, MEMORY] = memory
+    if dent >= 0.0:
+        # What stays widens the gap, here and for the contacts after this one.
+        book[k, GAP] += dent
+        book[k, DENTED] += dent
+        book[k, LOST] += taken
+        book[k, REGION] = float(ELASTIC)
     book[k, APPROACHING] = 0.0 if approaching else 1.0
-    return kept
 
 
 @kernel
@@ -132,18 +131,16 @@ def note_yield(run, k, time):
 
 
 @kernel
-def lift_off(row, run, law, k, time, line, work):
-    """Contact ``k`` ends at ``time`` with the state in rows ``line``; ``work`` is what its force has taken in all [J]."""
+def lift_off(row, run, k, time, line, work):
+    """Contact ``k`` ends at ``time``, its state in rows ``line``; ``work`` is what its force has taken in all [J]."""
     book = run.book
-    law = model_of(law, run.limits, k, LAW)
     delta = max(across(row, k, run.desk, line) - book[k, GAP], 0.0)
     book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
-    loss = work - law.held(book[k, MEMORY], delta, book[k, STRENGTH]) - book[k, LOST]
-    hysteresis = law.yielded(loss)
+    loss, hysteresis, worn = law_part(run, k, book[k, MEMORY], delta, book[k, STRENGTH], work - book[k, LOST])
     book[k, BOOKED + VISCOUS] += loss - hysteresis
     book[k, BOOKED + PLASTIC] += book[k, LOST] + hysteresis
     book[k, BOOKED + SET] += book[k, DENTED]
-    book[k, WORN] = law.worn(book[k, MEMORY])
+    book[k, WORN] = worn
     book[k, BOOKED + CONTACT_TIME] += time - book[k, TOUCHED]
     force = book[k, PLATEAU] if book[k, YIELDED] > 0.0 else min(book[k, PEAK], book[k, STRENGTH])
     book[k, BOOKED + DEMAND] = max(book[k, BOOKED + DEMAND], book[k, PEAK])

@@ -1,0 +1,174 @@
+"""What rows cost: ``python benchmarks/row_scan.py``.
+
+A made street of 30 buildings, 2 to 6 storeys each, gaps of 10 to 80 mm, under the 44 components of the FEMA P-695
+far-field set as recorded, through the public `scan` on two threads; without the set, which the extra ``ensembles``
+carries, under the shipped records, repeated at several amplitudes to the same number of motions, and it says so. Then
+single runs under the full El Centro record at 0.4 g, every building solved at once: equal neighbours in turn against
+their number, and a pair against its storeys. Medians of repeats that take turns; kernels are compiled before.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from math import inf
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from pounding_risk import rows
+from pounding_risk.chains import chain_of
+from pounding_risk.contact_points import Point, automatic_points
+from pounding_risk.core.tally import COUNT
+from pounding_risk.ensemble import scan, summary
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact import ViscousElastoplastic
+from pounding_risk.models.restitution import constant
+from pounding_risk.motions import Motion, read_motion
+from pounding_risk.record_sets import members
+from pounding_risk.results import told
+from pounding_risk.rows import Contacts
+from pounding_risk.scenario import study_from
+from pounding_risk.storeys import Storeys
+
+SET, COMPONENTS = "fema-p695-farfield", 44
+SHIPPED = ("RSN6-180", "RSN1690-090")
+THREADS, SEED = 2, 20111
+LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)
+NUMBERS, STOREYS = (2, 4, 8, 16, 32), (1, 2, 4, 8, 16)
+GAP = 0.01  # m, of the rows that are timed alone
+
+
+def street(count: int) -> list[dict[str, Any]]:
+    """Made buildings: frames and stiffer walls of 2 to 6 storeys, periods of about 0.2 to 0.9 s; the same each day."""
+    chance = np.random.default_rng(SEED)
+    buildings = []
+    for place in range(count):
+        storeys = int(chance.integers(2, 7))
+        buildings.append(
+            {
+                "name": f"{place + 1}",
+                "storeys": storeys,
+                "floor_masses": f"{chance.uniform(120.0, 300.0):.1f} t",
+                "storey_stiffnesses": f"{chance.uniform(100.0, 500.0):.1f} MN/m",
+                "storey_heights": f"{chance.choice([2.8, 3.2, 3.6])} m",
+            }
+        )
+    return buildings
+
+
+def records() -> tuple[dict[str, Any], str]:
+    """The motions as a scene asks for them, and in words."""
+    try:
+        whole = len(members(SET)) == COMPONENTS
+    except PoundingError:
+        whole = False
+    if whole:
+        return {"set": SET}, f"the {COMPONENTS} components of {SET}, as recorded"
+    pgas = [f"{0.1 + 0.02 * step:.2f} g" for step in range(COMPONENTS // len(SHIPPED))]
+    return {"names": list(SHIPPED), "pga": pgas}, f"{' and '.join(SHIPPED)} repeated at {len(pgas)} amplitudes"
+
+
+def block(count: int, asked: dict[str, Any]) -> Any:
+    """The study of a street."""
+    chance = np.random.default_rng(SEED + 1)
+    common = {"contact_model": "viscous_elastoplastic", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}
+    strength = {"yield_force": "2 MN", "column_yield_force": "600 kN"}
+    gaps = [{"gap": f"{chance.uniform(10.0, 80.0):.0f} mm"} | common | strength for _ in range(count - 1)]
+    motions = {key: value for key, value in asked.items() if key != "pga"}
+    grid = {"grid": {"pga": asked["pga"]}} if "pga" in asked else {}
+    return study_from({"building": street(count), "interface": gaps, "records": motions, **grid})
+
+
+def time_block(count: int) -> None:
+    """The street under all motions, and what was solved."""
+    asked, words = records()
+    scan(block(3, {"names": ["RSN6-180"]}), check_fraction=0.0)  # compiles
+    begin, spent = time.perf_counter(), time.process_time()
+    dataset = scan(block(count, asked), check_fraction=0.0, workers=THREADS)
+    wall, cpu = time.perf_counter() - begin, time.process_time() - spent
+    counts = summary(dataset)
+    failed = int((dataset["status"].values != 0).sum())
+    parts = told(dataset, "parts", {})
+    print(f"{count} buildings, {dataset.sizes['contact_point']} contact points, under {words}:")
+    print(f"  {counts['cases']} cases, {counts['simulated']} with a run of their own, {failed} failed")
+    print(f"  {int(dataset['impact_count'].sum())} contacts; parts: {parts}")
+    print(f"  {wall:.1f} s on {THREADS} threads, {cpu:.1f} s of processor time\n")
+
+
+def frames(count: int, storeys: int) -> list[Storeys]:
+    """Neighbours of two kinds in turn, floors at equal levels."""
+    kinds = ((200e3, 1.5e8), (180e3, 4e8))
+    return [
+        Storeys(f"{place}", (kinds[place % 2][0],) * storeys, (kinds[place % 2][1],) * storeys, (3.0,) * storeys)
+        for place in range(count)
+    ]
+
+
+def one_run(buildings: list[Storeys], motion: Motion) -> Callable[[], tuple[float, float]]:
+    """A run of all buildings at once, timed: (seconds, contacts)."""
+    points = [
+        Point(place, *meeting)
+        for place in range(len(buildings) - 1)
+        for meeting in automatic_points(buildings[place], buildings[place + 1])
+    ]
+    laid = rows.lay_out([chain_of(building) for building in buildings], points, motion.dt)
+    fastest = rows.free_row(laid, motion.acceleration).fastest
+    count = len(points)
+    gaps, forces = np.full(count, GAP), np.full(count, inf)
+    contacts = Contacts(gaps, forces, [LAW] * count, [RESTITUTION] * count, None, fastest)
+
+    def timed() -> tuple[float, float]:
+        begin = time.perf_counter()
+        run = rows.run_row(laid, contacts, motion.acceleration)
+        spent = time.perf_counter() - begin
+        if run.status:
+            raise PoundingError(f"a run of {len(buildings)} buildings ended with status {run.status}")
+        return spent, float(run.points[:, COUNT].sum())
+
+    return timed
+
+
+def time_sizes(what: str, runs: dict[int, Callable[[], tuple[float, float]]], repeats: int) -> None:
+    """A table: time of a run, its contacts, and how both grow."""
+    found: dict[int, list[tuple[float, float]]] = {size: [] for size in runs}
+    for turn in range(repeats + 1):
+        for size, run in runs.items():
+            measured = run()
+            if turn:
+                found[size].append(measured)
+    print(f"| {what} | median | fastest to slowest | contacts | each contact | times the row above | contacts do |")
+    print("| ---: | ---: | --- | ---: | ---: | ---: | ---: |")
+    before: tuple[float, float] | None = None
+    for size, measured in found.items():
+        times, contacts = [seconds for seconds, _ in measured], measured[0][1]
+        now = median(times), contacts
+        ratio = f"{now[0] / before[0]:.1f} | {contacts / before[1]:.1f}" if before and before[1] else "|"
+        each = f"{1e6 * now[0] / contacts:.0f} µs" if contacts else ""
+        spread = f"{1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms"
+        print(f"| {size} | {1e3 * now[0]:.1f} ms | {spread} | {contacts:.0f} | {each} | {ratio} |")
+        before = now
+    print()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Time the street and rows of growing size."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--buildings", type=int, default=30, help="of the street; 0 leaves it out")
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--largest", type=int, default=32, help="buildings, and storeys, of a row timed alone")
+    options = parser.parse_args(arguments)
+    motion = read_motion("RSN6-180").scaled_to("0.4 g")
+    if options.buildings:
+        time_block(options.buildings)
+    numbers = {count: one_run(frames(count, 4), motion) for count in NUMBERS if count <= options.largest}
+    time_sizes("buildings of 4 storeys", numbers, options.repeats)
+    storeys = {count: one_run(frames(2, count), motion) for count in STOREYS if count <= options.largest}
+    time_sizes("storeys of a pair", storeys, options.repeats)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
