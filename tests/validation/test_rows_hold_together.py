@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from interpreted import interpreted
 from oracle_rows import integrate
-from row_cases import CASES, EL_CENTRO, YIELDS, Case, floors, jankowski, meeting, single, storeys
+from row_cases import CASES, EL_CENTRO, YIELDS, Case, Shaking, floors, jankowski, meeting, single, storeys
 from test_rows_against_scipy import PLACES, by_solver, named
 
 from pounding_risk import rows
@@ -18,6 +20,28 @@ from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.structures import Building
 from pounding_risk.pair import Interface, solve
 
+# Two like buildings drawn away from the one between them and let go; a run begins at rest, so what begins it is told.
+MIRRORED = """
+import json
+import numpy as np
+from row_cases import meeting, storeys
+from test_rows_against_scipy import contacts_of, points_of
+from pounding_risk import rows
+from pounding_risk.core.rows import march
+from pounding_risk.core.rows.layout import NODE
+
+side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
+meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
+begin = march.begin_run
+
+def drawn(row, run):
+    begin(row, run)
+    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+
+march.begin_run = drawn
+run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(60))
+print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
+"""
 SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
 
 
@@ -46,6 +70,17 @@ def test_parts_that_do_not_touch_are_alone_bit_by_bit():
     np.testing.assert_array_equal(run.points[:3], alone.points)
     np.testing.assert_array_equal(run.floors[:6], alone.floors)
     np.testing.assert_array_equal(run.floors[6:], free((beside,), pair.shaking).floors)
+
+
+def test_between_mirror_images_a_building_stands_exactly_still():
+    """Both sides touch, turn and part at the same instants, to the last bit, against columns between two floors."""
+    places = [str(Path(__file__).parent)]
+    status, points, floors = interpreted(f"import sys\nsys.path += {places}\n{MIRRORED}")
+    assert status == tally.COMPLETE
+    assert points[0] == points[1][: tally.TALLIED] + points[0][tally.TALLIED :]
+    assert points[0][tally.COUNT] == 2
+    assert floors[2:4] == [[0.0] * 4] * 2
+    assert floors[:2] == floors[4:]
 
 
 @pytest.mark.slow
@@ -113,3 +148,17 @@ def test_a_storey_and_the_contact_above_it_turn_at_one_instant():
         run = by_solver(case._replace(shaking=case.shaking._replace(pga=float(pga))))
         assert run.status == tally.COMPLETE, pga
         assert run.points[0, tally.COUNT] >= 1
+
+
+def test_a_soft_touch_after_yielding_closes_its_energy():
+    """Storeys that have yielded hold no energy below zero: a ledger is measured by that of the touch at least."""
+    mass, strength = 300e3, 370e3
+    frames = tuple(
+        storeys(1, mass, mass * (2.0 * np.pi / period) ** 2, YIELDS, strength=strength) for period in (0.3, 0.4)
+    )
+    run = by_solver(Case(frames, floors(0, 1.0, gap=0.02), Shaking("RSN6-180", 0.0, 53.0, 0.3, "reversed")))
+    assert run.status == tally.COMPLETE
+    assert np.abs(run.rest[:, 1]).min() > 1e-3  # m: both have yielded
+    assert run.points[0, PLACES["impact_count"]] == 1
+    # The kinetic energy of two bodies is that of their approach, 1/2 (m/2) v², at least.
+    assert run.energy >= 0.25 * mass * run.points[0, PLACES["peak_approach_speed"]] ** 2

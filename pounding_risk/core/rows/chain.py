@@ -80,9 +80,23 @@ def energy_of(row, b, state, desk):
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         drift = desk[state, i] - below
         below = desk[state, i]
-        total += row.floors[MASS, i] * desk[state + 1, i] ** 2 + desk[TANGENT, i] * drift * drift
-        total += 2.0 * desk[CONSTANT, i] * drift
-    return 0.5 * total
+        total += 0.5 * row.floors[MASS, i] * desk[state + 1, i] ** 2 + storey_energy(row, desk, i, drift)
+    return total
+
+
+@kernel
+def storey_energy(row, desk, i, drift):
+    """Potential of a storey's force [J]: about its plastic drift, so that one which has yielded does not fall below 0.
+
+    Continuous where the storey yields; where it turns, what yielding has taken leaves it.
+    """
+    total = 0.5 * desk[TANGENT, i] * drift * drift
+    if row.floors[SOFT, i] == 0.0:
+        return total
+    soft, rest = row.floors[SOFT, i], desk[PLASTIC, i]
+    if desk[BRANCH, i] == 0.0:
+        return total + desk[CONSTANT, i] * drift + 0.5 * soft * rest * rest
+    return total + desk[CONSTANT, i] * (drift - rest) - 0.5 * soft * row.floors[LIMIT, i] ** 2
 
 
 @kernel
@@ -333,14 +347,14 @@ def switch_storey(row, run, i, line):
     """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes."""
     desk = run.desk
     drift = drift_in(row, run.desk, line, i)
-    before = 0.5 * desk[TANGENT, i] * drift * drift + desk[CONSTANT, i] * drift
+    before = storey_energy(row, desk, i, drift)
     branch = desk[BRANCH, i]
     if branch == 0.0:
         soften(row, desk, i, 1.0 if drift > desk[PLASTIC, i] else -1.0)
     else:
         desk[PLASTIC, i] = drift - branch * row.floors[LIMIT, i]
         soften(row, desk, i, 0.0)
-    return 0.5 * desk[TANGENT, i] * drift * drift + desk[CONSTANT, i] * drift - before
+    return storey_energy(row, desk, i, drift) - before
 
 
 @kernel
