@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.core.rows.layout import ACTING, BEGAN, CAME_AT, NOTED, SO_FAR, STRONGEST
+from pounding_risk.core.rows.layout import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST, WHEN
 
 Array = NDArray[np.float64]
 CLOSE = 1e-6  # of a node interval: instants nearer than this to a node are the node's
@@ -46,7 +46,7 @@ class Instants(NamedTuple):
 
 def instants_of(log: Array, nodes: int, step: float) -> Instants:
     """The instants of a run of so many nodes ``step`` [s] apart; a line at the end of an interval is the node's."""
-    times = log[:, 0].copy()
+    times = log[:, WHEN].copy()
     near = np.rint(times / step)
     is_node = np.abs(times - near * step) <= CLOSE * step
     times[is_node] = near[is_node] * step
@@ -102,9 +102,9 @@ def motion_at(log: Array, states: Array, instants: Instants) -> Array:
     masses = states.shape[2]
     found = np.empty((len(instants.every), 2, masses))
     for mass in range(masses):
-        own = np.isfinite(log[:, 1 + mass])
+        own = np.isfinite(log[:, MOVED + mass])
         knots, first = np.unique(np.concatenate([instants.nodes, instants.lines[own]]), return_index=True)
-        moved = np.concatenate([states[:, :, mass], log[own][:, [1 + mass, 1 + masses + mass]]])[first]
+        moved = np.concatenate([states[:, :, mass], log[own][:, [MOVED + mass, MOVED + masses + mass]]])[first]
         found[:, :, mass] = _cubic(knots, moved, instants.every)
     return found
 

@@ -12,8 +12,7 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk import figures, paper, rows
 from pounding_risk.cli import app
-from pounding_risk.core.rows.layout import NOTED
-from pounding_risk.core.rows.log import ACTING, BEGAN, CAME_AT, SO_FAR, STRONGEST
+from pounding_risk.core.rows.layout import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
 from pounding_risk.figures_row_runs import roofs_of, row_run_finding
 from pounding_risk.history import simulate
 from pounding_risk.row_log import contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -211,10 +210,10 @@ def test_a_run_that_fails_has_no_motion_past_its_failure():
 
 def made_log(times, forces, began, impulses):
     """A log by hand: one mass at rest, one contact point."""
-    log = np.zeros((len(times), 3 + NOTED))
+    log = np.zeros((len(times), MOVED + 2 + NOTED))
     log[:, 0] = times
     for column, values in ((ACTING, forces), (BEGAN, began), (SO_FAR, impulses), (CAME_AT, 0.3), (STRONGEST, forces)):
-        log[:, 3 + column] = values
+        log[:, MOVED + 2 + column] = values
     return log
 
 
@@ -239,7 +238,7 @@ def test_a_log_is_read_contact_by_contact():
 def test_between_its_instants_a_floor_is_on_a_cubic():
     """A sine at nodes Δ apart, read at the instants of another's steps: off by (ω Δ)⁴ / 384 at most, and near that."""
     omega, step = 20.0, 0.01
-    log = np.full((40, 3 + NOTED), np.nan)
+    log = np.full((40, MOVED + 2 + NOTED), np.nan)
     log[:, 0] = np.linspace(0.0003, 0.3, 40)
     nodes = step * np.arange(40)
     states = np.stack([np.sin(omega * nodes), omega * np.cos(omega * nodes)], axis=1)[:, :, None]

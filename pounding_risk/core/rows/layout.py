@@ -80,11 +80,13 @@ ROWS = SHAKE + 1
 
 WHOLE = LEFT  # row of the board, which only the pair uses otherwise
 STATUS, STEPS, ENERGY, RESIDUAL, GREW, WRITTEN, COUNTS = range(7)
-ROOM = COUNTS  # lines of the log, which a run does not change
+ROOM, SINCE = COUNTS, COUNTS + 1  # lines that the log has room for; the first of the present interval
 BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they work on
 
-# Columns of a line of the log after its time and u and v of every dof, point by point.
+# Columns of a line of the log: when, the first building of the group; then u and v of every dof, then point by point:
+WHEN, WHOSE, MOVED = range(3)
 ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
+KEPT = 8  # rows of `Run.kept` that an interval begins with
 
 
 class Row(NamedTuple):
@@ -108,9 +110,8 @@ class Run(NamedTuple):
     quads: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
     board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
-    kept: np.ndarray  # (8, D) what an interval begins with, should it have to be made again
+    kept: np.ndarray  # (KEPT, D) what an interval begins with, should it have to be made again; below it the log
     kept_book: np.ndarray  # (K, ...) the same of the contact points
-    log: np.ndarray  # (lines, line_width) what is written down of groups with contacts
 
 
 def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray, lines: int = 0) -> Run:
@@ -127,18 +128,20 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray,
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
         board,
-        np.zeros((8, dofs)),
+        np.zeros((KEPT + -(-lines * line_width(dofs, points) // max(dofs, 1)), dofs)),
         np.zeros((points, COLUMNS + 2 * levels.size)),
-        np.zeros((lines, line_width(dofs, points))),
     )
 
 
 @small
 def line_width(dofs, points):
     """Numbers in a line of the log."""
-    return 1 + 2 * dofs + NOTED * points
+    return MOVED + 2 * dofs + NOTED * points
 
 
 def log_of(run: Run) -> np.ndarray:
-    """The lines that a run has written to its log."""
-    return run.log[: int(run.board[WHOLE, WRITTEN])].copy()
+    """The lines that a run has written to its log; those taken back are left out."""
+    width = line_width(run.desk.shape[1], run.limits.shape[0])
+    flat = run.kept[KEPT:].ravel()
+    log = flat[: flat.size // width * width].reshape(-1, width)[: int(run.board[WHOLE, WRITTEN])]
+    return log[np.isfinite(log[:, WHEN])]

@@ -38,6 +38,7 @@ from pounding_risk.core.rows.layout import (
     RIGHT_LOW,
     ROOM,
     SHAKE,
+    SINCE,
     START,
     STATUS,
     TANGENT,
@@ -48,6 +49,7 @@ from pounding_risk.core.rows.layout import (
     Row,
     Run,
 )
+from pounding_risk.core.rows.log import take_back
 from pounding_risk.core.rows.touch import lift_off
 from pounding_risk.core.tally import (
     COMPLETE,
@@ -89,7 +91,6 @@ def borrow_run(run):
         borrowed(run.board),
         borrowed(run.kept),
         borrowed(run.kept_book),
-        borrowed(run.log),
     )
 
 
@@ -148,6 +149,8 @@ def undo(row, run, b, tied, solved):
         if solved[each]:
             keep(row, run, each, True)
             solved[each] = False
+    if run.board[WHOLE, ROOM] > 0.0:
+        take_back(row, run, first, last)
 
 
 @part
@@ -191,7 +194,7 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1
-    written = run.board[WHOLE, WRITTEN]
+    run.board[WHOLE, SINCE] = run.board[WHOLE, WRITTEN]
     for b in range(buildings):
         solved[b] = False
         if busy[b]:
@@ -239,12 +242,6 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
             elif solved[other]:
                 undo(row, run, other, tied, solved)
         tied[edge] = True
-        if run.board[WHOLE, ROOM] > 0.0:
-            # Lines stand in the order in which they were written: all of the interval are written again.
-            for each in range(buildings):
-                if solved[each]:
-                    undo(row, run, each, tied, solved)
-            run.board[WHOLE, WRITTEN] = written
         b = 0
     return True
 
