@@ -145,6 +145,15 @@ def lay_all(row, run, watch, pull, rise, terms):
 
 
 @kernel
+def lay_spectators(row, run, span, watch, pull, rise, terms):
+    """Lay the series of the buildings that only look on, from rows NOW."""
+    if watch[0] < span[0]:
+        lay_series(row, run, watch[0], NOW, pull, rise, terms)
+    if watch[1] > span[1]:
+        lay_series(row, run, watch[1], NOW, pull, rise, terms)
+
+
+@kernel
 def fly_group(row, run, span, watch, stop, pull, rise, terms):
     """Fly from rows NOW, whose series are laid, to the first touch or change of a storey, at most for ``stop``.
 

@@ -184,7 +184,7 @@ def settle_about(row, b, desk, state, sign):
 
 @kernel
 def motion_bound(row, b, rise, desk, state, here):
-    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), over an interval where a_g rises by ``rise``; ü in row ``here``."""
+    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), over an interval where a_g rises by ``rise``; ü in ``here``."""
     motion, below = 0.0, 0.0
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         y = desk[state + 1, i] + row.floors[STATIC, i] * rise
@@ -253,14 +253,32 @@ def shear_stiffness(row, desk, i):
 
 @kernel
 def raise_peaks(row, run, b, pull, rise, stop, terms):
-    """Raise the peaks of building ``b`` by those of its series on [0, stop]; a_g = pull + rise x."""
+    """Raise the peaks of building ``b`` by those of its series on [0, stop]; a_g = pull + rise x.
+
+    A signal is searched only where the sum of its terms' sizes passes its peak.
+    """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
-    signals = (PLACE, DRIFT, SHAKE, FORCE)
-    count = 4 if row.frame[BENDS, b] else 3
+    desk, series = run.desk, run.series
     for i in range(first, last):
-        for number in range(count):
-            signal = signals[number]
-            raise_signal(row, run, signal, i, first, pull, rise, stop, terms)
+        place = drift = shake = 0.0
+        power = 1.0
+        for n in range(terms):
+            below = series[i - 1, n] if i > first else 0.0
+            place += power * abs(series[i, n])
+            drift += power * abs(series[i, n] - below)
+            if n + 2 < terms:
+                shake += power * abs((n + 1) * (n + 2) * series[i, n + 2])
+            power *= stop
+        shake += abs(pull) + abs(rise) * stop
+        # Put so that what is not finite is searched.
+        if not place <= desk[PLACE, i]:
+            raise_signal(row, run, PLACE, i, first, pull, rise, stop, terms)
+        if not drift <= desk[DRIFT, i]:
+            raise_signal(row, run, DRIFT, i, first, pull, rise, stop, terms)
+        if not shake <= desk[SHAKE, i]:
+            raise_signal(row, run, SHAKE, i, first, pull, rise, stop, terms)
+        if row.frame[BENDS, b] and not shear_stiffness(row, desk, i) * drift + abs(desk[CONSTANT, i]) <= desk[FORCE, i]:
+            raise_signal(row, run, FORCE, i, first, pull, rise, stop, terms)
 
 
 @kernel

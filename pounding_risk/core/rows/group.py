@@ -7,7 +7,7 @@ from math import sqrt
 from pounding_risk._jit import kernel, part
 from pounding_risk.core.collide import ELASTIC, SLACK, YIELDING
 from pounding_risk.core.events import CUT, NONE, PART, TURN, YIELD
-from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all
+from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all, lay_spectators
 from pounding_risk.core.rows.chain import energy_of, place_on, switch_storey
 from pounding_risk.core.rows.events import fill_spectators, take_step
 from pounding_risk.core.rows.flight import across, begin_blind, compliance
@@ -265,7 +265,7 @@ def advance(row, run, span, watch, window, terms, rtol):
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     begin_blind(row, run, span, watch)
     t = base = 0.0
-    lay_all(row, run, watch, pull, rise, terms)
+    lay_spectators(row, run, span, watch, pull, rise, terms)
     turns = 0
     while True:
         press(row, run, group, moment + t, pull + rise * t)
@@ -276,8 +276,8 @@ def advance(row, run, span, watch, window, terms, rtol):
             if t >= step:
                 return FLOWN, -1
             fill_spectators(row, run, group, watch, t - base, terms, NOW)
-            base = t
-            lay_all(row, run, watch, pull + rise * t, rise, terms)
+        base = t
+        lay_all(row, run, watch, pull + rise * t, rise, terms)
         left = step - t
         flown, point, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
         if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
@@ -297,4 +297,4 @@ def advance(row, run, span, watch, window, terms, rtol):
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
             touch_down(row, run, point, moment + t)
         base = t
-        lay_all(row, run, watch, pull + rise * t, rise, terms)
+        lay_spectators(row, run, span, watch, pull + rise * t, rise, terms)
