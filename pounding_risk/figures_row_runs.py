@@ -117,7 +117,7 @@ def _elevation(axis: Any, run: xr.Dataset, tallest: float) -> None:
     axis.grid(False)
     axis.set_title(
         "peaks: displacement of each roof; force and number of contacts at each contact point "
-        f"(orange edge: reaches $F_E$); gaps drawn × {scale:g}",
+        f"(orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
         fontsize=8,
     )
 
@@ -130,12 +130,13 @@ def _points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float
         level = float(one["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
         count, yields = int(one["contact_point_impact_count"]), int(one["contact_point_yield_exceedance"]) == 1
+        edge, width = (RAISED, 2.2) if yields else ("black", 0.9) if count > 0 else (QUIET, 0.7)
+        look: dict[str, Any] = {"edgecolors": edge, "linewidths": width, "zorder": 5}
+        look |= (
+            {"c": [peaks[at] / largest], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0} if count > 0 else {"c": "white"}
+        )
         marker = MARKERS[str(one["contact_point_kind"].values)]
-        axis.scatter(
-            middles[interface], level, 46.0, c=[peaks[at] / largest], marker=marker,
-            cmap="cividis_r", vmin=0.0, vmax=1.0, zorder=5, edgecolors=RAISED if yields else "black",
-            linewidths=2.2 if yields else 0.9, plotnonfinite=True,
-        )  # fmt: skip
+        axis.scatter(middles[interface], level, 46.0 if count > 0 else 22.0, marker=marker, **look)
         if count > 0:
             axis.annotate(
                 f"{force_told(float(peaks[at]))}, {count}×", (middles[interface], level), xytext=(7, 0),
