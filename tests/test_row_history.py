@@ -15,6 +15,7 @@ from pounding_risk.cli import app
 from pounding_risk.core.rows.layout import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
 from pounding_risk.figures_row_runs import roofs_of, row_run_finding
 from pounding_risk.history import simulate
+from pounding_risk.row_findings import force_told
 from pounding_risk.row_log import contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.scenario import parse_scene
 
@@ -259,8 +260,11 @@ def test_the_figure_tells_what_the_run_has(run, tmp_path):
     assert f"the roof of tall moves most, {1e3 * np.abs(roofs[:, 0]).max():.3g} mm" in told
     assert (roofs[:, 3] == 0.0).all()
     labels = {text.get_text() for axis in drawn.axes for text in axis.texts}
-    for count in run["contact_point_impact_count"].values:
-        assert count == 0 or any(label.endswith(f", {count:.0f}×") for label in labels)
+    interfaces, peaks = run["contact_point_interface"].values, run["contact_point_peak_contact_force"].values
+    for interface in np.unique(interfaces):
+        strongest = np.flatnonzero(interfaces == interface)[np.argmax(peaks[interfaces == interface])]
+        count, force = run["contact_point_impact_count"].values[strongest], force_told(float(peaks[strongest]))
+        assert f"{force}, {count:.0f}×" in labels
     for name in ("a.svg", "b.svg"):
         figures.write(figures.simulation_figure(run), tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
