@@ -37,6 +37,7 @@ from pounding_risk.core.rows.layout import (
     MASS,
     PLACE,
     PLASTIC,
+    QUICK,
     RESIDUAL,
     SHAKE,
     SHEAR,
@@ -126,7 +127,7 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
         terms += 1
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    floors = np.zeros((8, int(first[-1])))
+    floors = np.zeros((9, int(first[-1])))
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     maps: list[np.ndarray] = []
     for place, chain in zip(first, chains, strict=False):
@@ -217,9 +218,9 @@ def _motion(chain: Chain) -> np.ndarray:
 
 
 def _map(chain: Chain, step: float) -> np.ndarray:
-    """(u, v) after a node interval from (u, v, a_g, its slope), row by row."""
+    """(u, v) after a node interval from (u, v, a_g, its slope), column by column."""
     n = chain.mass.size
-    return expm(_motion(chain) * step)[: 2 * n].ravel() if n else np.zeros(0)
+    return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
 
 
 def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
@@ -232,6 +233,15 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
     floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
     floors[BOTTOM, 0] = 1.0
+    floors[QUICK] = _quickest(chain)
+
+
+def _quickest(chain: Chain) -> float:
+    """(ω + c)², ω the fastest mode and c the largest eigenvalue of M^(−1/2) C M^(−1/2) [1/s²]."""
+    root = np.sqrt(chain.mass)
+    scaled = [matrix / root / root[:, None] for matrix in (_stiffness(chain.spring), chain.damping)]
+    fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
+    return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
 
 
 def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:

@@ -18,7 +18,7 @@ from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.tableau import DOP853
 
 # Rows of `Row.floors`, by dof.
-MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
+MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK = range(9)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
@@ -95,9 +95,9 @@ class Row(NamedTuple):
     frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
-    floors: np.ndarray  # (8, D)
+    floors: np.ndarray  # (9, D)
     damping: np.ndarray  # (D, N) row i of C
-    maps: np.ndarray  # (...,) over one node interval: (u, v, a_g, its slope) to (u, v), building by building
+    maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope in turn; building by building
 
 
 class Run(NamedTuple):

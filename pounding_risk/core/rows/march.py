@@ -273,7 +273,7 @@ def survey(row, run, ground, step, terms, states):
     row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
-    busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros((2, buildings))
+    busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
     for node in range(ground.size - 1):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
         for b in range(buildings):
@@ -309,7 +309,7 @@ def march(row, run, ground, step, terms, rtol, states):
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)
-    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros((2, buildings))
+    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
     nodes = ground.size - 1
     for node in range(nodes):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
