@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from interpreted import interpreted
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -196,6 +197,23 @@ def test_options_choose_the_case(study, run):
 def test_a_log_without_room_is_made_again(study, run, monkeypatch):
     monkeypatch.setattr(rows, "LINES", 3)
     assert simulate(study).drop_attrs().identical(run.drop_attrs())
+
+
+BRIEF = SCENE.replace('window = ["1 s", "5 s"]', 'window = ["1.6 s", "2.4 s"]')
+
+
+@pytest.mark.slow
+def test_the_interpreted_log_is_the_compiled_one():
+    """Every instant and force, groups that are solved again included."""
+    found = interpreted(
+        "import json; from test_row_history import BRIEF, parse_scene, simulate; run = simulate(parse_scene(BRIEF)); "
+        "print(json.dumps([run[name].values.tolist() for name in ('time', 'contact_force', 'contact_start')]))"
+    )
+    run = simulate(parse_scene(BRIEF))
+    assert run.sizes["contact"] > 3
+    for name, values in zip(("time", "contact_force", "contact_start"), found, strict=True):
+        # The compiler contracts no products, but its powers round otherwise.
+        np.testing.assert_allclose(run[name], values, rtol=1e-9, atol=1e-9 * np.abs(run[name]).max(), err_msg=name)
 
 
 def test_a_run_that_fails_has_no_motion_past_its_failure():

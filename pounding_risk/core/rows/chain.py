@@ -279,6 +279,8 @@ def raise_between(row, run, b, ends, motion, pull, rise, step, terms):
     The bound on the shaking is first (ω + c)² times that on the motion, ω the fastest mode and c the strongest damper.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    if last == first:
+        return  # a rigid building has no dof, and as the last one no place in the arrays either
     desk = run.desk
     eighth = 0.125 * step * step
     swing, laid, exact = sqrt(motion), False, False
