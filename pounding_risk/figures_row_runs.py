@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 NAMED = 6  # lines of a panel with a colour and a name of their own; the others are grey
 OTHERS = "#c4c4c4"
 FORCE = "peak_contact_force"
+APART = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
 def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
@@ -117,28 +118,35 @@ def _elevation(axis: Any, run: xr.Dataset, tallest: float) -> None:
     axis.grid(False)
     axis.set_title(
         "peaks: displacement of each roof; force and number of contacts at each contact point "
-        f"(orange edge: reaches $F_E$); gaps drawn × {scale:g}",
+        f"(orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
         fontsize=8,
     )
 
 
 def _points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
+    """Every contact point; of two too close for both numbers, the stronger one's are written."""
     peaks = np.nan_to_num(run[f"contact_point_{FORCE}"].values)
-    largest = peaks.max(initial=0.0) or 1.0
-    for at, interface in enumerate(run["contact_point_interface"].values.astype(int)):
+    told: list[tuple[int, float]] = []
+    for at in np.argsort(-peaks, kind="stable"):
         one = run.isel(contact_point=at)
-        level = float(one["contact_point_level"])
+        interface, level = int(one["contact_point_interface"]), float(one["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
-        count, yields = int(one["contact_point_impact_count"]), int(one["contact_point_yield_exceedance"]) == 1
-        marker = MARKERS[str(one["contact_point_kind"].values)]
-        axis.scatter(
-            middles[interface], level, 46.0, c=[peaks[at] / largest], marker=marker,
-            cmap="cividis_r", vmin=0.0, vmax=1.0, zorder=5, edgecolors=RAISED if yields else "black",
-            linewidths=2.2 if yields else 0.9, plotnonfinite=True,
-        )  # fmt: skip
-        if count > 0:
+        _mark(axis, one, (middles[interface], level), peaks[at] / (peaks.max() or 1.0))
+        is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in told)
+        if peaks[at] > 0.0 and not is_near:
+            told.append((interface, level))
             axis.annotate(
-                f"{force_told(float(peaks[at]))}, {count}×", (middles[interface], level), xytext=(7, 0),
-                textcoords="offset points", va="center", fontsize=6.8, zorder=6,
-                bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
+                f"{force_told(float(peaks[at]))}, {int(one['contact_point_impact_count'])}×",
+                (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
+                zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
             )  # fmt: skip
+
+
+def _mark(axis: Any, one: xr.Dataset, place: tuple[float, float], share: float) -> None:
+    """A contact point in the colour of its share of the largest force; white and small where nothing touches."""
+    look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
+    if share > 0.0:
+        yields = int(one["contact_point_yield_exceedance"]) == 1
+        look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
+        look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields else {"edgecolors": "black", "linewidths": 0.9}
+    axis.scatter(*place, marker=MARKERS[str(one["contact_point_kind"].values)], zorder=5, **look)

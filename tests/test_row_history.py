@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from interpreted import interpreted
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -15,6 +16,7 @@ from pounding_risk.cli import app
 from pounding_risk.core.rows.layout import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
 from pounding_risk.figures_row_runs import roofs_of, row_run_finding
 from pounding_risk.history import simulate
+from pounding_risk.row_findings import force_told
 from pounding_risk.row_log import contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.scenario import parse_scene
 
@@ -197,6 +199,23 @@ def test_a_log_without_room_is_made_again(study, run, monkeypatch):
     assert simulate(study).drop_attrs().identical(run.drop_attrs())
 
 
+BRIEF = SCENE.replace('window = ["1 s", "5 s"]', 'window = ["1.6 s", "2.4 s"]')
+
+
+@pytest.mark.slow
+def test_the_interpreted_log_is_the_compiled_one():
+    """Every instant and force, groups that are solved again included."""
+    found = interpreted(
+        "import json; from test_row_history import BRIEF, parse_scene, simulate; run = simulate(parse_scene(BRIEF)); "
+        "print(json.dumps([run[name].values.tolist() for name in ('time', 'contact_force', 'contact_start')]))"
+    )
+    run = simulate(parse_scene(BRIEF))
+    assert run.sizes["contact"] > 3
+    for name, values in zip(("time", "contact_force", "contact_start"), found, strict=True):
+        # The compiler contracts no products, but its powers round otherwise.
+        np.testing.assert_allclose(run[name], values, rtol=1e-9, atol=1e-9 * np.abs(run[name]).max(), err_msg=name)
+
+
 def test_a_run_that_fails_has_no_motion_past_its_failure():
     """Too stiff for numbers: told by the status, and no floor stands still as if nothing had happened."""
     wild = simulate(parse_scene(SCENE.replace("2.75e9", "1e20")), pga=9e3)
@@ -259,8 +278,11 @@ def test_the_figure_tells_what_the_run_has(run, tmp_path):
     assert f"the roof of tall moves most, {1e3 * np.abs(roofs[:, 0]).max():.3g} mm" in told
     assert (roofs[:, 3] == 0.0).all()
     labels = {text.get_text() for axis in drawn.axes for text in axis.texts}
-    for count in run["contact_point_impact_count"].values:
-        assert count == 0 or any(label.endswith(f", {count:.0f}×") for label in labels)
+    interfaces, peaks = run["contact_point_interface"].values, run["contact_point_peak_contact_force"].values
+    for interface in np.unique(interfaces):
+        strongest = np.flatnonzero(interfaces == interface)[np.argmax(peaks[interfaces == interface])]
+        count, force = run["contact_point_impact_count"].values[strongest], force_told(float(peaks[strongest]))
+        assert f"{force}, {count:.0f}×" in labels
     for name in ("a.svg", "b.svg"):
         figures.write(figures.simulation_figure(run), tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()

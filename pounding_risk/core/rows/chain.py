@@ -184,7 +184,7 @@ def settle_about(row, b, desk, state, sign):
 
 @kernel
 def motion_bound(row, b, rise, desk, state, here):
-    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), over an interval where a_g rises by ``rise``; ü in ``here``."""
+    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``here``."""
     motion, below = 0.0, 0.0
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         y = desk[state + 1, i] + row.floors[STATIC, i] * rise
@@ -297,6 +297,8 @@ def raise_between(row, run, b, ends, motion, pull, rise, step, terms):
     The bound on the shaking is first (ω + c)² times that on the motion, ω the fastest mode and c the strongest damper.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    if last == first:
+        return  # a rigid building has no dof, and as the last one no place in the arrays either
     desk = run.desk
     eighth = 0.125 * step * step
     swing, laid, exact = sqrt(motion), False, False
