@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -118,7 +118,7 @@ def call_at(address, values, row, column, a, b, c, d):
 
 
 def call_on(address, values, row, column, board, line, place):
-    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and those at ``board[line, place:]``."""
+    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and ``board[line, place:]``."""
     return _ENTRIES[int(address)](values[row, column:], board[line, place:])
 
 

@@ -178,11 +178,13 @@ def simulate(
     pga: Annotated[str | None, typer.Option(help="Peak ground acceleration.", show_default="the first")] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write histories (.nc).", show_default=False)] = None,
     figure: Figure = None,
+    animation: Annotated[Path | None, typer.Option(help="A row's run, moving (.html).", show_default=False)] = None,
     strict: Strict = False,
 ) -> None:
     """Run one case in full: outputs, contacts, histories."""
     dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
-    from pounding_risk.cli_row import check_drawn
+    moving = writable("--animation", animation, (".html",))
+    from pounding_risk.cli_row import check_moving, move
     from pounding_risk.cli_tables import print_run
     from pounding_risk.history import simulate as run
     from pounding_risk.quantities import GAP, PGA, YIELD_FORCE
@@ -195,7 +197,7 @@ def simulate(
         for name, text, quantity in asked
         if text is not None
     }
-    study = check_drawn(read_scene(scene, overrides), figure_file)
+    study = check_moving(read_scene(scene, overrides), moving)
     dataset = run(study, record=record, polarity=polarity, law=law, **values)
     print_run(dataset)
     if dataset_file is not None:
@@ -205,6 +207,7 @@ def simulate(
         from pounding_risk.figures import simulation_figure
 
         draw(simulation_figure(dataset), figure_file)
+    move(dataset, moving)
     if strict and dataset.attrs["status"] != "complete":
         raise typer.Exit(RUN_FAILED)
 

@@ -29,7 +29,7 @@ def print_effects(dataset: Any) -> None:
         lines.append((name, time_words(time), f"{ratio:.2f}", str(changed), *words, f"{widest * 1e3:.3g} mm"))
     heads = ("effects", "time a run", "ratio", "cases changed", *HEADS.values(), "largest set")
     print_table(heads, lines, "l" + "r" * (len(heads) - 1))
-    wide = ", of all cases where the ground is changed" if dataset["acts_on_all"].any() else ""
+    wide = ", of all cases where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     print(f"\nChange against the scene without effects: median (smallest to largest) of the cases that yield{wide}.\n")
     options = {
         name: ", ".join(f"{key} {value}" for key, value in given.items()) or "no options"

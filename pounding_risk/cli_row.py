@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.cli_output import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pounding_risk.study import Study
 
 OF_BUILDINGS = {
@@ -19,14 +20,21 @@ OF_BUILDINGS = {
 }
 
 
-def check_drawn(study: Study, figure: Path | None) -> Study:
-    """The study; raises PoundingError for a row whose run is to be drawn as a pair's."""
-    if study.is_row and figure is not None:
+def check_moving(study: Study, target: Path | None) -> Study:
+    """The study; raises PoundingError for a pair that is to be animated."""
+    if not study.is_row and target is not None:
         raise PoundingError(
-            "--figure: shows a pair, and this scene is a row; write -o run.nc, then "
-            "`pounding-risk draw run.nc --animation run.html`"
+            "--animation: shows a row, and this scene is a pair of single masses; draw its run with --figure run.png"
         )
     return study
+
+
+def move(dataset: Any, target: Path | None) -> None:
+    """Write the animation of a run where a file is named."""
+    if target is not None:
+        from pounding_risk.animation import animate
+
+        print(f"written: {animate(dataset, target)}")
 
 
 def print_row_run(dataset: Any) -> None:

@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from pounding_risk.chains import chain_of
 from pounding_risk.ensemble import as_study, scan
-from pounding_risk.errors import SceneError
+from pounding_risk.errors import PoundingError
 from pounding_risk.ladder import bench_of, run_event
-from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, refusal
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.quantities import Quantity, parse
 from pounding_risk.results import as_text, check_target, save
-from pounding_risk.study import Effect, Study, known_law, needs_pair
+from pounding_risk.row_costs import row_bench
+from pounding_risk.study import Effect, Study, known_law
 
 NONE, ALL = "none", "all together"
 CASES_TIMED = 24
@@ -44,21 +46,19 @@ def effects(
 ) -> xr.Dataset:
     """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
 
-    The effects are those of the scene; where it names none, all that act on the ground or on one of its contact models,
-    with the options of their examples. An effect that acts on another is switched on with it. Contact models that one
-    of the effects does not act on are left out. Dimensions: effects, and those of `scan`. Variables: the outputs of
-    `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects act on cases that do not yield,
-    too], and ``time`` [s of the processor per run, every case run, median of ``repeats``], ``time_ratio`` over the
-    scene without.
-
-    Raises as `scan` does, and SceneError for an effect that acts on buildings.
+    The effects are those of the scene; where it names none, all that act on the ground, or of a row on its buildings,
+    or on one of its contact models, with the options of their examples. An effect that acts on another is switched on
+    with it. Contact models that one of the effects does not act on are left out. Dimensions: effects, and those of
+    `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects
+    act on cases that do not yield, too], and ``time`` [s of the processor per run, every case run, median of
+    ``repeats``], ``time_ratio`` over the scene without. Raises as `scan` does.
     """
     target = None if out is None else check_target(out)
     study = as_study(study)
-    _check_pair(study)
-    needs_pair(study, "effects")
     laws = study.grid.contact_models
-    asked = study.effects or tuple(_example(name) for name in EFFECTS if any(_acts(name, law) for law in laws))
+    unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
+    acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
+    asked = study.effects or tuple(_example(name) for name in acting)
     taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))
     study = replace(study, grid=study.grid._replace(contact_models=taken))
     scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(asked).items()]
@@ -73,7 +73,8 @@ def effects(
     dataset = _dataset(scenes, found, times)
     dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
     rest = [law for law in laws if law not in taken]
-    dataset.attrs["left_out"] = f"{', '.join(rest)}: not every effect here acts on it" if rest else ""
+    told = [f"{', '.join(rest)}: not every effect here acts on it"] if rest else []
+    dataset.attrs["left_out"] = "; ".join([*told, *(why for name, why in unsuited.items() if _fits(study, name))])
     dataset.attrs["finding"] = finding(dataset)
     if target is not None:
         save(dataset, target)
@@ -104,29 +105,54 @@ def _example(name: str) -> Effect:
 
 
 def _acts(effect: str, law: str) -> bool:
-    return not acts_on_buildings(effect) and not refusal(known_law(law), effect)
+    return not refusal(known_law(law), effect)
 
 
-def _check_pair(study: Study) -> None:
-    """Raises SceneError for effects that act on buildings: what they cost is a matter of rows, not of pairs."""
-    for name in (effect.name for effect in study.effects if acts_on_buildings(effect.name)):
-        told = "acts on the buildings, and this compares the effects of a pair's contact and ground"
-        raise SceneError(
-            study.source, [f"effects.{name}: {told}; remove {name}, or scan the scene with and without it"]
-        )
+def _fits(study: Study, effect: str) -> bool:
+    """True where an effect is one of a row or of a pair, as the scene is."""
+    return not acts_on_ground(effect) if study.is_row else not acts_on_buildings(effect)
+
+
+def _unsuited(study: Study, effect: str) -> str:
+    """Why the example of an effect has no place in a scene that names none; "" where it has."""
+    if not _fits(study, effect):
+        return f"{effect} is for {'pairs' if study.is_row else 'rows'}"
+    if not acts_on_buildings(effect):
+        return ""
+    if effect == "inelastic_storeys" and not any(building.strengths for building in study.buildings):
+        return "inelastic_storeys: no building gives storey_strengths"
+    try:
+        for building in study.buildings:
+            chain_of(building, (_example(effect),))
+    except PoundingError as error:
+        return str(error)
+    return ""
 
 
 def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
     """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
-    benches = [bench_of(scene, CASES_TIMED) for scene in scenes]
+    timers = [_timer(scene) for scene in scenes]
     found = np.zeros((len(scenes), repeats))
     for number in range(-1, repeats):  # the first round compiles and warms the caches
-        for place, (scene, bench) in enumerate(zip(scenes, benches, strict=True)):
-            spent = run_event(bench, scene.rtol)
+        for place, timed in enumerate(timers):
+            seconds = timed()
             if number >= 0:
-                # The motion without contact is common to all cases of a record.
-                found[place, number] = spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
+                found[place, number] = seconds
     return found
+
+
+def _timer(scene: Study) -> Callable[[], float]:
+    """What runs some cases of a scene and tells the processor time of one [s]."""
+    if scene.is_row:
+        return row_bench(scene, CASES_TIMED).seconds
+    bench = bench_of(scene, CASES_TIMED)
+
+    def timed() -> float:
+        spent = run_event(bench, scene.rtol)
+        # The motion without contact is common to all cases of a record.
+        return spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
+
+    return timed
 
 
 def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
@@ -136,7 +162,7 @@ def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
     middle = np.array([median(row) for row in times])
     dataset["time"] = ("effects", middle, {"units": "s", "long_name": "processor time of one run"})
-    everywhere = [any(acts_on_ground(effect.name) for effect in scene.effects) for _, scene in scenes]
+    everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
     words = "1 where the effects act on cases that do not yield, too"
     dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), {"units": "1", "long_name": words})
     ratios = np.median(times / times[0], axis=1)
@@ -158,8 +184,8 @@ def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np
 def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
     """Relative change of one output by these effects, over the cases that they act on and that complete with them.
 
-    An effect of yielding acts on the cases that yield without effects, one of the ground on all. Where there was
-    nothing before, a change to something is infinite.
+    An effect of yielding acts on the cases that yield without effects, one of the ground or of buildings on all. Where
+    there was nothing before, a change to something is infinite. Of a row every interface, or building, counts.
     """
     acted = acted_on(dataset, name)
     before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
@@ -173,8 +199,7 @@ def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
 
 def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
     """True for the cases that these effects act on; in the shape of a case's outputs."""
-    yields = dataset["yield_exceedance"].sel(effects=NONE).values == 1
-    return yields | bool(dataset["acts_on_all"].sel(effects=name))
+    return yielding_cases(dataset) | bool(dataset["acts_on_all"].sel(effects=name))
 
 
 def changed_cases(dataset: xr.Dataset, name: str) -> int:
@@ -183,7 +208,7 @@ def changed_cases(dataset: xr.Dataset, name: str) -> int:
     for output in COMPARED:
         before, after = (_printed(dataset[output].sel(effects=which)) for which in (NONE, name))
         differs = before != after
-        altered |= differs.any(axis=-1) if "building" in dataset[output].dims else differs
+        altered |= differs.any(axis=-1) if differs.ndim > altered.ndim else differs
     return int(altered.sum())
 
 
@@ -226,7 +251,13 @@ def percent(change: float) -> str:
 
 def yielding(dataset: xr.Dataset) -> int:
     """In how many cases F_E is reached without effects."""
-    return int((dataset["yield_exceedance"].sel(effects=NONE) == 1).sum())
+    return int(yielding_cases(dataset).sum())
+
+
+def yielding_cases(dataset: xr.Dataset) -> np.ndarray:
+    """True for the cases in which F_E is reached without effects, of a row anywhere."""
+    yields = dataset["yield_exceedance"].sel(effects=NONE) == 1
+    return np.asarray((yields.any("interface") if "interface" in yields.dims else yields).values)
 
 
 def _cases(dataset: xr.Dataset) -> int:

@@ -27,7 +27,8 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     """Change of each output over the cases that the effects act on: every case, median, and the middle two thirds."""
     figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
     names = [str(name) for name in dataset["effects"].values]
-    yields = dataset["yield_exceedance"].sel(effects=BASE).values == 1
+    reached = dataset["yield_exceedance"].sel(effects=BASE) == 1
+    yields = (reached.any("interface") if "interface" in reached.dims else reached).values
     for axis, (output, words) in zip(axes.flat, PANELS.items(), strict=False):
         in_mm = output == "permanent_set"
         rows = []
@@ -44,7 +45,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     for axis in axes[:, 0]:
         axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
         axis.set_ylim(len(names) - 0.4, 0.4)
-    wide = ", all where the ground is changed" if dataset["acts_on_all"].any() else ""
+    wide = ", all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     condition = (
         f"{dataset.attrs['title']}; the {int(yields.sum())} of {yields.size} cases that yield without effects{wide}; "
         "bars: middle two thirds, line: median"
@@ -54,10 +55,10 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 
 
 def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> np.ndarray:
-    """Changes in per cent of the cases acted on, both buildings; the set itself in mm."""
+    """Changes in per cent of the cases acted on, at every building or interface; the set itself in mm."""
     after = dataset[output].sel(effects=name).values.astype(float)[acted]
     if output == "permanent_set":
-        return after * 1e3
+        return after.ravel() * 1e3
     before = dataset[output].sel(effects=BASE).values.astype(float)[acted]
     with np.errstate(divide="ignore", invalid="ignore"):
         change = 100.0 * (after / before - 1.0)

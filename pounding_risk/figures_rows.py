@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -117,7 +118,7 @@ def _lines(case: RowCase) -> list[_Line]:
     count = len(case.buildings)
     lines = max(1, -(-(count - 1) // (ON_A_LINE - 1)))
     cuts = np.round(np.linspace(0, count - 1, lines + 1)).astype(int)
-    scale = _gap_scale(case)
+    scale = gap_scale(case.gaps)
     found = []
     for first, last in pairwise(cuts):
         steps = [WIDTH + scale * case.gaps[at] for at in range(first, last)]
@@ -126,15 +127,15 @@ def _lines(case: RowCase) -> list[_Line]:
     return found
 
 
-def _gap_scale(case: RowCase) -> float:
+def gap_scale(gaps: Sequence[float]) -> float:
     """The largest round factor that keeps the widest gap within `WIDEST_GAP`."""
-    widest = max(case.gaps, default=0.0)
+    widest = max(gaps, default=0.0)
     return float(max((each for each in ROUND if each * widest <= WIDEST_GAP), default=1))
 
 
 def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     for wall, at in zip(line.walls, range(line.first, line.last + 1), strict=True):
-        _building(axis, case.buildings[at], wall)
+        outline(axis, case.buildings[at], wall)
     inside = [place for place in case.places if line.first <= place.interface < line.last]
     middles = [_middle(case, line, place.interface) for place in inside]
     for at in range(line.first, line.last):
@@ -160,7 +161,7 @@ def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     return picture
 
 
-def _building(axis: Any, building: Standing, wall: float) -> None:
+def outline(axis: Any, building: Standing, wall: float) -> None:
     """Walls, floors and the name; a rigid building is hatched."""
     from matplotlib.patches import Rectangle
 
@@ -231,6 +232,6 @@ def _legend(figure: Figure, case: RowCase) -> None:
         Line2D([], [], marker="o", markeredgecolor=RAISED, markeredgewidth=2.2, label="reaches $F_E$ in some", **look),
     ]
     said = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
-    said += f"gaps drawn × {_gap_scale(case):g}"
+    said += f"gaps drawn × {gap_scale(case.gaps):g}"
     legend = figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False, title=said)
     legend.get_title().set_fontsize(8)

@@ -82,7 +82,14 @@ def _impact_label(each: Any, impacts: Sequence[Any]) -> str:
 
 
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
-    """One run: ground motion, relative displacement with gap and contacts, contact force, energies."""
+    """One run: ground motion, relative displacement with gap and contacts, contact force, energies.
+
+    Of a row's run: ground motion, roofs, contact forces and the row in elevation (`figures_row_runs`).
+    """
+    if "interface" in run.dims:
+        from pounding_risk.figures_row_runs import row_run_figure
+
+        return row_run_figure(run, note)
     figure, axes = blank(4, 1, (9.0, 9.5), sharex=True)
     time = run["time"].values
     ground, moved, force, energy = axes[:, 0]

@@ -62,9 +62,9 @@ def simulate(
     ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]; the others are names.
 
     Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
-    both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has its floors' motion and
-    contact forces at instants of its own (`row_history`). Raises as `scan` does, and PoundingError for a record or
-    polarity that the scene does not have and for a number out of its range.
+    both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has the motion of every floor
+    and the force at every contact point instead (`row_history`). Raises as `scan` does, and PoundingError for a record
+    or polarity that the scene does not have and for a number out of its range.
     """
     study = as_study(study)
     for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):

@@ -88,9 +88,18 @@ class Cases:
 
     def whole(self, limits: Limits) -> RowRun:
         """The case with all buildings solved at once, whatever is known."""
+        return self._whole(limits, histories=False)
+
+    def in_full(self, limits: Limits) -> RowRun:
+        """As `whole`, the same run to the bit, with u and v at the nodes and the log of its groups."""
+        return self._whole(limits, histories=True)
+
+    def _whole(self, limits: Limits, *, histories: bool) -> RowRun:
         span = self.model.everything
-        run = self._levelled(self._run(span, limits.gaps, limits.yield_forces), limits.yield_forces)
-        return put_together(self.driven.free, [(self._part(span), run)])
+        made = self._run(span, limits.gaps, limits.yield_forces, histories=histories)
+        run = self._levelled(made, limits.yield_forces)
+        found = put_together(self.driven.free, [(self._part(span), run)])
+        return found._replace(states=run.states, log=run.log)
 
     def in_parts(self, limits: Limits) -> tuple[RowRun, list[Answered]]:
         """The case with only those solved together that are tied, and how each of their runs was found.
@@ -133,7 +142,7 @@ class Cases:
         key = (part.structure, gaps[part.points].tobytes(), strengths, used)
         return self._runs.of(key, lambda: self._run(span, gaps, yield_forces)), key
 
-    def _run(self, span: Span, gaps: Array, yield_forces: Array) -> RowRun:
+    def _run(self, span: Span, gaps: Array, yield_forces: Array, *, histories: bool = False) -> RowRun:
         part, mechanics = self._part(span), self.mechanics
         places = part.points
         contacts = Contacts(
@@ -150,6 +159,7 @@ class Cases:
             self.driven.acceleration,
             rtol=self.rtol,
             levels=None if mechanics.capped else mechanics.levels,
+            histories=histories,
         )
 
     def _levelled(self, run: RowRun, yield_forces: Array) -> RowRun:

@@ -50,12 +50,12 @@ def row_grid(study: Study) -> RowGrid:
     levels = study.grid.yield_forces if len(study.grid.yield_forces) > 1 else (None,)
     forces = np.array([study.point_yield_forces(level) for level in levels])
     finite = np.unique(forces[np.isfinite(forces)])
-    mechanics = tuple(_mechanics(study, model, name, finite) for name in study.grid.contact_models)
+    mechanics = tuple(mechanics_of(study, model, name, finite) for name in study.grid.contact_models)
     return RowGrid(frame_of(model), mechanics, gaps, forces, study.rtol)
 
 
-def _mechanics(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:
-    """One contact model at every contact point, as its interface has it."""
+def mechanics_of(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:
+    """One contact model at every contact point, as its interface has it; ``levels`` [N] as `Mechanics` has them."""
     laws = [law_of(study.at(place), name) for place in range(len(study.neighbours))]
     rules = [neighbour.restitution for neighbour in study.neighbours]
     return Mechanics(

@@ -1,16 +1,10 @@
-"""One run of a row in full: where every floor is, and what every contact point transmits, instant by instant.
+"""One run of a row in full: where every floor is, what every contact point transmits, and every contact of the run.
 
-Contact forces follow from the momentum of the floors. Between two instants, with ∫ by the trapezoidal rule,
-
-    Bᵀ F Δt = −[m Δv + ∫ (C v + V − V_above + m a_g) dt],
-
-F by least squares over the points that are closed; row k of B is what the displacements close at point k. So the
-impulse between two instants is the run's own, and F its mean.
+It is the run that a scan makes of the case, to the bit, told at the nodes of the record and at every step in contact.
 """
 
 from __future__ import annotations
 
-from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,20 +12,21 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk import rows
-from pounding_risk.chains import Chain
 from pounding_risk.core.tally import STATUS_SENTENCES
-from pounding_risk.models.effects import with_effects
 from pounding_risk.motions import Motion
 from pounding_risk.results import as_text, versions
+from pounding_risk.row_cases import Cases, Driven, Limits
 from pounding_risk.row_dataset import row_coordinates
-from pounding_risk.row_grid import RowGrid, row_grid
-from pounding_risk.row_model import RowModel
+from pounding_risk.row_grid import RowGrid, mechanics_of, row_grid
+from pounding_risk.row_log import FACTS, Instants, Touched, contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.row_outputs import outputs, variables
+from pounding_risk.rows import RowRun
 from pounding_risk.scan_dataset import described, sources_of
 from pounding_risk.study import Study
 
 Array = NDArray[np.float64]
-STEP = 1e-3  # s, between two instants at most: a contact of buildings lasts some ten of them
+FLOORS = ("time", "building", "storey")
+POINTS = ("time", "contact_point")
 
 
 class Cell(NamedTuple):
@@ -44,33 +39,30 @@ class Cell(NamedTuple):
 
 
 def cell_of(study: Study, motion: Motion, law: str, gap: float | None, yield_force: float | None) -> Cell:
-    """The scene's own gaps and yield forces, or those named: the gap of the gridded interface, or of all of them."""
-    own = [neighbour.gap for neighbour in study.neighbours]
-    gaps = np.array(own if gap is None else study.interface_gaps(gap))
-    return Cell(motion, law, gaps, np.array(study.point_yield_forces(yield_force)))
+    """The scene's own gaps and yield forces, or those named.
+
+    A gap is that of all interfaces, but of the only one that the grid varies where it names one.
+    """
+    varied = study.gridded_interface if len(study.grid.gaps) > 1 else None
+    pairs = zip(study.interfaces, study.neighbours, strict=True)
+    gaps = [neighbour.gap if gap is None or varied not in (None, name) else gap for name, neighbour in pairs]
+    return Cell(motion, law, np.array(gaps), np.array(study.point_yield_forces(yield_force)))
 
 
 def row_histories(study: Study, cell: Cell) -> xr.Dataset:
     """The run with its histories, and every output of a case; raises as `row_grid`.
 
-    Dimensions: time [s], building, storey, interface, contact_point.
+    Dimensions: time [s] (nodes of the record and every step in contact), building, storey, interface, contact_point,
+    contact.
     """
     grid = row_grid(study)
-    model, motion = grid.frame.model, cell.motion
-    laid, ground = _finer(model, motion)
-    run = rows.run_row(laid, _contacts(study, model, cell), ground, rtol=study.rtol, states=True)
-    nodes = rows.nodes_of(laid, ground)
-    closing = closing_of(model)
-    force = contact_forces(model, run.states, (nodes, laid.step), closing, cell.gaps[model.interfaces])
-    moved, fast = (_by_storey(grid, run.states[:, place]) for place in (0, 1))
-    floors = ("time", "building", "storey")
-    found: dict[str, Any] = {
-        "displacement": (floors, moved, described("m", "displacement of the floor relative to the ground")),
-        "velocity": (floors, fast, described("m/s", "velocity of the floor relative to the ground")),
-        "contact_force": (("time", "contact_point"), force, described("N", "mean force since the instant before")),
-        "ground_acceleration": ("time", nodes, described("m/s2", "ground acceleration")),
-    }
-    told = outputs(run, cell.yield_forces, motion.pga, grid.frame)
+    run, ground = _run(study, grid, cell)
+    instants = instants_of(run.log, ground[0].size, ground[1])
+    touches = contacts_of(run.log, len(grid.model.points), instants)
+    found = _motion(grid, run, instants) | _forces(run, instants, touches)
+    shaken = np.interp(instants.every, instants.nodes, ground[0])
+    found["ground_acceleration"] = ("time", shaken, described("m/s2", "ground acceleration"))
+    told = outputs(run, cell.yield_forces, cell.motion.pga, grid.frame)
     for name, variable in variables(grid.frame).items():
         found[name] = (variable.dims, told[name], described(variable.unit, variable.words))
     coords = row_coordinates(study, grid)
@@ -78,76 +70,61 @@ def row_histories(study: Study, cell: Cell) -> xr.Dataset:
     coords["interface_gap"] = ("interface", cell.gaps, described("m", "clear distance at rest"))
     names = [building.name for building in study.buildings]
     coords["building"] = ("building", names, {"long_name": "building, left to right"})
-    coords["time"] = ("time", laid.step * np.arange(nodes.size), described("s", "time"))
+    coords["time"] = ("time", instants.every, described("s", "time since the start of the record"))
+    found |= _of_contacts(touches, coords["contact_point"][1])
     return xr.Dataset(found, coords=coords, attrs=_attributes(study, cell, run.status))
 
 
-def _finer(model: RowModel, motion: Motion) -> tuple[rows.Laid, Array]:
-    """The row laid out for instants `STEP` apart at most; a_g is linear between samples, and so it is between these."""
-    parts = ceil(motion.dt / STEP)
-    samples = np.arange(motion.acceleration.size)
-    ground = np.interp(np.arange((samples.size - 1) * parts + 1) / parts, samples, motion.acceleration)
-    return rows.lay_out(model.chains, model.points, motion.dt / parts), ground
+def _run(study: Study, grid: RowGrid, cell: Cell) -> tuple[RowRun, tuple[Array, float]]:
+    """The run of the case, and a_g at its nodes with the time between them."""
+    model, motion = grid.model, cell.motion
+    finite = np.unique(cell.yield_forces[np.isfinite(cell.yield_forces)])
+    mechanics = mechanics_of(study, model, cell.law, finite)
+    laid = model.row(motion.dt)
+    free = rows.free_row(laid, motion.acceleration)
+    cases = Cases(model, mechanics, Driven(motion.acceleration, motion.dt, motion.pga, free), study.rtol)
+    run = cases.in_full(Limits(cell.gaps[model.interfaces], cell.yield_forces, cell.yield_forces))
+    return run, (rows.nodes_of(laid, motion.acceleration), laid.step)
 
 
-def _contacts(study: Study, model: RowModel, cell: Cell) -> rows.Contacts:
-    laws = [with_effects(study.law_at(place, cell.law), study.effects) for place in range(len(study.neighbours))]
-    rules = [neighbour.restitution for neighbour in study.neighbours]
-    places = model.interfaces
-    return rows.Contacts(
-        cell.gaps[places], cell.yield_forces, [laws[at] for at in places], [rules[at] for at in places]
-    )
+def _motion(grid: RowGrid, run: RowRun, instants: Instants) -> dict[str, Any]:
+    """Displacements and velocities at every instant."""
+    # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
+    with np.errstate(over="ignore", invalid="ignore"):
+        moved = motion_at(run.log, run.states, instants)
+    words = (("displacement", "m"), ("velocity", "m/s"))
+    return {
+        name: (
+            FLOORS,
+            _by_storey(grid, moved[:, part]),
+            described(unit, f"{name} of the floor relative to the ground"),
+        )
+        for part, (name, unit) in enumerate(words)
+    }
 
 
-def closing_of(model: RowModel) -> Array:
-    """B (contact points, masses): what displacements of the masses close at each point, u_left − u_right."""
-    found = np.zeros((len(model.points), model.firsts[-1]))
-    for row, point in zip(found, model.points, strict=True):
-        for side, floor in enumerate((point.left_floor, point.right_floor)):
-            chain = model.chains[point.interface + side]
-            first = model.firsts[point.interface + side] + chain.foundations - 1
-            below, part = divmod(float(floor), 1.0)
-            for place, share in ((int(below), 1.0 - part), (int(below) + 1, part)):
-                # What is below the lowest mass is the ground, or the foundation.
-                if chain.mass.size and share and place + chain.foundations > 0:
-                    row[first + place] += (1.0 - 2.0 * side) * share
-    return found
+def _forces(run: RowRun, instants: Instants, touches: list[Touched]) -> dict[str, Any]:
+    """Contact forces and their impulses at every instant."""
+    points = run.points.shape[0]
+    words = "impulse of the contact force up to this instant"
+    return {
+        "contact_force": (
+            POINTS,
+            forces_at(touches, points, instants.every),
+            described("N", "contact force, compression positive"),
+        ),
+        "contact_impulse_so_far": (POINTS, impulses_at(run.log, points, instants), described("N s", words)),
+    }
 
 
-def contact_forces(model: RowModel, states: Array, ground: tuple[Array, float], closing: Array, gaps: Array) -> Array:
-    """Mean force [N] at each contact point since the instant before, (instants, contact points).
-
-    ``states`` are u and v (instants, 2, masses), ``ground`` a_g at the instants and the time between them.
-    """
-    acceleration, step = ground
-    u, v = states[:, 0], states[:, 1]
-    mass = np.concatenate([chain.mass for chain in model.chains])
-    held = mass * acceleration[:, None]
-    for first, chain in zip(model.firsts, model.chains, strict=False):
-        here = slice(first, first + chain.mass.size)
-        shears = storey_shears(chain, u[:, here])
-        held[:, here] += v[:, here] @ chain.damping.T + shears - np.pad(shears[:, 1:], ((0, 0), (0, 1)))
-    pushed = -(mass * np.diff(v, axis=0) / step + 0.5 * (held[1:] + held[:-1]))
-    is_closed = u @ closing.T > gaps
-    touching = is_closed[1:] | is_closed[:-1]
-    force = np.zeros((len(u), len(closing)))
-    for pattern in np.unique(touching[touching.any(axis=1)], axis=0):
-        when = np.flatnonzero((touching == pattern).all(axis=1))
-        force[np.ix_(when + 1, np.flatnonzero(pattern))] = pushed[when] @ np.linalg.pinv(closing[pattern].T).T
-    return force
-
-
-def storey_shears(chain: Chain, u: Array) -> Array:
-    """The shear of each storey [N] under its drifts, (instants, masses): bilinear where it has a strength."""
-    drift = np.diff(u, axis=1, prepend=0.0)
-    limits = chain.strength / chain.shear
-    if not np.isfinite(limits).any():
-        return np.asarray(chain.spring * drift)
-    plastic, lasting = np.zeros(drift.shape[1]), np.zeros_like(drift)
-    for at, now in enumerate(drift):
-        plastic = np.clip(plastic, now - limits, now + limits)
-        lasting[at] = plastic
-    return np.asarray(chain.spring * drift - (1.0 - chain.hardening) * chain.shear * lasting)
+def _of_contacts(found: list[Touched], labels: list[str]) -> dict[str, Any]:
+    """What each contact of the run was, by the time of its touch."""
+    told: dict[str, Any] = {
+        f"contact_{name}": ("contact", np.array([each.facts[place] for each in found]), described(unit, words))
+        for place, (name, (unit, words)) in enumerate(FACTS.items())
+    }
+    where = np.array([labels[each.place] for each in found], dtype=np.str_)
+    return told | {"contact_place": ("contact", where, {"long_name": "contact point at which it was"})}
 
 
 def _by_storey(grid: RowGrid, values: Array) -> Array:

@@ -37,6 +37,7 @@ from pounding_risk.core.rows.layout import (
     MASS,
     PLACE,
     PLASTIC,
+    QUICK,
     RESIDUAL,
     SHAKE,
     SHEAR,
@@ -47,8 +48,10 @@ from pounding_risk.core.rows.layout import (
     STATUS,
     STEPS,
     WHOLE,
+    WRITTEN,
     Row,
     Run,
+    log_of,
     new_run,
 )
 from pounding_risk.core.rows.layout import NODE as AT_END
@@ -63,6 +66,7 @@ if TYPE_CHECKING:
 POINT_COLUMNS = TALLIED + 2
 GREW_STATUS = WATCHED
 HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
+LINES = 4096  # of a log to begin with; a run that needs more is made again with the room it asked for
 
 
 class Contacts(NamedTuple):
@@ -90,7 +94,8 @@ class RowRun(NamedTuple):
     fastest: np.ndarray  # (K,) peak closing or parting speed at nodes, of a run without contact [m/s]
     first: np.ndarray  # (K, L) when a force first reaches a level
     reached: np.ndarray  # (K, L) contacts in which it does
-    states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for
+    states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for; NaN after a failure
+    log: np.ndarray  # (lines, ...) as `core.rows.log` writes it, where asked for
 
 
 class Laid(NamedTuple):
@@ -122,7 +127,7 @@ def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
         terms += 1
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    floors = np.zeros((8, int(first[-1])))
+    floors = np.zeros((9, int(first[-1])))
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     maps: list[np.ndarray] = []
     for place, chain in zip(first, chains, strict=False):
@@ -213,9 +218,9 @@ def _motion(chain: Chain) -> np.ndarray:
 
 
 def _map(chain: Chain, step: float) -> np.ndarray:
-    """(u, v) after a node interval from (u, v, a_g, its slope), row by row."""
+    """(u, v) after a node interval from (u, v, a_g, its slope), column by column."""
     n = chain.mass.size
-    return expm(_motion(chain) * step)[: 2 * n].ravel() if n else np.zeros(0)
+    return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
 
 
 def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
@@ -228,6 +233,15 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
     floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
     floors[BOTTOM, 0] = 1.0
+    floors[QUICK] = _quickest(chain)
+
+
+def _quickest(chain: Chain) -> float:
+    """(ω + c)², ω the fastest mode and c the largest eigenvalue of M^(−1/2) C M^(−1/2) [1/s²]."""
+    root = np.sqrt(chain.mass)
+    scaled = [matrix / root / root[:, None] for matrix in (_stiffness(chain.spring), chain.damping)]
+    fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
+    return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
 
 
 def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
@@ -256,7 +270,7 @@ def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> R
     limits[:, GAPS] = inf
     run = new_run(row, limits, np.zeros(0), make_desk())
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    kept = np.zeros((ground.size if states else 0, 2, row.floors.shape[1]))
+    kept = _room(ground.size if states else 0, row)
     survey(row, run, ground, laid.step, laid.terms, kept)
     return _told(row, run, kept)
 
@@ -268,17 +282,17 @@ def run_row(
     *,
     rtol: float = 1e-6,
     levels: np.ndarray | None = None,
-    states: bool = False,
+    histories: bool = False,
 ) -> RowRun:
     """The row with its contacts under a_g [m/s²] at the samples of its layout, from rest.
 
     ``levels`` [N, ascending] are forces whose first reaching is timed at every point, and whose contacts are counted: a
-    law without a cap answers so for every yield force. ``states`` keeps u and v at every node.
+    law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log.
     """
     if contacts.fastest is None:
         contacts = contacts._replace(fastest=free_row(laid, acceleration).fastest)
     times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
-    return _run(laid, contacts, acceleration, rtol, times, states=states)
+    return _run(laid, contacts, acceleration, rtol, times, histories=histories)
 
 
 def _run(
@@ -288,7 +302,7 @@ def _run(
     rtol: float,
     levels: np.ndarray,
     *,
-    states: bool,
+    histories: bool,
 ) -> RowRun:
     row, points = laid.row, laid.row.ends.shape[0]
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
@@ -298,19 +312,32 @@ def _run(
     for place, own in enumerate(numbers):
         given[place, : len(own)] = own
     watched = np.zeros(points) if contacts.watched is None else contacts.watched
+    fastest = np.zeros(points) if contacts.fastest is None else contacts.fastest
     limits = np.column_stack(
         [
-            *(contacts.gaps, contacts.yield_forces, watched, contacts.fastest),
+            *(contacts.gaps, contacts.yield_forces, watched, fastest),
             np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, -1),
             np.array([verbs_of(law) for law in laws]).reshape(points, -1),
             given,
         ]
     )
-    run = new_run(row, np.ascontiguousarray(limits, dtype=np.float64), levels, make_desk(rtol))
-    dofs = row.floors.shape[1]
-    kept = np.zeros((ground.size if states else 0, 2, dofs))
-    march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
-    return _told(row, run, kept)
+    limits = np.ascontiguousarray(limits, dtype=np.float64)
+    lines = LINES if histories else 0
+    while True:
+        run = new_run(row, limits, levels, make_desk(rtol), lines)
+        kept = _room(ground.size if histories else 0, row)
+        march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
+        written = int(run.board[WHOLE, WRITTEN])
+        if written <= lines or not histories:
+            return _told(row, run, kept)
+        lines = written
+
+
+def _room(nodes: int, row: Row) -> np.ndarray:
+    """For u and v at so many nodes, at rest at the first."""
+    kept = np.full((nodes, 2, row.floors.shape[1]), np.nan)
+    kept[:1] = 0.0
+    return kept
 
 
 def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
@@ -338,4 +365,5 @@ def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
         run.timed[1],
         run.timed[2],
         kept,
+        log_of(run),
     )

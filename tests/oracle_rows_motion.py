@@ -44,6 +44,7 @@ class Motion:
         sizes = (self.count, self.count, self.points, self.points, 2)
         self.absolute = np.repeat(ABSOLUTE, sizes)
         self.now = self.clock = self.step = 0.0  # clock: since the newest touch
+        self.stalled = 0  # events in a row that took no time
         # u, drift, shear, acceleration of every dof; closing, force and uncapped force of every contact.
         signals = 4 * self.count + 3 * self.points
         self.high, self.low = np.zeros(signals), np.zeros(signals)
@@ -94,7 +95,8 @@ class Motion:
                 raise RuntimeError(f"{message} (at {self.now} s)")
             found = self.walk(solver, rhs, watches, levels)
             if found:
-                elapsed = self.pass_time(found[0] ** power - begun)
+                elapsed = self.pass_time(max(found[0] ** power - begun, 0.0))
+                self.stalled = self.stalled + 1 if elapsed == 0.0 else 0
                 for event in found[1]:
                     self.happens(*event)
                 self.step = 0.0
@@ -201,6 +203,11 @@ class Motion:
         states = dense(xs)
         states[:, -1] = solver.y
         values = levels(states)
+        missed = (values[:, 0] > 0.0) & (values[:, 1] > values[:, 0])
+        if missed.any() and self.stalled < 8:
+            # The event before this piece has put another past its zero by a rounding.
+            self.state = states[:, 0]
+            return old, [watches[row] for row in np.flatnonzero(missed)]
         crossings = (values[:, :-1] <= 0.0) & (values[:, 1:] > 0.0)
         if not crossings.any():
             self.measure(dense, xs, states)

@@ -24,7 +24,7 @@ from pounding_risk.effect_costs import (
     yielding,
 )
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
-from pounding_risk.scenario import study_from
+from pounding_risk.scenario import parse_scene, study_from
 from pounding_risk.study import Effect
 
 STRAIN = {"code": "mc2010", "length": "0.6 m"}
@@ -131,6 +131,88 @@ def test_command_prints_draws_and_writes(tmp_path):
     assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
     refused = CliRunner().invoke(app, ["effects", str(path), "--figure", "f.bmp"])
     assert refused.exit_code == 2
+
+
+ROW = """
+[scene]
+name = "Four storeys beside a shop"
+[[building]]
+name = "tall"
+storeys = 4
+floor_masses = "200 t"
+storey_stiffnesses = "180 MN/m"
+storey_heights = "3 m"
+storey_strengths = "2 MN"
+[[building]]
+name = "shop"
+mass = "150 t"
+period = "0.25 s"
+height = "3 m"
+[[building]]
+name = "wall"
+rigid = true
+[[interface]]
+gap = "5 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "300 kN"
+[records]
+names = ["RSN6-180"]
+window = ["1 s", "5 s"]
+[grid]
+gap = ["5 mm", "2 m"]
+"""
+
+
+@pytest.fixture(scope="module")
+def of_row():
+    return effects(parse_scene(ROW), repeats=1)
+
+
+def test_a_row_that_names_none_is_shown_those_of_buildings(of_row):
+    """Its law has no cap, so that no effect of yielding acts; every building effect acts on all cases."""
+    assert of_row["effects"].values.tolist() == [NONE, "inelastic_storeys", "p_delta", "soil_flexibility", ALL]
+    assert of_row["acts_on_all"].values.tolist() == [0, 1, 1, 1, 1]
+    assert (of_row["status"] == 0).all()
+    assert yielding(of_row) == 1  # of two cases one has no contact
+    assert (of_row["time"] > 0.0).all() and of_row.attrs["left_out"] == ""
+    assert "changes the peak relative displacement most" in of_row.attrs["finding"]
+
+
+def test_changes_of_a_row_are_those_of_scans(of_row):
+    """By hand from two scans: every interface and every building counts."""
+    plain, softer = (pr.scan(parse_scene(ROW + more), check_fraction=0.0) for more in ("", "[effects]\np_delta = {}\n"))
+    for output in ("peak_relative_displacement", "peak_storey_shear"):
+        before, after = (each[output].values.ravel() for each in (plain, softer))
+        known = np.isfinite(before)
+        found = changes(of_row, "p_delta", output)
+        assert found == pytest.approx(after[known] / before[known] - 1.0, abs=1e-15)
+    assert changes(of_row, "p_delta", "peak_relative_displacement").size == 2 * 2  # interfaces, cases
+    assert changed_cases(of_row, "p_delta") == 2
+    # The wall has no storeys; weights of some MN against storeys of some 100 MN/m take a hundredth of them.
+    assert 0.0 < np.abs(changes(of_row, "p_delta", "peak_storey_shear")).max() < 0.1
+
+
+def test_what_has_no_place_in_a_row_is_said():
+    """Neither strengths nor a height: two effects are left out, with the reason."""
+    bare = ROW.replace('storey_strengths = "2 MN"\n', "").replace(
+        'period = "0.25 s"\nheight = "3 m"', 'period = "0.25 s"'
+    )
+    found = effects(parse_scene(bare), repeats=1)
+    assert found["effects"].values.tolist() == [NONE, "soil_flexibility"]
+    assert "no building gives storey_strengths" in found.attrs["left_out"]
+    assert "p_delta: shop has no height" in found.attrs["left_out"]
+
+
+def test_command_and_figure_of_a_row(of_row, tmp_path):
+    drawn = figures.effects_figure(of_row)
+    assert "1 of 2 cases that yield" in drawn.get_suptitle().replace("\n", " ")
+    path = tmp_path / "row.toml"
+    path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
+    told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])
+    assert told.exit_code == 0, told.output
+    assert [line.split("  ")[0] for line in told.stdout.splitlines()[1:3]] == ["none", "p_delta"]
 
 
 def test_figure_is_the_same_for_the_same_data(found, tmp_path):

@@ -1,136 +1,297 @@
-"""Histories of a row's run: forces from the momentum of the floors, against forces that an integrator knows."""
+"""Histories of a row's run: against the scan's run, the contact law, closed forms, and the run's own sums."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.chains import Chain
+from pounding_risk import figures, paper, rows
 from pounding_risk.cli import app
-from pounding_risk.contact_points import Point
-from pounding_risk.row_history import closing_of, contact_forces, storey_shears
-from pounding_risk.row_model import RowModel
+from pounding_risk.core.rows.layout import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
+from pounding_risk.figures_row_runs import roofs_of, row_run_finding
+from pounding_risk.history import simulate
+from pounding_risk.row_log import contacts_of, forces_at, impulses_at, instants_of, motion_at
+from pounding_risk.scenario import parse_scene
 
-STIFF, GAP = 4e7, 0.004  # N/m and m, of two springs between the buildings
-CHAINS = [
-    Chain(np.array([4e4, 4e4, 3e4]), np.array([3e7, 2.5e7, 2e7]), np.array([3e7, 2.5e7, 2e7]), 4e4 * np.eye(3),
-          np.full(3, np.inf), 0.0, 0),
-    Chain(np.array([5e4, 5e4]), np.array([6e7, 6e7]), np.array([6e7, 6e7]), 3e4 * np.eye(2),
-          np.full(2, np.inf), 0.0, 0),
-]  # fmt: skip
-POINTS = [Point(0, 1.0, 0.8, "column", 3.2), Point(0, 2.5, 2.0, "column", 8.0)]
+STIFFNESS = 2.75e9  # N/m^1.5
 SCENE = """
 [scene]
-name = "Two and a wall"
+name = "Three beside a wall"
 [[building]]
 name = "tall"
-storeys = 3
-floor_masses = "40 t"
-storey_stiffnesses = "30 MN/m"
+storeys = 4
+floor_masses = "200 t"
+storey_stiffnesses = "180 MN/m"
 storey_heights = "3 m"
 [[building]]
-name = "low"
-mass = "60 t"
-period = "0.2 s"
-height = "6 m"
+name = "middle"
+storeys = 2
+floor_masses = "150 t"
+storey_stiffnesses = "300 MN/m"
+storey_heights = "3.9 m"
+[[building]]
+name = "shop"
+mass = "150 t"
+period = "0.25 s"
+height = "3.9 m"
+[[building]]
+name = "wall"
+rigid = true
 [[interface]]
-gap = "5 mm"
-contact_model = "linear"
-stiffness = "80 MN/m"
+gap = "6 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "900 kN"
+column_yield_force = "300 kN"
+[[interface]]
+gap = "4 mm"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "900 kN"
+[[interface]]
+gap = "3 mm"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "900 kN"
 [records]
 names = ["RSN6-180"]
-window = ["0 s", "4 s"]
+window = ["1 s", "5 s"]
+polarity = ["as recorded", "reversed"]
 """
+NAMES = ("tall", "middle", "shop", "wall")
+GAPS = (6e-3, 4e-3, 3e-3)
 
 
-def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Masses, damping and stiffness of both buildings, by hand."""
-    mass = np.concatenate([chain.mass for chain in CHAINS])
-    damping, stiffness = np.zeros((5, 5)), np.zeros((5, 5))
-    for first, chain in ((0, CHAINS[0]), (3, CHAINS[1])):
-        for place, spring in enumerate(chain.spring):
-            at = first + place
-            damping[at, at] = chain.damping[place, place]
-            stiffness[at, at] += spring
-            if place:
-                stiffness[at - 1, at - 1] += spring
-                stiffness[at, at - 1] -= spring
-                stiffness[at - 1, at] -= spring
-    return mass, damping, stiffness
+@pytest.fixture(scope="module")
+def study():
+    return parse_scene(SCENE)
 
 
-def test_a_floor_number_closes_by_the_floors_beside_it():
-    closing = closing_of(RowModel(CHAINS, POINTS))
-    # 0.8 up the first storey of the right one: 0.8 of its first floor; 2.5: half of floors 2 and 3.
-    np.testing.assert_allclose(closing, [[1.0, 0.0, 0.0, -0.8, 0.0], [0.0, 0.5, 0.5, 0.0, -1.0]], atol=1e-15)
+@pytest.fixture(scope="module")
+def run(study):
+    return simulate(study)
 
 
-def test_forces_follow_from_the_momentum_of_the_floors():
-    """Springs between two buildings, integrated by SciPy, whose force is known from the displacements."""
-    model = RowModel(CHAINS, POINTS)
-    closing = closing_of(model)
-    mass, damping, stiffness = matrices()
-    step = 2.5e-4
-    time = np.arange(0.0, 2.0, step)
-
-    def ground(t: float) -> float:
-        return 5.0 * np.sin(9.0 * t)
-
-    def rates(t: float, state: np.ndarray) -> np.ndarray:
-        u, v = state[:5], state[5:]
-        force = STIFF * np.maximum(closing @ u - GAP, 0.0)
-        return np.concatenate([v, (-damping @ v - stiffness @ u - closing.T @ force) / mass - ground(t)])
-
-    solved = solve_ivp(rates, (0.0, time[-1]), np.zeros(10), "DOP853", time, rtol=1e-9, atol=1e-12, max_step=1e-3)
-    states = solved.y.T.reshape(-1, 2, 5)
-    acceleration = 5.0 * np.sin(9.0 * time)
-    found = contact_forces(model, states, (acceleration, step), closing, np.full(2, GAP))
-    known = STIFF * np.maximum(states[:, 0] @ closing.T - GAP, 0.0)
-    mean = np.concatenate([np.zeros((1, 2)), 0.5 * (known[1:] + known[:-1])])
-    assert (known.max(axis=0) > 1e5).all()
-    # The trapezoidal rule is off by the curvature of forces that last 20 ms and more, over 0.25 ms.
-    np.testing.assert_allclose(found, mean, atol=2e-3 * known.max())
-    np.testing.assert_allclose(found.sum(axis=0), known.sum(axis=0), rtol=1e-3)
+def at_point(run, variable, place):
+    """What the list of contacts says of one contact point."""
+    return run[variable].values[run["contact_place"].values == str(run["contact_point"].values[place])]
 
 
-def test_shears_of_yielding_storeys_follow_their_loop():
-    """One cycle of a bilinear spring: F = k d to the strength, then the hardening stiffness, back along k."""
-    stiffness, strength, hardening = 1e6, 1e4, 0.1
-    chain = Chain(*(np.array([each]) for each in (1.0, stiffness, stiffness)), np.zeros((1, 1)), np.array([strength]),
-                  hardening, 0)  # fmt: skip
-    drift = np.array([0.0, 0.005, 0.01, 0.03, 0.02, 0.01, -0.02])
-    # Past yield F = 1e4 + 1e5 (d − 0.01); from 0.03 (1.2e4) back by k over 0.02, then on along the lower line.
-    wanted = [0.0, 5e3, 1e4, 1.2e4, 2e3, -8e3, -1.1e4]
-    np.testing.assert_allclose(storey_shears(chain, drift[:, None])[:, 0], wanted, rtol=1e-12)
+def level_of(run, building, floor):
+    """Displacement of a building at a floor number, at every instant: straight between two floors, 0 at the ground."""
+    moved = run["displacement"].values[:, building]
+    floors = np.concatenate([np.zeros((len(moved), 1)), np.nan_to_num(moved)], axis=1)
+    if int(run["building_storeys"].values[building]) == 0:
+        return floors[:, 0]
+    below, part = divmod(float(floor), 1.0)
+    above = floors[:, min(int(below) + 1, floors.shape[1] - 1)]
+    return (1.0 - part) * floors[:, int(below)] + part * above
 
 
 @pytest.mark.slow
-def test_a_run_of_a_row_tells_what_its_tally_has(tmp_path):
-    """Compiles the row solver under the linear law."""
-    path = tmp_path / "row.toml"
-    path.write_text(SCENE, "utf-8")
-    run = pr.simulate(path)
-    assert list(run["building"].values) == ["tall", "low"]
-    step = float(run["time"][1] - run["time"][0])
-    assert step <= 1e-3
-    force = run["contact_force"].values
+def test_it_is_the_run_of_the_scan(study, run):
+    """Every output of the case, to the bit: what is looked at in full is what was counted."""
+    case = pr.scan(study, check_fraction=0.0).isel(
+        record=0, polarity=0, contact_model=0, gap=0, yield_force=0, pga=0, missing_dims="ignore"
+    )
+    shared = [name for name in run.data_vars if name in case]
+    assert {"impact_count", "contact_point_impulse", "peak_drift", "storey_acceleration", "row_impulse"} <= set(shared)
+    for name in shared:
+        np.testing.assert_array_equal(run[name].values, case[name].values, err_msg=name)
+    assert (run["contact_point_impact_count"].values > 0).sum() >= 4
+
+
+def test_no_floor_passes_its_peak(run):
+    largest = np.abs(run["displacement"].values).max(axis=0)
+    peak = run["storey_displacement"].values
+    assert np.nanmax(largest / peak) <= 1.0 + 1e-14
+    # Between two samples of 10 ms a floor of 0.2 s stays within (ω Δ / 2)² / 2 = 1.2 % of where it is at them.
+    np.testing.assert_allclose(largest, peak, rtol=1.2e-2)
+
+
+def test_every_contact_is_listed(run):
+    """As many as are counted; the first is the first touch, the strongest the peak, their impulses sum up."""
+    assert run.sizes["contact"] == run["contact_point_impact_count"].values.sum()
+    assert (np.diff(run["contact_start"]) >= 0.0).all()
+    assert (run["contact_end"] >= run["contact_start"]).all()
+    for place, count in enumerate(run["contact_point_impact_count"].values):
+        starts = at_point(run, "contact_start", place)
+        assert starts.size == count
+        if count == 0:
+            continue
+        assert starts[0] == run["contact_point_first_impact_time"].values[place]
+        assert at_point(run, "contact_peak_force", place).max() == run["contact_point_peak_contact_force"].values[place]
+        impulse = run["contact_point_impulse"].values[place]
+        # Sums in another order: rounding.
+        assert at_point(run, "contact_impulse", place).sum() == pytest.approx(impulse, rel=1e-12)
+        assert run["contact_impulse_so_far"].values[-1, place] == impulse
+    fastest = run["contact_approach_speed"].values.max()
+    assert fastest == run["peak_approach_speed"].values.max()
+
+
+def test_forces_are_those_of_the_law(run):
+    """On the way back F = β δ^1.5 of the displacements beside it, and nothing where the gap is open."""
+    force, checked = run["contact_force"].values, 0
+    for place, interface in enumerate(run["contact_point_interface"].values):
+        left, right = (float(run[f"contact_point_{side}_floor"].values[place]) for side in ("left", "right"))
+        depth = level_of(run, interface, left) - level_of(run, interface + 1, right) - GAPS[interface]
+        assert (force[depth < -1e-12, place] == 0.0).all()
+        for start, end in zip(*(at_point(run, f"contact_{end}", place) for end in ("start", "end")), strict=True):
+            inside = np.flatnonzero((run["time"].values >= start) & (run["time"].values <= end))
+            deepest = inside[depth[inside].argmax()]
+            back = inside[inside > deepest]
+            if back.size and not (np.diff(depth[back]) > 0.0).any():
+                # Instants of another group lie on the straight line between two steps, these on the law.
+                wanted = STIFFNESS * np.maximum(depth[back], 0.0) ** 1.5
+                own = np.abs(force[back, place] - wanted) <= 1e-6 * force[:, place].max()
+                checked += int(own.sum())
+                assert own.mean() >= 0.5
+                np.testing.assert_allclose(force[back, place], wanted, atol=0.1 * force[:, place].max())
+    assert checked > 50
+
+
+def test_forces_add_up_to_the_impulses(study):
+    """At a tight tolerance steps are short enough for the trapezoidal rule: its error is some (Δ/T)² of a contact."""
+    run = simulate(replace(study, rtol=1e-11))
+    assert run.attrs["status"] == "complete"
+    summed = np.trapezoid(run["contact_force"].values, run["time"].values, axis=0)
     impulse = run["contact_point_impulse"].values
-    assert (run["contact_point_impact_count"].values > 0).any()
-    # What the floors' momentum gives, by the trapezoidal rule, is what was integrated in contact.
-    np.testing.assert_allclose(force.sum(axis=0) * step, impulse, rtol=2e-2, atol=1e-3 * impulse.max())
-    np.testing.assert_allclose(force.max(axis=0), run["contact_point_peak_contact_force"], rtol=3e-2)  # a mean of 1 ms
-    peak = np.abs(run["displacement"]).max(("time", "storey"))
-    np.testing.assert_allclose(peak, run["peak_displacement"], rtol=1e-3)  # between instants
-    told = CliRunner().invoke(app, ["simulate", str(path), "-o", str(tmp_path / "run.nc")])
+    np.testing.assert_allclose(summed, impulse, rtol=1e-3, atol=1e-4 * impulse.max())
+
+
+def test_without_contact_a_floor_moves_as_without_neighbours(study):
+    wide = simulate(study, gap=1.0)
+    assert wide.sizes["contact"] == 0
+    assert (wide["contact_force"].values == 0.0).all()
+    alone = study.buildings[0]
+    single = parse_scene(SCENE.replace('gap = "6 mm"', 'gap = "2 m"'))
+    other = simulate(single)
+    moved = wide["displacement"].sel(building=alone.name).values
+    # The same nodes; the other run has more instants, where its other buildings touch.
+    np.testing.assert_array_equal(other["displacement"].sel(building=alone.name, time=wide["time"]).values, moved)
+    assert row_run_finding(wide).startswith("No contact")
+
+
+def test_options_choose_the_case(study, run):
+    """A reversed motion of a wide row is the mirrored one; amplitude scales it; a gap is that of every interface."""
+    wide = simulate(study, gap=1.0)
+    turned = simulate(study, gap=1.0, polarity="reversed", pga=2.0 * float(wide.attrs["pga"]))
+    np.testing.assert_allclose(
+        turned["displacement"].values, -2.0 * wide["displacement"].values, rtol=1e-12, atol=1e-12
+    )
+    assert turned.attrs["polarity"] == "reversed"
+    assert turned["interface_gap"].values.tolist() == [1.0, 1.0, 1.0]
+    assert run["interface_gap"].values.tolist() == list(GAPS)
+    named = parse_scene(SCENE + '[grid]\ngap = ["6 mm", "9 mm"]\ninterface = "tall | middle"\n')
+    assert simulate(named, gap=0.009)["interface_gap"].values.tolist() == [9e-3, *GAPS[1:]]
+
+
+def test_a_log_without_room_is_made_again(study, run, monkeypatch):
+    monkeypatch.setattr(rows, "LINES", 3)
+    assert simulate(study).drop_attrs().identical(run.drop_attrs())
+
+
+def test_a_run_that_fails_has_no_motion_past_its_failure():
+    """Too stiff for numbers: told by the status, and no floor stands still as if nothing had happened."""
+    wild = simulate(parse_scene(SCENE.replace("2.75e9", "1e20")), pga=9e3)
+    assert wild.attrs["status"].startswith("the step in contact fell below")
+    moved = np.isfinite(wild["displacement"].values[:, 0, 0])
+    assert 10 < moved.sum() < moved.size and not moved[-1]
+    assert not np.isfinite(wild["storey_displacement"].values).any()
+    assert row_run_finding(wild).startswith("The run is not complete: the step")
+    assert figures.simulation_figure(wild).axes
+
+
+def made_log(times, forces, began, impulses):
+    """A log by hand: one mass at rest, one contact point."""
+    log = np.zeros((len(times), MOVED + 2 + NOTED))
+    log[:, 0] = times
+    for column, values in ((ACTING, forces), (BEGAN, began), (SO_FAR, impulses), (CAME_AT, 0.3), (STRONGEST, forces)):
+        log[:, MOVED + 2 + column] = values
+    return log
+
+
+def test_a_log_is_read_contact_by_contact():
+    """Two contacts of one point, and a line at a node that rounding has moved."""
+    nan = np.nan
+    log = made_log(
+        [0.011, 0.015, 0.02 + 1e-12, 0.024, 0.031, 0.034],
+        [0.0, 5.0, 8.0, 0.0, 0.0, 2.0],
+        [0.011, 0.011, 0.011, nan, 0.031, 0.031],
+        [0.0, 1.0, 3.0, 4.0, 4.0, 4.5],
+    )
+    instants = instants_of(log, 5, 0.01)
+    np.testing.assert_allclose(instants.every, [0.0, 0.01, 0.011, 0.015, 0.02, 0.024, 0.03, 0.031, 0.034, 0.04])
+    found = contacts_of(log, 1, instants)
+    assert [each.facts[:2] for each in found] == [(0.011, 0.02), (0.031, 0.034)]
+    assert [each.facts[4] for each in found] == [3.0, 1.5]
+    np.testing.assert_allclose(forces_at(found, 1, instants.every)[:, 0], [0, 0, 0, 5, 8, 0, 0, 0, 2, 0])
+    np.testing.assert_allclose(impulses_at(log, 1, instants)[:, 0], [0, 0, 0, 1, 3, 4, 4, 4, 4.5, 4.5])
+
+
+def test_between_its_instants_a_floor_is_on_a_cubic():
+    """A sine at nodes Δ apart, read at the instants of another's steps: off by (ω Δ)⁴ / 384 at most, and near that."""
+    omega, step = 20.0, 0.01
+    log = np.full((40, MOVED + 2 + NOTED), np.nan)
+    log[:, 0] = np.linspace(0.0003, 0.3, 40)
+    nodes = step * np.arange(40)
+    states = np.stack([np.sin(omega * nodes), omega * np.cos(omega * nodes)], axis=1)[:, :, None]
+    instants = instants_of(log, 40, step)
+    found = motion_at(log, states, instants)
+    error = np.abs(found[:, 0, 0] - np.sin(omega * instants.every)).max()
+    bound = (omega * step) ** 4 / 384.0
+    assert 0.5 * bound < error <= 1.001 * bound
+    np.testing.assert_array_equal(found[np.isin(instants.every, nodes)], states)
+
+
+def test_the_figure_tells_what_the_run_has(run, tmp_path):
+    drawn = figures.simulation_figure(run)
+    told = drawn.get_suptitle().replace("\n", " ")
+    assert f"{int(run['contact_point_impact_count'].sum())} contacts at" in told
+    roofs = roofs_of(run)
+    assert roofs.shape[1] == len(NAMES)
+    assert f"the roof of tall moves most, {1e3 * np.abs(roofs[:, 0]).max():.3g} mm" in told
+    assert (roofs[:, 3] == 0.0).all()
+    labels = {text.get_text() for axis in drawn.axes for text in axis.texts}
+    for count in run["contact_point_impact_count"].values:
+        assert count == 0 or any(label.endswith(f", {count:.0f}×") for label in labels)
+    for name in ("a.svg", "b.svg"):
+        figures.write(figures.simulation_figure(run), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_the_command_prints_draws_and_moves(tmp_path, run):
+    path, picture, moving = (tmp_path / name for name in ("row.toml", "run.png", "run.html"))
+    path.write_text(SCENE, "utf-8")
+    words = [
+        "simulate",
+        str(path),
+        "-o",
+        str(tmp_path / "run.nc"),
+        "--figure",
+        str(picture),
+        "--animation",
+        str(moving),
+    ]
+    told = CliRunner().invoke(app, words)
     assert told.exit_code == 0, told.output
-    assert re.search(r"tall \| low +5 mm +\d+", told.output)
-    drawn = CliRunner().invoke(app, ["draw", str(tmp_path / "run.nc"), "--animation", str(tmp_path / "run.html")])
-    assert drawn.exit_code == 0, drawn.output
-    refused = CliRunner().invoke(app, ["simulate", str(path), "--figure", str(tmp_path / "run.png")])
+    count = int(run["impact_count"].values[0])
+    assert re.search(rf"tall \| middle +6 mm +{count} ", told.output)
+    assert picture.stat().st_size > 10_000
+    assert "Three beside a wall" in moving.read_text("utf-8")
+    kept = pr.open_results(tmp_path / "run.nc")
+    np.testing.assert_array_equal(kept["contact_force"].values, run["contact_force"].values)
+
+
+def test_a_pair_has_no_animation(tmp_path):
+    path = tmp_path / "pair.toml"
+    path.write_text(paper.scene("paper").to_toml(), "utf-8")
+    refused = CliRunner().invoke(app, ["simulate", str(path), "--animation", str(tmp_path / "run.html")])
     assert refused.exit_code == 2
-    assert "this scene is a row" in refused.stderr
+    assert "this scene is a pair" in refused.stderr

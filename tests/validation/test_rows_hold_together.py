@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from interpreted import interpreted
 from oracle_rows import integrate
 from row_cases import CASES, EL_CENTRO, YIELDS, Case, Shaking, floors, jankowski, meeting, single, storeys
 from test_rows_against_scipy import PLACES, by_solver, named
@@ -18,6 +20,28 @@ from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.structures import Building
 from pounding_risk.pair import Interface, solve
 
+# Two like buildings drawn away from the one between them and let go; a run begins at rest, so what begins it is told.
+MIRRORED = """
+import json
+import numpy as np
+from row_cases import meeting, storeys
+from test_rows_against_scipy import contacts_of, points_of
+from pounding_risk import rows
+from pounding_risk.core.rows import march
+from pounding_risk.core.rows.layout import NODE
+
+side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
+meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
+begin = march.begin_run
+
+def drawn(row, run):
+    begin(row, run)
+    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+
+march.begin_run = drawn
+run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(60))
+print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
+"""
 SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
 
 
@@ -46,6 +70,17 @@ def test_parts_that_do_not_touch_are_alone_bit_by_bit():
     np.testing.assert_array_equal(run.points[:3], alone.points)
     np.testing.assert_array_equal(run.floors[:6], alone.floors)
     np.testing.assert_array_equal(run.floors[6:], free((beside,), pair.shaking).floors)
+
+
+def test_between_mirror_images_a_building_stands_exactly_still():
+    """Both sides touch, turn and part at the same instants, to the last bit, against columns between two floors."""
+    places = [str(Path(__file__).parent)]
+    status, points, floors = interpreted(f"import sys\nsys.path += {places}\n{MIRRORED}")
+    assert status == tally.COMPLETE
+    assert points[0] == points[1][: tally.TALLIED] + points[0][tally.TALLIED :]
+    assert points[0][tally.COUNT] == 2
+    assert floors[2:4] == [[0.0] * 4] * 2
+    assert floors[:2] == floors[4:]
 
 
 @pytest.mark.slow

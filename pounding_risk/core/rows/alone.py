@@ -7,9 +7,9 @@ from math import inf, sqrt
 from pounding_risk._jit import kernel
 from pounding_risk.core.rows.chain import (
     accelerate,
-    bounds,
     first_strain,
     lay_series,
+    motion_bound,
     place_on,
     raise_between,
     raise_peaks,
@@ -19,7 +19,6 @@ from pounding_risk.core.rows.chain import (
 from pounding_risk.core.rows.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
 from pounding_risk.core.rows.layout import (
     A_END,
-    A_NUDGED,
     A_START,
     BENDS,
     BRANCH,
@@ -34,6 +33,7 @@ from pounding_risk.core.rows.layout import (
     START,
 )
 from pounding_risk.core.series import crest_bound
+from pounding_risk.core.tally import MAX_CONTACTS
 
 
 @kernel
@@ -48,7 +48,7 @@ def is_elastic(row, run, b):
 
 @kernel
 def may_yield(row, run, b, swing, step):
-    """True where a storey's drift may pass its limit within the node interval, by the bound of `chain.bounds`."""
+    """True where a storey's drift may pass its limit within the node interval, by the bound of `chain.motion_bound`."""
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         bend = sqrt(swing * row.floors[INVERSE, i])
@@ -67,17 +67,17 @@ def predict(row, run, b, window, swings):
     Leaves 2 E of its bounds in ``swings``; returns False where a storey yields, or may.
     """
     _, step, pull, rise = window
-    swings[0, b] = swings[1, b] = 0.0
+    swings[b] = 0.0
     if row.frame[FIRST, b] == row.frame[FIRST, b + 1]:
         return True
-    swings[0, b] = inf
+    swings[b] = inf
     if row.frame[BENDS, b] and not is_elastic(row, run, b):
         return False
     accelerate(row, b, NODE, pull, run.desk, A_START)
     step_over(row, b, pull, rise, run.desk, NODE, NEXT)
-    swings[0, b], swings[1, b] = bounds(row, b, rise, run.desk, NODE, A_START, A_NUDGED)
-    if row.frame[BENDS, b] and may_yield(row, run, b, swings[0, b], step):
-        swings[0, b] = inf
+    swings[b] = motion_bound(row, b, rise, run.desk, NODE, A_START)
+    if row.frame[BENDS, b] and may_yield(row, run, b, swings[b], step):
+        swings[b] = inf
         return False
     return True
 
@@ -86,7 +86,7 @@ def predict(row, run, b, window, swings):
 def meets(row, run, interface, window, swings, terms):
     """True where two buildings that both fly alone touch within the node interval."""
     _, step, pull, rise = window
-    swing = sqrt(max(swings[0, interface], swings[0, interface + 1]))
+    swing = sqrt(max(swings[interface], swings[interface + 1]))
     laid = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
         here, there = across(row, k, run.desk, NODE), across(row, k, run.desk, NEXT)
@@ -108,7 +108,7 @@ def meets(row, run, interface, window, swings, terms):
 def stand_apart(row, run, interface, window, swings, terms):
     """Raise the extremes of the distances between two buildings that have both flown alone."""
     _, step, pull, rise = window
-    swing = sqrt(max(swings[0, interface], swings[0, interface + 1]))
+    swing = sqrt(max(swings[interface], swings[interface + 1]))
     laid = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
         here, there = across(row, k, run.desk, NODE), across(row, k, run.desk, NEXT)
@@ -126,7 +126,7 @@ def note_peaks(row, run, b, window, swings, terms):
     _, step, pull, rise = window
     accelerate(row, b, NEXT, pull + rise * step, run.desk, A_END)
     ends = NODE, NEXT, A_START, A_END
-    raise_between(row, run, b, ends, (swings[0, b], swings[1, b]), pull, rise, step, terms, False)
+    raise_between(row, run, b, ends, swings[b], pull, rise, step, terms)
 
 
 @kernel
@@ -181,7 +181,7 @@ def glide(row, run, span, watch, window, terms):
     _, step, pull, rise = window
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
-    while True:
+    for _ in range(MAX_CONTACTS):
         lay_all(row, run, watch, pull + rise * t, rise, terms)
         flown, _, storey = fly_group(row, run, span, watch, step - t, pull + rise * t, rise, terms)
         for b in range(watch[0], watch[1] + 1):

@@ -15,6 +15,7 @@ from math import inf, sqrt
 
 from pounding_risk._jit import kernel
 from pounding_risk.core.rows.layout import (
+    A_NUDGED,
     BAND,
     BENDS,
     BOTTOM,
@@ -29,6 +30,7 @@ from pounding_risk.core.rows.layout import (
     MASS,
     PLACE,
     PLASTIC,
+    QUICK,
     SHAKE,
     SHEAR,
     SOFT,
@@ -44,6 +46,9 @@ from pounding_risk.core.series import (
     value_at,
 )
 
+# A storey yields this many times its limit off, so that rounding does not switch it back and forth.
+OVER = 1.0 + 1e-12
+
 
 @kernel
 def accelerate(row, b, state, pull, desk, out):
@@ -52,7 +57,6 @@ def accelerate(row, b, state, pull, desk, out):
     Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
-    band = row.frame[BAND, b]
     below = 0.0
     for i in range(first, last):
         force = desk[TANGENT, i] * (desk[state, i] - below) + desk[CONSTANT, i]
@@ -60,14 +64,27 @@ def accelerate(row, b, state, pull, desk, out):
         desk[out, i] = -force
         if i > first:
             desk[out, i - 1] += force
-    power = 0.0
+    held = 0.0
     for i in range(first, last):
-        drag = row.floors[MASS, i] * pull
-        for j in range(max(first, i - band), min(last, i + band + 1)):
-            drag += row.damping[i, j - first] * desk[state + 1, j]
-        power -= drag * desk[state + 1, i]
-        desk[out, i] = (desk[out, i] - drag) * row.floors[INVERSE, i]
+        held += desk[out, i] * desk[state + 1, i]
+        desk[out, i] -= row.floors[MASS, i] * pull
+    drag(row, b, state + 1, desk, out)
+    power = -held
+    for i in range(first, last):
+        power += desk[out, i] * desk[state + 1, i]
+        desk[out, i] *= row.floors[INVERSE, i]
     return power
+
+
+@kernel
+def drag(row, b, speed, desk, out):
+    """Take the dampers' forces C · row ``speed`` from row ``out``; C is symmetric, and columns add up side by side."""
+    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+    band = row.frame[BAND, b]
+    for j in range(first, last):
+        rate = desk[speed, j]
+        for i in range(max(first, j - band), min(last, j + band + 1)):
+            desk[out, i] -= row.damping[j, i - first] * rate
 
 
 @kernel
@@ -141,18 +158,16 @@ def step_over(row, b, pull, rise, desk, state, out):
     place = row.frame[MAP, b]
     if row.frame[BENDS, b]:
         settle_about(row, b, desk, state, -1.0)
-    for part in range(2):
-        for i in range(count):
-            total = 0.0
-            for j in range(count):
-                total += row.maps[place + j] * desk[state, first + j]
+    for i in range(count):
+        desk[out, first + i] = desk[out + 1, first + i] = 0.0
+    # Column by column: what adds up side by side is done several at a time.
+    for j in range(2 * count + 2):
+        ground = pull if j == 2 * count else rise
+        given = desk[state + j // count, first + j % count] if j < 2 * count else ground
+        for part in range(2):
+            for i in range(count):
+                desk[out + part, first + i] += row.maps[place + i] * given
             place += count
-            for j in range(count):
-                total += row.maps[place + j] * desk[state + 1, first + j]
-            place += count
-            total += row.maps[place] * pull + row.maps[place + 1] * rise
-            place += 2
-            desk[out + part, first + i] = total
     if row.frame[BENDS, b]:
         settle_about(row, b, desk, state, 1.0)
         settle_about(row, b, desk, out, 1.0)
@@ -168,29 +183,33 @@ def settle_about(row, b, desk, state, sign):
 
 
 @kernel
-def bounds(row, b, rise, desk, state, here, spare):
-    """(2 E of ü, 2 E of its second derivative) of building ``b``; ``here`` is its row of ü, ``spare`` two free rows."""
-    first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
+def motion_bound(row, b, rise, desk, state, here):
+    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), over an interval where a_g rises by ``rise``; ü in row ``here``."""
     motion, below = 0.0, 0.0
-    for i in range(first, last):
+    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         y = desk[state + 1, i] + row.floors[STATIC, i] * rise
         motion += row.floors[MASS, i] * desk[here, i] ** 2 + desk[TANGENT, i] * (y - below) ** 2
         below = y
+    return motion
+
+
+@kernel
+def shake_bound(row, b, rise, desk, state, here, spare):
+    """The same of the second derivative of ü, for peaks of acceleration; ``spare`` are two free rows."""
     # Third and fourth derivatives of u, by the same equation once and twice differentiated.
     derive(row, b, desk, state + 1, here, rise, spare)
     derive(row, b, desk, here, spare, 0.0, spare + 1)
     shake, below = 0.0, 0.0
-    for i in range(first, last):
+    for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         shake += row.floors[MASS, i] * desk[spare + 1, i] ** 2 + desk[TANGENT, i] * (desk[spare, i] - below) ** 2
         below = desk[spare, i]
-    return motion, shake
+    return shake
 
 
 @kernel
 def derive(row, b, desk, place, speed, ground, out):
     """−M⁻¹ (C · row ``speed`` + K · row ``place``) − ``ground`` into row ``out``."""
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
-    band = row.frame[BAND, b]
     below = 0.0
     for i in range(first, last):
         force = desk[TANGENT, i] * (desk[place, i] - below)
@@ -198,11 +217,9 @@ def derive(row, b, desk, place, speed, ground, out):
         desk[out, i] = -force
         if i > first:
             desk[out, i - 1] += force
+    drag(row, b, speed, desk, out)
     for i in range(first, last):
-        drag = 0.0
-        for j in range(max(first, i - band), min(last, i + band + 1)):
-            drag += row.damping[i, j - first] * desk[speed, j]
-        desk[out, i] = (desk[out, i] - drag) * row.floors[INVERSE, i] - ground
+        desk[out, i] = desk[out, i] * row.floors[INVERSE, i] - ground
 
 
 @kernel
@@ -255,16 +272,17 @@ def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
 
 
 @kernel
-def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
+def raise_between(row, run, b, ends, motion, pull, rise, step, terms):
     """Peaks of a building over one node interval of free flight; the search only where a bound does not settle it.
 
-    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end). Returns whether
-    its series is laid.
+    ``ends`` = (rows of states at the start, at the end, of ü at the start, at the end), ``motion`` as `motion_bound`.
+    The bound on the shaking is first (ω + c)² times that on the motion, ω the fastest mode and c the strongest damper.
     """
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     desk = run.desk
     eighth = 0.125 * step * step
-    swing, shake = sqrt(energies[0]), sqrt(energies[1])
+    swing, laid, exact = sqrt(motion), False, False
+    shake = row.floors[QUICK, first] * swing
     below = below_end = below_bend = 0.0
     for i in range(first, last):
         root = sqrt(row.floors[INVERSE, i])
@@ -278,6 +296,9 @@ def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
         wanted = max(abs(here), abs(there)) + eighth * bend > desk[PLACE, i]
         drifts = max(abs(drift), abs(drift_end)) + eighth * (bend + below_bend) > desk[DRIFT, i]
         shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > desk[SHAKE, i]
+        if shakes and not exact:
+            shake, exact = sqrt(shake_bound(row, b, rise, desk, ends[0], ends[2], A_NUDGED)), True
+            shakes = max(abs(felt), abs(felt_end)) + eighth * shake * root > desk[SHAKE, i]
         odd = not abs(there) + abs(felt_end) < inf
         below, below_end, below_bend = here, there, bend
         if (wanted or drifts or shakes or odd) and not laid:
@@ -289,7 +310,6 @@ def raise_between(row, run, b, ends, energies, pull, rise, step, terms, laid):
             raise_signal(row, run, DRIFT, i, first, pull, rise, step, terms)
         if shakes or odd:
             raise_signal(row, run, SHAKE, i, first, pull, rise, step, terms)
-    return laid
 
 
 @kernel
@@ -312,6 +332,12 @@ def drift_in(row, desk, line, i):
 
 
 @kernel
+def creep(row, i):
+    """Drift rate against the yielding that is rounding, and no unloading [m/s]."""
+    return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[INVERSE, i])
+
+
+@kernel
 def next_strain(row, run, i, stop, terms):
     """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
     board, series, desk = run.board, run.series, run.desk
@@ -321,13 +347,13 @@ def next_strain(row, run, i, stop, terms):
         for n in range(terms - 1):
             rate = (n + 1) * (series[i, n + 1] - (0.0 if bottom else series[i - 1, n + 1]))
             board[SIGNAL, n] = -branch * rate
-        return first_rise(board, terms - 1, 0.0, stop)
+        return first_rise(board, terms - 1, creep(row, i), stop)
     found = -1.0
     for side in range(2):
         sign = 1.0 - 2.0 * side
         for n in range(terms):
             board[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
-        level = row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
+        level = OVER * row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
         at = first_rise(board, terms, level, stop if found < 0.0 else found)
         found = at if at >= 0.0 else found
     return found

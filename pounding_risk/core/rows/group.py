@@ -24,6 +24,7 @@ from pounding_risk.core.rows.layout import (
     PACE,
     REGION,
     RESIDUAL,
+    ROOM,
     SLOPE,
     SLOPES,
     START,
@@ -33,7 +34,8 @@ from pounding_risk.core.rows.layout import (
     WHOLE,
     WORK,
 )
-from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH
+from pounding_risk.core.rows.log import write_down
+from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH, is_watched, margin
 from pounding_risk.core.rows.stage import Group, load, slopes
 from pounding_risk.core.rows.touch import lift_off, note_yield, own_tolerance, scales, touch_down, turn
 from pounding_risk.core.rows.watch import watch_floors, watch_points
@@ -165,6 +167,8 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             s = sqrt(sqrt(max(t - origin, 0.0)))
             h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
             now, renewed, known = moment + origin, False, False
+            if run.board[WHOLE, ROOM] > 0.0:
+                write_down(row, run, group, moment + t)
         left = sqrt(sqrt(step - group.origin)) - s
         if left <= 1e-13 * s or t >= step:
             t = step
@@ -197,6 +201,8 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
         s += moved
         t = group.origin + s * s * s * s
         came += close_step(row, run, group)
+        if run.board[WHOLE, ROOM] > 0.0:
+            write_down(row, run, group, moment + t)
         for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
             run.book[each, PACE] = (s + h) ** 4 - s**4
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
@@ -205,8 +211,9 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             return FAILED, t, -1
         known = kind == NONE
         if kind != NONE:
-            renewed, jump = happen(row, run, kind, k, moment + t, NOW)
-            came += jump
+            ends, jump = happen_alike(row, run, group, kind, k, moment + t)
+            renewed, own = happen(row, run, kind, k, moment + t, NOW)
+            renewed, came = renewed or ends, came + jump + own
             if kind == TOUCH:
                 press(row, run, group, moment + t, pull + rise * t)
             if renewed and too_many(row, run, span):
@@ -216,6 +223,26 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
     run.board[WHOLE, ENERGY] = max(run.board[WHOLE, ENERGY], after)
     run.board[WHOLE, RESIDUAL] += after - energy - came
     return FLOWN, t, -1
+
+
+@kernel
+def happen_alike(row, run, group, kind, k, time):
+    """Let the event of ``k`` happen to its mirror images too, whose margins are its own to the last bit.
+
+    One after the other they would be a rounding apart, and a row that is symmetric would not stay so.
+    """
+    ends, change = False, 0.0
+    if kind == TOUCH:
+        return ends, change
+    value = margin(row, run, kind, k, True)[0]
+    first, last = row.frame[START, group.first], row.frame[START, group.last]
+    if kind == STRAIN:
+        first, last = group.low, group.high
+    for each in range(first, last):
+        if each != k and is_watched(row, run, kind, each) and margin(row, run, kind, each, True)[0] == value:
+            ended, jump = happen(row, run, kind, each, time, NOW)
+            ends, change = ends or ended, change + jump
+    return ends, change
 
 
 @kernel

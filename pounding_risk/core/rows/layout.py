@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pounding_risk._jit import small
 from pounding_risk.core.series import LEFT, MAX_TERMS
 from pounding_risk.core.tally import TALLIED
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.tableau import DOP853
 
 # Rows of `Row.floors`, by dof.
-MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM = range(8)
+MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK = range(9)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
@@ -78,8 +79,14 @@ TANGENT, CONSTANT, PLASTIC, BRANCH, PLACE, DRIFT, FORCE, SHAKE = range(SLOPE + 2
 ROWS = SHAKE + 1
 
 WHOLE = LEFT  # row of the board, which only the pair uses otherwise
-STATUS, STEPS, ENERGY, RESIDUAL, GREW = range(5)
+STATUS, STEPS, ENERGY, RESIDUAL, GREW, WRITTEN, COUNTS = range(7)
+ROOM, SINCE = COUNTS, COUNTS + 1  # lines that the log has room for; the first of the present interval
 BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they work on
+
+# Columns of a line of the log: when, the first building of the group; then u and v of every dof, then point by point:
+WHEN, WHOSE, MOVED = range(3)
+ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
+KEPT = 8  # rows of `Run.kept` that an interval begins with
 
 
 class Row(NamedTuple):
@@ -88,9 +95,9 @@ class Row(NamedTuple):
     frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
     shares: np.ndarray  # (K, 4) of these, below zero on the right: their sum is u_left − u_right
-    floors: np.ndarray  # (8, D)
+    floors: np.ndarray  # (9, D)
     damping: np.ndarray  # (D, N) row i of C
-    maps: np.ndarray  # (...,) over one node interval: (u, v, a_g, its slope) to (u, v), building by building
+    maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope in turn; building by building
 
 
 class Run(NamedTuple):
@@ -103,15 +110,16 @@ class Run(NamedTuple):
     quads: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
     board: np.ndarray  # the pair's desk: where series are searched, and the tableau of the contact phase
-    kept: np.ndarray  # (8, D) what an interval begins with, should it have to be made again
+    kept: np.ndarray  # (KEPT, D) what an interval begins with, should it have to be made again; below it the log
     kept_book: np.ndarray  # (K, ...) the same of the contact points
 
 
-def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray) -> Run:
-    """Arrays for one run; ``levels`` [N] are those that are timed."""
+def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray, lines: int = 0) -> Run:
+    """Arrays for one run; ``levels`` [N] are those that are timed, ``lines`` the room of the log, 0 for none."""
     dofs, points = row.floors.shape[1], row.ends.shape[0]
     timed = np.zeros((3, points, levels.size))
     timed[0], timed[1] = levels, np.nan
+    board[WHOLE, ROOM] = lines
     return Run(
         limits,
         timed,
@@ -120,6 +128,20 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray)
         np.zeros((SLOPES + 2, 2 * points + 1)),
         np.zeros((dofs, MAX_TERMS)),
         board,
-        np.zeros((8, dofs)),
+        np.zeros((KEPT + -(-lines * line_width(dofs, points) // max(dofs, 1)), dofs)),
         np.zeros((points, COLUMNS + 2 * levels.size)),
     )
+
+
+@small
+def line_width(dofs, points):
+    """Numbers in a line of the log."""
+    return MOVED + 2 * dofs + NOTED * points
+
+
+def log_of(run: Run) -> np.ndarray:
+    """The lines that a run has written to its log; those taken back are left out."""
+    width = line_width(run.desk.shape[1], run.limits.shape[0])
+    flat = run.kept[KEPT:].ravel()
+    log = flat[: flat.size // width * width].reshape(-1, width)[: int(run.board[WHOLE, WRITTEN])]
+    return log[np.isfinite(log[:, WHEN])]

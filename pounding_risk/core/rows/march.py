@@ -20,6 +20,7 @@ from pounding_risk.core.rows.group import FAILED, FLOWN, advance, any_closed
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
+    COUNTS,
     DRIFT,
     ENERGY,
     FASTEST,
@@ -35,16 +36,20 @@ from pounding_risk.core.rows.layout import (
     NOW,
     RESIDUAL,
     RIGHT_LOW,
+    ROOM,
     SHAKE,
+    SINCE,
     START,
     STATUS,
     TANGENT,
     WATCHING,
     WHOLE,
     WORK,
+    WRITTEN,
     Row,
     Run,
 )
+from pounding_risk.core.rows.log import take_back
 from pounding_risk.core.rows.touch import lift_off
 from pounding_risk.core.tally import (
     COMPLETE,
@@ -100,7 +105,7 @@ def begin_run(row, run):
         run.book[k, BOOKED + FIRST_TOUCH] = nan
         run.book[k, BOOKED + FIRST_YIELD] = nan
         run.book[k, GAP] = run.limits[k, GAPS]
-    for place in range(5):
+    for place in range(COUNTS):
         run.board[WHOLE, place] = 0.0
     run.board[WHOLE, GREW] = -1.0
 
@@ -144,6 +149,8 @@ def undo(row, run, b, tied, solved):
         if solved[each]:
             keep(row, run, each, True)
             solved[each] = False
+    if run.board[WHOLE, ROOM] > 0.0:
+        take_back(row, run, first, last)
 
 
 @part
@@ -187,6 +194,7 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1
+    run.board[WHOLE, SINCE] = run.board[WHOLE, WRITTEN]
     for b in range(buildings):
         solved[b] = False
         if busy[b]:
@@ -265,7 +273,7 @@ def survey(row, run, ground, step, terms, states):
     row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
-    busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros((2, buildings))
+    busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
     for node in range(ground.size - 1):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
         for b in range(buildings):
@@ -301,7 +309,7 @@ def march(row, run, ground, step, terms, rtol, states):
     begin_run(row, run)
     buildings = row.frame.shape[1] - 1
     tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)
-    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros((2, buildings))
+    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
     nodes = ground.size - 1
     for node in range(nodes):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step

@@ -13,7 +13,7 @@ from pounding_risk.core.collide import (
     YIELDING,
 )
 from pounding_risk.core.events import CUT, MET, PART, TURN, YIELD
-from pounding_risk.core.rows.chain import drift_in
+from pounding_risk.core.rows.chain import OVER, creep, drift_in
 from pounding_risk.core.rows.flight import across
 from pounding_risk.core.rows.layout import (
     APPROACHING,
@@ -73,11 +73,10 @@ def strain_margin(row, run, i, drift, rate):
     """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
     branch = run.desk[BRANCH, i]
     if branch != 0.0:
-        return branch * rate, 0.0
+        return branch * rate + creep(row, i), 0.0
     strain = drift - run.desk[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
-    # A storey that has just turned stands at its limit to rounding, and does not yield again for it.
-    return (1.0 + MET) * row.floors[LIMIT, i] - side * strain, -side
+    return OVER * row.floors[LIMIT, i] - side * strain, -side
 
 
 @kernel
@@ -89,7 +88,8 @@ def margin(row, run, kind, k, at_end):
     if kind == STRAIN:
         branch = run.desk[BRANCH, k]
         if branch != 0.0:
-            return branch * drift_in(row, desk, state + 1, k), branch * drift_in(row, desk, line + SLOPES, k)
+            rate = drift_in(row, desk, state + 1, k)
+            return branch * rate + creep(row, k), branch * drift_in(row, desk, line + SLOPES, k)
         value, turn = strain_margin(row, run, k, drift_in(row, desk, state, k), 0.0)
         return value, turn * drift_in(row, desk, line, k)
     if kind == TOUCH:

@@ -29,12 +29,14 @@ from pounding_risk.core.rows.layout import (
     PEAK,
     PLATEAU,
     REGION,
+    ROOM,
     RULE,
     SPEED,
     START,
     STILL,
     STRENGTH,
     TOUCHED,
+    WHOLE,
     WORN,
     YIELDED,
 )
@@ -78,7 +80,9 @@ def touch_down(row, run, k, time):
     book[k, STILL] = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
     book[k, APPROACHING], book[k, REGION] = 1.0, float(ELASTIC)
     book[k, TOUCHED], book[k, AT_TOUCH], book[k, ASKED] = time, speed, e
-    book[k, PEAK] = 0.0 if run.timed.shape[2] > 0 else book[k, BOOKED + DEMAND]
+    # Crests below the largest force so far are of no account, unless each contact's own are asked for.
+    own = run.timed.shape[2] > 0 or run.board[WHOLE, ROOM] > 0.0
+    book[k, PEAK] = 0.0 if own else book[k, BOOKED + DEMAND]
     book[k, PLATEAU] = book[k, DEEPEST] = book[k, YIELDED] = book[k, DENTED] = book[k, LOST] = 0.0
     book[k, PACE] = 0.3 * depth / scale
     if book[k, BOOKED + COUNT] == 0.0:

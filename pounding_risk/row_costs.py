@@ -1,0 +1,38 @@
+"""What a run of a row costs: processor time of whole runs of some cases of a scene's grid."""
+
+from __future__ import annotations
+
+from time import process_time
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk.gather import motions_of
+from pounding_risk.row_cases import Cases, Limits
+from pounding_risk.row_scan import RowScan
+from pounding_risk.study import Study
+
+
+class RowBench(NamedTuple):
+    """Cases of a row's grid, thinned evenly."""
+
+    cases: tuple[tuple[Cases, Limits], ...]
+
+    def seconds(self) -> float:
+        """Processor time of one run, all buildings solved at once; the motion without contact is known before."""
+        start = process_time()
+        for cases, limits in self.cases:
+            cases.whole(limits)
+        return (process_time() - start) / len(self.cases)
+
+
+def row_bench(study: Study, most: int) -> RowBench:
+    """``most`` cases of a row's grid, or all; raises as `row_grid`."""
+    scan = RowScan(study, motions_of(study), workers=1)
+    motions, (laws, gaps, forces) = scan.driven.shape, scan.grid.shape
+    places = list(np.ndindex((*motions, laws, gaps, forces)))
+    chosen = np.unique(np.linspace(0, len(places) - 1, min(most, len(places))).round().astype(int))
+    found = []
+    for record, polarity, pga, law, gap, force in (places[at] for at in chosen):
+        found.append((scan.cases((record, polarity, pga), law, study.rtol), scan.grid.limits(gap, force)))
+    return RowBench(tuple(found))
