@@ -11,8 +11,7 @@ import scipy.linalg
 
 from pounding_risk import paper
 from pounding_risk.chains import chain_of
-from pounding_risk.effect_costs import effects
-from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.errors import PoundingError
 from pounding_risk.modal import building_modes
 from pounding_risk.models.contact import Jankowski, Linear
 from pounding_risk.models.effects import acts_on_buildings, acts_on_law, refusal, wave_of, with_effects
@@ -236,9 +235,3 @@ def test_results_name_where_they_are_from():
     study = replace(paper.scene("paper"), effects=(Effect("p_delta"), Effect("soil_flexibility", soil()[1])))
     told = sources_of(study, (Jankowski(1e9),))
     assert any("Wilson and Habibullah" in each for each in told) and any("Wolf (1994)" in each for each in told)
-
-
-def test_effects_of_buildings_are_not_compared_in_a_pair():
-    study = replace(paper.scene("paper"), effects=(Effect("p_delta"),))
-    with pytest.raises(SceneError, match=r"effects\.p_delta: acts on the buildings.*remove p_delta"):
-        effects(study)
