@@ -233,12 +233,12 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
         undo(row, run, first, tied, solved)
         for other in (edge, edge + 1):
             if not busy[other]:
-                keep(row, run, other, False)
-                busy[other] = True
-                # Those on its far side have looked on at its free motion.
+                # Those on its far side have looked on at its free motion, and have raised extremes by it.
                 for far in (other - 1, other + 1):
                     if 0 <= far < buildings and solved[far]:
                         undo(row, run, far, tied, solved)
+                keep(row, run, other, False)
+                busy[other] = True
             elif solved[other]:
                 undo(row, run, other, tied, solved)
         tied[edge] = True
