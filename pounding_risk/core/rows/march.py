@@ -29,6 +29,7 @@ from pounding_risk.core.rows.layout import (
     GAPS,
     GREW,
     HIGHEST,
+    LAW,
     LEFT_HIGH,
     LOWEST,
     NEXT,
@@ -126,6 +127,9 @@ def keep(row, run, b, back):
         for level in range(run.timed.shape[2]):
             swap(run.kept_book, k, width + 2 * level, run.timed[1], k, level, back)
             swap(run.kept_book, k, width + 2 * level + 1, run.timed[2], k, level, back)
+        # A law's numbers, and what its contact remembers.
+        for column in range(LAW, run.limits.shape[1]):
+            swap(run.kept_book, k, width + 2 * run.timed.shape[2] + column - LAW, run.limits, k, column, back)
 
 
 @small
