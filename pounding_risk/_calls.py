@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
@@ -127,6 +129,7 @@ def _call_on(typingctx, address, values, row, column, board, line, place):
     return real(real, values, types.intp, types.intp, board, types.intp, types.intp), codegen
 
 
+ENTERING = Lock()  # held by whoever adds to these, so that threads neither compile twice nor take each other's place
 _ENTRIES: list = []  # what addresses lead to: compiled functions, which live as long as the process
 
 

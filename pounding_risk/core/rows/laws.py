@@ -9,10 +9,9 @@ one number or several.
 from __future__ import annotations
 
 from math import inf, sqrt
-from threading import Lock
 from typing import Any
 
-from pounding_risk._calls import as_row, call_at, call_on, entry_of, lay_model, model_of, numbers_of
+from pounding_risk._calls import ENTERING, as_row, call_at, call_on, entry_of, lay_model, model_of, numbers_of
 from pounding_risk._jit import apart, kernel
 from pounding_risk.core.rows.layout import (
     BEGIN_VERB,
@@ -28,7 +27,6 @@ from pounding_risk.core.rows.layout import (
 Verbs = tuple[int, tuple[float, ...]]
 
 _VERBS: dict[tuple[Any, ...], Verbs] = {}
-_COMPILING = Lock()
 
 
 def kind_of(law) -> tuple[Any, ...]:
@@ -47,7 +45,7 @@ def verbs_of(law) -> Verbs:
     These are force, plateau, begin, turn and part, as the row solver asks for them.
     """
     kind = kind_of(law)
-    with _COMPILING:
+    with ENTERING:
         if kind not in _VERBS:
             _VERBS[kind] = _compiled(law)
     return _VERBS[kind]
