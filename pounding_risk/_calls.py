@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
@@ -43,11 +45,15 @@ def model_of(model, values, place, offset):
     """A model of the kind of ``model`` with the numbers that `numbers_of` has written to ``values[place, offset:]``.
 
     One compiled kernel so serves contacts whose laws differ in their numbers. ``values`` is C-contiguous, of floats.
+    A plain tuple, or a single number, is taken as well.
     """
     numbers = iter(values[place, offset:])
 
     def build(part):
-        return type(part)(*(build(each) if isinstance(each, tuple) else float(next(numbers)) for each in part))
+        if not isinstance(part, tuple):
+            return float(next(numbers))
+        found = [build(each) for each in part]
+        return type(part)(*found) if hasattr(part, "_fields") else tuple(found)
 
     return build(model)
 
@@ -55,6 +61,38 @@ def model_of(model, values, place, offset):
 if not INTERPRETED:
     model_of = njit(forceinline=True, **FLAGS)(
         lambda model, values, place, offset: _model_of(model, values, place, offset)
+    )
+
+
+@intrinsic
+def _lay_model(typingctx, model, values, place, offset):
+    def codegen(context, builder, signature, arguments):
+        target = _place_in(context, builder, signature.args[1], *arguments[1:4])
+
+        def lay(part, value, at):
+            if not isinstance(part, types.BaseTuple):
+                number = context.cast(builder, value, part, types.float64)
+                builder.store(number, builder.gep(target, [context.get_constant(types.intp, at)]))
+                return at + 1
+            for number, inner in enumerate(part.types):
+                at = lay(inner, builder.extract_value(value, number), at)
+            return at
+
+        return context.get_constant(types.intp, lay(signature.args[0], arguments[0], 0))
+
+    return types.intp(model, values, types.intp, types.intp), codegen
+
+
+def lay_model(model, values, place, offset):
+    """Write the numbers of a model, a tuple or a single number to ``values[place, offset:]``; returns how many."""
+    numbers = numbers_of((model,))
+    values[place, offset : offset + len(numbers)] = numbers
+    return len(numbers)
+
+
+if not INTERPRETED:
+    lay_model = njit(forceinline=True, **FLAGS)(
+        lambda model, values, place, offset: _lay_model(model, values, place, offset)
     )
 
 
@@ -66,16 +104,16 @@ def _place_in(context, builder, kind, array, row, column):
 
 
 @intrinsic
-def _call_at(typingctx, address, values, row, column, a, b, c, d):
+def _call_at(typingctx, address, values, row, column, a, b, c):
     def codegen(context, builder, signature, arguments):
         real = context.get_value_type(types.float64)
-        kind = ir.FunctionType(real, [real.as_pointer(), real, real, real, real])
+        kind = ir.FunctionType(real, [real.as_pointer(), real, real, real])
         entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
         place = _place_in(context, builder, signature.args[1], *arguments[1:4])
         return builder.call(entry, [place, *arguments[4:]])
 
     real = types.float64
-    return real(real, values, types.intp, types.intp, real, real, real, real), codegen
+    return real(real, values, types.intp, types.intp, real, real, real), codegen
 
 
 @intrinsic
@@ -91,30 +129,31 @@ def _call_on(typingctx, address, values, row, column, board, line, place):
     return real(real, values, types.intp, types.intp, board, types.intp, types.intp), codegen
 
 
+ENTERING = Lock()  # held by whoever adds to these, so that threads neither compile twice nor take each other's place
 _ENTRIES: list = []  # what addresses lead to: compiled functions, which live as long as the process
 
 
 def entry_of(function, arguments: int) -> float:
-    """The address of a compiled function of a model's numbers and of four floats, or of an array to work on.
+    """The address of a compiled function of a model's numbers and of three floats, or of an array to work on.
 
     A kernel that calls by address is compiled once, whatever the model; a call costs some nanoseconds more than code
     that is in place. As a float, which holds every address, it stands among the numbers that a kernel is given.
-    ``arguments`` is 4 or 1.
+    ``arguments`` is 3 or 1.
     """
     if INTERPRETED:
         _ENTRIES.append(function)
         return float(len(_ENTRIES) - 1)
     real = types.float64
-    further = [real] * 4 if arguments == 4 else [types.CPointer(real)]
+    further = [real] * 3 if arguments == 3 else [types.CPointer(real)]
     flags = {name: value for name, value in FLAGS.items() if name != "no_cfunc_wrapper"}
     compiled = numba.cfunc(real(types.CPointer(real), *further), **flags)(function)
     _ENTRIES.append(compiled)
     return float(compiled.address)
 
 
-def call_at(address, values, row, column, a, b, c, d):
-    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and four floats."""
-    return _ENTRIES[int(address)](values[row, column:], a, b, c, d)
+def call_at(address, values, row, column, a, b, c):
+    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and three floats."""
+    return _ENTRIES[int(address)](values[row, column:], a, b, c)
 
 
 def call_on(address, values, row, column, board, line, place):
@@ -129,7 +168,7 @@ def as_row(pointer, count):
 
 if not INTERPRETED:
     call_at = njit(forceinline=True, **FLAGS)(
-        lambda address, values, row, column, a, b, c, d: _call_at(address, values, row, column, a, b, c, d)
+        lambda address, values, row, column, a, b, c: _call_at(address, values, row, column, a, b, c)
     )
     call_on = njit(forceinline=True, **FLAGS)(
         lambda address, values, row, column, board, line, place: _call_on(

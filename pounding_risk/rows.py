@@ -28,6 +28,7 @@ from pounding_risk.core.rows.layout import (
     FASTEST,
     FIRST,
     FORCE,
+    FORCE_VERB,
     GAPS,
     GREW,
     INVERSE,
@@ -39,6 +40,7 @@ from pounding_risk.core.rows.layout import (
     PLASTIC,
     QUICK,
     RESIDUAL,
+    RULE,
     SHAKE,
     SHEAR,
     SOFT,
@@ -74,7 +76,7 @@ class Contacts(NamedTuple):
 
     gaps: np.ndarray  # m
     yield_forces: np.ndarray  # N, inf never yields
-    laws: Sequence[Any]  # of one class
+    laws: Sequence[Any]  # of any class each
     restitutions: Sequence[Restitution]
     watched: np.ndarray | None = None  # where a touch ends the run; None is nowhere
     fastest: np.ndarray | None = None  # `FreeRow.fastest`, found anew where it is not given [m/s]
@@ -308,7 +310,8 @@ def _run(
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
     laws = [lowered(law) for law in contacts.laws]
     numbers = [numbers_of(law) for law in laws]
-    given = np.zeros((points, max([0, *map(len, numbers)])))
+    verbs = [verbs_of(law) for law in laws]
+    given = np.zeros((points, max([0, *(room for room, _ in verbs)])))
     for place, own in enumerate(numbers):
         given[place, : len(own)] = own
     watched = np.zeros(points) if contacts.watched is None else contacts.watched
@@ -316,8 +319,8 @@ def _run(
     limits = np.column_stack(
         [
             *(contacts.gaps, contacts.yield_forces, watched, fastest),
-            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, -1),
-            np.array([verbs_of(law) for law in laws]).reshape(points, -1),
+            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, FORCE_VERB - RULE),
+            np.array([places for _, places in verbs]).reshape(points, LAW - FORCE_VERB),
             given,
         ]
     )

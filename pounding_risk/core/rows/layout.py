@@ -22,7 +22,8 @@ MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK = range(9)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches.
 FIRST, START, MAP, BENDS, BAND = range(5)
-# Columns of `Run.limits`: what a point is given, its restitution, where the verbs of its law stand; its law's numbers.
+# Columns of `Run.limits`: what a point is given, its restitution, where the verbs of its law stand; its law's numbers,
+# and behind these what its contact remembers.
 GAPS, FORCES, WATCHING, FASTEST, RULE = range(5)
 FORCE_VERB = RULE + len(Restitution._fields)
 PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORCE_VERB + 6)
@@ -32,7 +33,6 @@ PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORC
     CLOSED,
     GAP,  # with the dents of the contacts so far
     STRENGTH,
-    MEMORY,
     SPEED,  # scale of velocity for the error control
     DEPTH,  # and of penetration
     LEAST,  # smallest force: 0 where tension is cut, −∞ otherwise
@@ -59,8 +59,8 @@ PLATEAU_VERB, BEGIN_VERB, TURN_VERB, PART_VERB, LAW = range(FORCE_VERB + 1, FORC
     LEFT_LOW,
     RIGHT_HIGH,
     RIGHT_LOW,
-) = range(30)
-BOOKED = 30
+) = range(29)
+BOOKED = 29
 HIGHEST, LOWEST, COLUMNS = BOOKED + TALLIED, BOOKED + TALLIED + 1, BOOKED + TALLIED + 2
 
 STAGES = len(DOP853.nodes)
@@ -129,7 +129,7 @@ def new_run(row: Row, limits: np.ndarray, levels: np.ndarray, board: np.ndarray,
         np.zeros((dofs, MAX_TERMS)),
         board,
         np.zeros((KEPT + -(-lines * line_width(dofs, points) // max(dofs, 1)), dofs)),
-        np.zeros((points, COLUMNS + 2 * levels.size)),
+        np.zeros((points, COLUMNS + 2 * levels.size + limits.shape[1] - LAW)),
     )
 
 

@@ -29,6 +29,7 @@ from pounding_risk.core.rows.layout import (
     GAPS,
     GREW,
     HIGHEST,
+    LAW,
     LEFT_HIGH,
     LOWEST,
     NEXT,
@@ -126,6 +127,9 @@ def keep(row, run, b, back):
         for level in range(run.timed.shape[2]):
             swap(run.kept_book, k, width + 2 * level, run.timed[1], k, level, back)
             swap(run.kept_book, k, width + 2 * level + 1, run.timed[2], k, level, back)
+        # A law's numbers, and what its contact remembers.
+        for column in range(LAW, run.limits.shape[1]):
+            swap(run.kept_book, k, width + 2 * run.timed.shape[2] + column - LAW, run.limits, k, column, back)
 
 
 @small
@@ -233,12 +237,12 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
         undo(row, run, first, tied, solved)
         for other in (edge, edge + 1):
             if not busy[other]:
-                keep(row, run, other, False)
-                busy[other] = True
-                # Those on its far side have looked on at its free motion.
+                # Those on its far side have looked on at its free motion, and have raised extremes by it.
                 for far in (other - 1, other + 1):
                     if 0 <= far < buildings and solved[far]:
                         undo(row, run, far, tied, solved)
+                keep(row, run, other, False)
+                busy[other] = True
             elif solved[other]:
                 undo(row, run, other, tied, solved)
         tied[edge] = True

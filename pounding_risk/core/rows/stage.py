@@ -23,7 +23,6 @@ from pounding_risk.core.rows.layout import (
     GAP,
     LAST,
     LATE,
-    MEMORY,
     NOW,
     POLY,
     REGION,
@@ -70,7 +69,7 @@ def transmitted(run, k, delta, rate):
 @kernel
 def uncapped(run, k, delta, rate):
     """The law's force without cap or cut."""
-    return law_force(run, k, run.book[k, MEMORY], delta, rate, run.book[k, APPROACHING])
+    return law_force(run, k, delta, rate, run.book[k, APPROACHING])
 
 
 @kernel

@@ -23,7 +23,6 @@ from pounding_risk.core.rows.layout import (
     HIGHEST,
     LEAST,
     LOST,
-    MEMORY,
     NOW,
     PACE,
     PEAK,
@@ -68,13 +67,13 @@ def touch_down(row, run, k, time):
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
     scale = max(speed, 1e-3 * run.limits[k, FASTEST], 1e-12)
-    memory, strength, least, depth = law_begin(run, k, e, speed, mass, book[k, WORN], scale, run.limits[k, FORCES])
+    strength, least, depth = law_begin(run, k, e, speed, mass, book[k, WORN], scale, run.limits[k, FORCES])
     size = 0.0
     for end in range(4):
         if row.ends[k, end] >= 0:
             size = max(size, abs(desk[NOW, row.ends[k, end]]))
     book[k, CLOSED] = 1.0
-    book[k, STRENGTH], book[k, MEMORY], book[k, LEAST] = strength, memory, least
+    book[k, STRENGTH], book[k, LEAST] = strength, least
     book[k, SPEED], book[k, DEPTH] = scale, depth
     # As the pair has it: δ is a difference of displacements, and what they round by becomes a speed.
     book[k, STILL] = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
@@ -105,10 +104,7 @@ def turn(row, run, k, delta):
     approaching = book[k, APPROACHING] > 0.0
     if approaching:
         book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
-    memory, dent, taken = law_turn(
-        run, k, book[k, MEMORY], delta, book[k, STRENGTH], book[k, APPROACHING], book[k, REGION]
-    )
-    book[k, MEMORY] = memory
+    dent, taken = law_turn(run, k, delta, book[k, STRENGTH], book[k, APPROACHING], book[k, REGION])
     if dent >= 0.0:
         # What stays widens the gap, here and for the contacts after this one.
         book[k, GAP] += dent
@@ -136,7 +132,7 @@ def lift_off(row, run, k, time, line, work):
     book = run.book
     delta = max(across(row, k, run.desk, line) - book[k, GAP], 0.0)
     book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
-    loss, hysteresis, worn = law_part(run, k, book[k, MEMORY], delta, book[k, STRENGTH], work - book[k, LOST])
+    loss, hysteresis, worn = law_part(run, k, delta, book[k, STRENGTH], work - book[k, LOST])
     book[k, BOOKED + VISCOUS] += loss - hysteresis
     book[k, BOOKED + PLASTIC] += book[k, LOST] + hysteresis
     book[k, BOOKED + SET] += book[k, DENTED]
