@@ -34,6 +34,7 @@ OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an att
 NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
 # They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
 LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
+SAME_GAP = 1e-9  # m, by which two gaps may differ that are one
 NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
 UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
 
@@ -158,6 +159,20 @@ def _pushed(results: xr.Dataset) -> Array:
     opened = results["peak_closing_free"] <= results["gap"]
     reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
     return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in ("record", "polarity", "pga")]))
+
+
+def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
+    """Who closes a gap of the grid alone and touches in no run at it: (motions, amplitudes).
+
+    So it is where contact elsewhere in the row holds the buildings apart. None is known to be so at a gap that the grid
+    has not, nor where a run failed.
+    """
+    at = np.flatnonzero(np.isclose(results["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
+    if not at.size:
+        return np.zeros_like(_by_amplitude(results["peak_closing_free"]), dtype=bool)
+    counts = results["impact_count"].isel(gap=at)
+    touches = (counts != 0).any([axis for axis in counts.dims if axis not in ("record", "polarity", "pga")])
+    return np.asarray((_by_amplitude(results["peak_closing_free"]) > gap) & (_by_amplitude(touches) == 0))
 
 
 def _hashable(value: Any) -> Any:

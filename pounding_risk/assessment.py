@@ -195,6 +195,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         int((~every.finite).sum()),
         sensitivity[0],
         data.run_counts(results),
+        int(data.held_apart(results, gap)[every.finite, level].sum()),
     )
     rates = (
         () if options.hazard is None else tuple(rate_of(options.hazard, each, options.confidence) for each in fragility)

@@ -101,7 +101,7 @@ def print_assessment(found: Assessment) -> None:
         print(f"  In short: {one.what_matters}.\n")
         _print_required(one)
         _print_contact(one, found.confidence)
-        _print_yielding(one, found.confidence)
+        _print_yielding(one, found)
         _print_influences(one)
         _print_curves(one, found)
         _print_rates(one, found)
@@ -163,7 +163,7 @@ def _share(each: Any) -> tuple[str, str, str, str]:
     )
 
 
-def _print_yielding(one: InterfaceAssessment, confidence: float) -> None:
+def _print_yielding(one: InterfaceAssessment, found: Assessment) -> None:
     shown = [each for each in one.yielding if each.gap == one.yield_gap]
     if not shown:
         return
@@ -173,7 +173,7 @@ def _print_yielding(one: InterfaceAssessment, confidence: float) -> None:
         "F_E",
         "reached in",
         "P(yield)",
-        f"{100 * confidence:g} % bounds",
+        f"{100 * found.confidence:g} % bounds",
         "by recording",
         "left out",
     )
@@ -181,6 +181,8 @@ def _print_yielding(one: InterfaceAssessment, confidence: float) -> None:
         (str(each.contact_model), _force(each.yield_force), *_share(each), str(each.left_out or "–")) for each in shown
     ]
     print_table(heads, rows, "lrrrrrr")
+    if len(found.interfaces) > 1:
+        print("F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene")
     print()
 
 

@@ -31,7 +31,7 @@ def draw(
     building: Annotated[
         list[str], typer.Option(help="Of the profiles; repeat for several.", show_default="those raised most")
     ] = NO_NAMES,
-    gap: Annotated[str | None, typer.Option(help="Gap of the grid.", show_default="the scene's")] = None,
+    gap: Annotated[str | None, typer.Option(help="Gap, the grid's nearest.", show_default="the scene's")] = None,
     contact_model: Annotated[str | None, typer.Option(help="Of the grid.", show_default="the scene's")] = None,
     yield_force: Annotated[str | None, typer.Option(help="F_E of the grid.", show_default="the scene's")] = None,
     pga: Amplitude = None,

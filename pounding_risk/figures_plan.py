@@ -56,7 +56,7 @@ def plan_figure(
     bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
     if titled:
-        heading(figure, plan_finding(cases), cases[0], note)
+        heading(figure, plan_finding(cases), cases, note)
     return figure
 
 

@@ -70,7 +70,7 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
         axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{told}"), fontsize=9.5)
     _legend(figure)
     if titled:
-        heading(figure, profiles_finding(case), case, note)
+        heading(figure, profiles_finding(case), [case], note)
     return figure
 
 
@@ -165,7 +165,7 @@ def _panel(axis: Any, case: RowCase, building: int, name: str) -> None:
         axis.fill_betweenx(heights, low, high, color=colour, alpha=0.18, linewidth=0.0)
         marker = "" if quantity.of_storey else "."
         axis.plot(middle, heights, color=colour, linestyle=dash, linewidth=1.9, marker=marker, markersize=7)
-    axis.set_xlim(left=0.0)
+    axis.set_xlim(0.0, 1.05 * axis.dataLim.x1 if axis.dataLim.x1 > 0.0 else 1.0)  # values near one another too
     _contacts(axis, case, building)
 
 

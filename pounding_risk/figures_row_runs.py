@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.figures_rows import LETTERS_AN_INCH, MARKERS, RAISED, WIDTH, between, gap_scale, outline
-from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, blank, law_words, motion_words, plain, styles, title
+from pounding_risk.figures_style import (
+    QUIET,
+    STANDARD_GRAVITY,
+    blank,
+    in_lines,
+    law_words,
+    motion_words,
+    plain,
+    styles,
+    title,
+)
 from pounding_risk.row_findings import force_told, standing
 
 if TYPE_CHECKING:
@@ -42,7 +51,7 @@ def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
         axis.set_xlim(time[0], time[-1])
     _elevation(row, run, tallest)
     most = int(LETTERS_AN_INCH * wide)
-    title(figure, *(fill(plain(each), most) for each in (row_run_finding(run), _where(run), note)))
+    title(figure, *(in_lines(plain(each), most) for each in (row_run_finding(run), _where(run), note)))
     return figure
 
 
@@ -57,10 +66,17 @@ def roofs_of(run: xr.Dataset) -> np.ndarray:
     return found
 
 
+def _peaks_of_roofs(run: xr.Dataset) -> np.ndarray:
+    """Largest displacement of each roof [m], between the samples of its history too; zero for a rigid building."""
+    peaks = run["storey_displacement"].transpose("building", "storey").values
+    storeys = run["building_storeys"].values.astype(int)
+    return np.array([peak[count - 1] if count else 0.0 for peak, count in zip(peaks, storeys, strict=True)])
+
+
 def row_run_finding(run: xr.Dataset) -> str:
     """How many contacts, where the strongest is and when, and which roof moves most."""
     counts = run["contact_point_impact_count"].values
-    roofs = np.nanmax(np.abs(roofs_of(run)), axis=0)
+    roofs = _peaks_of_roofs(run)
     at = int(roofs.argmax())
     most = f"the roof of {run['building'].values[at]} moves most, {1e3 * roofs[at]:.3g} mm"
     if run.attrs["status"] != "complete":
@@ -104,7 +120,7 @@ def _elevation(axis: Any, run: xr.Dataset, tallest: float) -> None:
     gaps = run["interface_gap"].values
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
-    roofs = 1e3 * np.nanmax(np.abs(roofs_of(run)), axis=0)
+    roofs = 1e3 * _peaks_of_roofs(run)
     buildings = standing(run)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)

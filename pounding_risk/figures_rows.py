@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from pounding_risk.figures_style import (
     STYLES,
     blank,
     force_words,
+    in_lines,
     law_words,
     plain,
     title,
@@ -22,6 +22,7 @@ from pounding_risk.figures_style import (
 from pounding_risk.row_findings import RowCase, Standing, Touch, force_told
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 WIDTH = 9.0  # m, of every building as drawn
@@ -63,15 +64,17 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
     bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     _legend(figure, case)
     if titled:
-        heading(figure, elevation_finding(case), case, note)
+        heading(figure, elevation_finding(case), [case], note)
     return figure
 
 
-def heading(figure: Figure, finding: str, case: RowCase, note: str = "") -> None:
-    """The finding and the cell of the grid above a figure, in lines that fit its width."""
+def heading(figure: Figure, finding: str, cases: Sequence[RowCase], note: str = "") -> None:
+    """The finding and the cell of the grid above a figure of one row or several, in lines that fit its width."""
     most = int(LETTERS_AN_INCH * figure.get_figwidth())
-    said = (finding, f"{case.results.attrs['title']}: {where_words(case)}", note)
-    title(figure, *(fill(plain(each), most).replace("F_E", "$F_E$") for each in said))
+    every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
+    what = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
+    said = (finding, f"{what}: {where_words(every)}", note)
+    title(figure, *(in_lines(plain(each), most).replace("F_E", "$F_E$") for each in said))
 
 
 def elevation_finding(case: RowCase) -> str:
@@ -102,10 +105,26 @@ def where_words(case: RowCase) -> str:
     gaps = sorted(set(np.round(case.gaps, 9)))
     told = f"gap {1e3 * gaps[0]:.3g} mm" if len(gaps) == 1 else f"gaps {1e3 * gaps[0]:.3g} to {1e3 * gaps[-1]:.3g} mm"
     force = force_words(float(one["yield_force"])).replace("$F_E$", "F_E")
-    words = [told, force, law_words(str(one["contact_model"].values)), f"{case.motions} motions"]
+    words = [
+        told,
+        f"{force}{_column_words(one)}",
+        law_words(str(one["contact_model"].values)),
+        f"{case.motions} motions",
+    ]
     if "pga" in one.coords and np.isfinite(float(one["pga"])):
         words.append(f"{float(one['pga']) / STANDARD_GRAVITY:.2g} g")
     return ", ".join(words)
+
+
+def _column_words(one: xr.Dataset) -> str:
+    """What a column's F_E is, where columns are met and have another than the floors."""
+    if "contact_point_yield_force" not in one.variables:
+        return ""
+    own = one["contact_point_yield_force"].values[one["contact_point_kind"].values == "column"]
+    found = sorted({round(force / 1e3) for force in own[np.isfinite(own) & (own != float(one["yield_force"]))]})
+    if not found:
+        return ""
+    return f" (of columns {found[0]}{f' to {found[-1]}' if len(found) > 1 else ''} kN)"
 
 
 def between(interface: str) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +44,13 @@ def blank(
 def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
     """The finding, below it what it holds for, and below that what the user adds, such as what is assumed."""
     figure.suptitle("\n".join(filter(None, (finding, condition, note))), fontsize=11, linespacing=1.25)
+
+
+def in_lines(text: str, most: int) -> str:
+    """The text in the fewest lines of at most so many letters, all about as long."""
+    lines = len(wrap(text, most))
+    fits = (width for width in range(max(1, len(text) // max(lines, 1)), most) if len(wrap(text, width)) <= lines)
+    return fill(text, next(fits, most))
 
 
 def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:

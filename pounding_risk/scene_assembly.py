@@ -22,6 +22,10 @@ from pounding_risk.scene_text import Fault, KeyPath
 from pounding_risk.storeys import Storeys
 from pounding_risk.study import Effect, EqualTerms, Grid, Neighbour, Study, interface_name, stiff_model
 
+NO_STRENGTHS = (
+    "no storey of the scene has a yield shear, so that none would yield; write storey_strengths in a [[building]], or "
+    "generate one from a typology, or remove inelastic_storeys"
+)
 RENAMED = {"polarity": "polarities"}  # keys of [records] that are called otherwise in a study
 
 
@@ -86,6 +90,8 @@ def _buildings(tables: list[Any], effects: tuple[Effect, ...]) -> tuple[tuple[Bu
             chain_of(found[-1], effects)
         except PoundingError as error:
             faults.append(Fault(("building", index), str(error)))
+    if not faults and "inelastic_storeys" in dict(effects) and not any(each.strengths for each in found):
+        faults.append(Fault(("effects", "inelastic_storeys"), NO_STRENGTHS))
     return tuple(found), faults
 
 

@@ -75,6 +75,7 @@ class Seen(NamedTuple):
     lost: int  # motions without a finite response
     polarity: Influence
     counts: dict[str, int]
+    held: int = 0  # of a row: motions that close the gap alone, and touch in no run at it
 
 
 def judge(asked: Asked, seen: Seen) -> Verdict:
@@ -155,6 +156,11 @@ def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> lis
     )
     told.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
     told.append(_whose(asked, seen.motions))
+    if seen.held:
+        told.append(
+            f"In {seen.held} of these motions no run touches here, as contact elsewhere in the row holds the buildings "
+            "apart: each counts all the same, by what it closes without it."
+        )
     if seen.lost:
         told.append(f"{seen.lost} motions have no finite response and count against the verdict.")
     return told

@@ -76,6 +76,23 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     assert {each.method for each in after.fragility if each.what == "contact"} == {"multiple stripes"}
 
 
+def test_what_neighbours_hold_apart_counts_and_is_told(results):
+    """Motions that close the gap alone, and whose runs at it show no touch: as many as the sentence says."""
+    at = 1
+    before = assess(results).interfaces[at]
+    held = results.copy(deep=True)
+    closes = results["peak_closing_free"].isel(interface=at, pga=1).values > before.gap
+    record, polarity = (int(place) for place in np.argwhere(closes)[0])
+    held["impact_count"][{"record": record, "polarity": polarity, "pga": 1, "interface": at}] = 0
+    after = assess(held).interfaces[at]
+    told = [each for each in after.verdict.evidence if "holds the buildings apart" in each]
+    assert [each.startswith("In 1 of these motions no run touches here") for each in told] == [True]
+    assert not any("holds the buildings apart" in each for each in before.verdict.evidence)
+    assert after.contact_at_gap().count == before.contact_at_gap().count
+    # At a gap that the grid has not nothing is known of runs.
+    assert not any("holds" in each for each in assess(held, gap=0.0123).interfaces[at].verdict.evidence)
+
+
 def test_columns_yield_at_their_own_force_where_floors_never_do(results):
     one = assess(results).interfaces[1]  # floors against columns
     (share,) = [each for each in one.yielding if each.gap == 0.02 and np.isinf(each.yield_force)]

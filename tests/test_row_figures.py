@@ -17,7 +17,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures_plan import PANELS, plan_figure
 from pounding_risk.figures_profiles import amplification, profile, profiles_figure
 from pounding_risk.figures_rows import ON_A_LINE, elevation_figure
-from pounding_risk.figures_style import write
+from pounding_risk.figures_style import in_lines, write
 from pounding_risk.row_findings import RowCase, any_of_building, row_case
 
 HERE = {"gap": 0.05, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
@@ -191,3 +191,20 @@ def test_a_cell_without_a_complete_run_says_so():
 def test_figures_are_the_same_bytes_for_the_same_data(case, tmp_path):
     one, other = (write(elevation_figure(case), tmp_path / f"{turn}.svg") for turn in "ab")
     assert one.read_bytes() == other.read_bytes()
+
+
+def test_the_plan_of_several_rows_is_headed_by_all_their_gaps(results):
+    narrow, wide = row_case(results, gap=0.02), row_case(results, gap=0.05)
+    assert "2 rows: gaps 20 to 50 mm" in texts(plan_figure([narrow, wide])).replace("\n", " ")
+
+
+def test_the_columns_own_yield_force_stands_beside_that_of_floors(case):
+    columns = case.results["contact_point_yield_force"].values[case.results["contact_point_kind"].values == "column"]
+    assert f"(of columns {columns.min() / 1e3:.0f}" in texts(elevation_figure(case)).replace("\n", " ")
+
+
+def test_a_line_that_breaks_leaves_no_single_word():
+    text = " ".join(["word"] * 13)  # 64 letters
+    assert [len(line.split()) for line in in_lines(text, 60).splitlines()] == [7, 6]
+    assert in_lines("short", 60) == "short"
+    assert in_lines("", 60) == ""

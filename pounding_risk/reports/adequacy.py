@@ -68,7 +68,8 @@ def _terms(material: Material) -> str:
     if material.is_row:
         decides = (
             "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
-            "the buildings touch in a run, under any contact model and F_E."
+            "the buildings touch in a run, under any contact model and F_E. The F_E told is that of floors that meet; "
+            "a column keeps its own, which stands with the scene."
         )
     return (
         f"A motion is a record in one polarity. Bounds are exact binomial ones of {confidence}; those by recording "
