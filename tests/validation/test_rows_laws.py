@@ -180,3 +180,23 @@ def test_a_row_compiled_is_the_row_interpreted_in_bits(law: str, capsys: pytest.
     assert (status, steps) == (found_status, found_steps)
     assert status == tally.COMPLETE
     assert json.dumps(found) == json.dumps(values)
+
+
+ALIKE = """
+# A wall, pressed from the first instant on, and two masses that begin to move towards it alike.
+ground = np.full(21, 2.0)
+found = []
+for mass in np.linspace(7.1e4, 9.3e4, 12):
+    chains = [chain_of(Building.rigid("wall")), single(1.3 * mass, 0.31), single(mass, 0.47)]
+    row = rows.lay_out(chains, points_of([meeting(0, 1.0, 1.0, 0.0), meeting(1, 1.0, 1.0, 0.0)]), DT)
+    contacts = rows.Contacts(np.zeros(2), np.full(2, np.inf), [ViscousElastoplastic(2.75e9)] * 2, [E] * 2)
+    found.append(rows.run_row(row, contacts, ground).points[:, 2].tolist())
+print(json.dumps(found))
+"""
+
+
+def test_neighbours_that_begin_alike_do_not_press_each_other_by_rounding():
+    """The wall stands still and is pressed at once; both masses have the ground's acceleration, and touch later."""
+    for wall, between in interpreted(SETUP + ALIKE):
+        assert wall == 0.0
+        assert between > 0.0

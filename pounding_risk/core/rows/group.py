@@ -51,6 +51,7 @@ from pounding_risk.core.tally import (
 )
 
 FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
+ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each other by rounding at most
 
 
 @kernel
@@ -79,6 +80,8 @@ def press(row, run, group, time, pull):
                 load(row, run, group, NOW, pull, TRIAL)
                 ready = True
             rate = across(row, k, run.desk, TRIAL)
+            if rate <= ALIKE * abs(pull):
+                continue
         if rate > 0.0:
             touch_down(row, run, k, time)
             count += 1
