@@ -109,7 +109,7 @@ def where_words(case: RowCase) -> str:
         told,
         f"{force}{_column_words(one)}",
         law_words(str(one["contact_model"].values)),
-        f"{case.motions} motions",
+        f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]
     if "pga" in one.coords and np.isfinite(float(one["pga"])):
         words.append(f"{float(one['pga']) / STANDARD_GRAVITY:.2g} g")

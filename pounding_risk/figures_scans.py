@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.assessed_data import own_gaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, blank, law_words, styles, title
 
@@ -84,13 +85,21 @@ def _without_yielding(results: xr.Dataset) -> int:
 def _one_law(results: xr.Dataset) -> xr.Dataset:
     """The last contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
 
-    Of a row the largest of all interfaces.
+    Of a row the interface whose gap alone the grid varies, or the largest of all.
     """
     chosen = results.isel({axis: -1 for axis in ("pga", "contact_model") if axis in results.dims})
     if "interface" in chosen.dims:
         shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
-        chosen = chosen[shown].max("interface", keep_attrs=True).assign_attrs(results.attrs)
+        every, at = chosen[shown], _varied(results)
+        one = every.max("interface", keep_attrs=True) if at is None else every.isel(interface=at)
+        chosen = one.assign_attrs(results.attrs)
     return chosen.sortby(["gap", "yield_force"])
+
+
+def _varied(results: xr.Dataset) -> int | None:
+    """Place of the interface of a row whose gap alone the grid varies; None where it varies all or none."""
+    varied = np.flatnonzero(np.ptp(own_gaps(results).values, axis=0) > 0.0)
+    return int(varied[0]) if varied.size == 1 else None
 
 
 def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
@@ -99,7 +108,9 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
     if results.sizes.get("contact_model", 1) > 1:
         told.append(law_words(str(shown["contact_model"].values)))
     if "interface" in results.dims:
-        told.append(f"the largest of {results.sizes['interface']} interfaces")
+        at, count = _varied(results), results.sizes["interface"]
+        one = results["interface"].values[at or 0]
+        told.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")
     if results.sizes.get("pga", 1) > 1:
         told.append(f"{float(shown['pga']) / STANDARD_GRAVITY:.2f} g")
     return ", ".join(told)

@@ -192,7 +192,8 @@ def _number(asked: Asked, seen: Seen) -> str:
     """What so many motions can show at all."""
     recordings = int(seen.motions.recordings.max()) + 1
     least = least_upper_bound(seen.independent, asked.confidence)
-    many = f"{seen.contact.runs} motions of {recordings} recording{'s' if recordings > 1 else ''}"
+    runs = seen.contact.runs
+    many = f"{runs} motion{'s' if runs > 1 else ''} of {recordings} recording{'s' if recordings > 1 else ''}"
     worth = (
         f"{many}, whose components and polarities are not independent, say as much as {seen.independent:.0f} that are"
     )

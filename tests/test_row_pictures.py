@@ -121,6 +121,15 @@ def test_the_figure_of_a_scan_shows_the_largest_of_all_interfaces(file):
     assert drawn == pytest.approx(1e3 * float(results["peak_relative_displacement"].isel(pga=1).max()))
 
 
+def test_the_figure_of_a_scan_that_varies_one_gap_shows_that_interface():
+    results = made_row(records=2, gaps=(0.0, 0.02), named=1, own_gaps=(0.03, 0.02, 0.04, 0.04, 0.04))
+    figure = scan_figure(results)
+    assert f"{STREET[1].name} | {STREET[2].name}, whose gap varies" in figure._suptitle.get_text()
+    meshes = [mesh for axis in figure.axes for mesh in axis.collections if mesh.get_array() is not None]
+    drawn = max(float(np.nanmax(mesh.get_array())) for mesh in meshes)
+    assert drawn == pytest.approx(1e3 * float(results["peak_relative_displacement"].isel(pga=1, interface=1).max()))
+
+
 def test_code_table_asks_for_one_interface(file):
     with pytest.raises(PoundingError, match="select two neighbours"):
         code_table(pr.open_results(file))

@@ -340,7 +340,8 @@ function drawWords(output) {
   if (model.anyFailed) legend.push(["", "×", marks]);
   if (many) legend.push(["", "(of 7)", "so many of the motions have such a number"]);
   legend.push(["", "A", "pinned; its choices are told in the table"]);
-  legend.push(["", "none", "on the axis of yield forces: nothing yields. Laws without a cap are the same at every yield force"]);
+  const columns = model.pickers.includes("interface") ? ", but columns with a yield force of their own" : "";
+  legend.push(["", "none", `on the axis of yield forces: nothing yields${columns}. Laws without a cap are the same at every yield force`]);
   element("legend").replaceChildren(...legend.map(([kindOf, mark, words]) => {
     const item = document.createElement("li");
     const sign = Object.assign(document.createElement("b"), { className: kindOf, textContent: mark });
@@ -441,7 +442,10 @@ function drawProfiles() {
   const at = state.picks.interface;
   const sides = [at, at + 1];
   const traces = sides.flatMap((building, side) => profileTraces(quantity, building, side ? "x2" : "x"));
-  const title = (building) => ({ title: { text: `${buildings[building]} [${quantity.struck.unit}]` }, rangemode: "tozero", zeroline: false });
+  const reach = (axis) => Math.max(0, ...traces.filter((each) => each.xaxis === axis).flatMap((each) => each.x.filter(Number.isFinite)));
+  const title = (building, axis) => ({
+    title: { text: `${buildings[building]} [${quantity.struck.unit}]` }, range: [0, 1.05 * reach(axis) || 1], zeroline: false,
+  });
   const marks = model.profiles.points.filter(([interface_]) => interface_ === at).map(([, level]) => ({
     type: "line", xref: "paper", x0: 0, x1: 1, y0: level, y1: level, line: { color: "#555", width: 1, dash: "dot" },
   }));
@@ -450,7 +454,7 @@ function drawProfiles() {
   const layout = {
     margin: { l: 55, r: 10, t: 10, b: 50 }, plot_bgcolor: "#fff", paper_bgcolor: "#fff", shapes: marks,
     font: { family: 'system-ui, "Segoe UI", "DejaVu Sans", sans-serif', size: 13, color: "#1a1a1a" },
-    xaxis: { ...title(sides[0]), domain: [0, 0.48] }, xaxis2: { ...title(sides[1]), domain: [0.52, 1] },
+    xaxis: { ...title(sides[0], "x"), domain: [0, 0.48] }, xaxis2: { ...title(sides[1], "x2"), domain: [0.52, 1] },
     yaxis: { title: { text: "height [m]" }, rangemode: "tozero" }, legend: { orientation: "h", y: 1.1 },
   };
   return Plotly.react("profiles", traces, layout, { responsive: true, displayModeBar: false, plotlyServerURL: "" });
