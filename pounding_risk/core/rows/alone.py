@@ -7,14 +7,12 @@ from math import inf, sqrt
 from pounding_risk._jit import kernel
 from pounding_risk.core.rows.chain import (
     accelerate,
-    first_strain,
     lay_series,
     motion_bound,
     place_on,
     raise_between,
     raise_peaks,
     step_over,
-    switch_storey,
 )
 from pounding_risk.core.rows.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
 from pounding_risk.core.rows.layout import (
@@ -32,6 +30,7 @@ from pounding_risk.core.rows.layout import (
     PLASTIC,
     START,
 )
+from pounding_risk.core.rows.storey import first_strain, switch_storey
 from pounding_risk.core.series import crest_bound
 from pounding_risk.core.tally import MAX_CONTACTS
 

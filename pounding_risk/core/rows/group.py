@@ -8,7 +8,7 @@ from pounding_risk._jit import kernel, part
 from pounding_risk.core.collide import ELASTIC, SLACK, YIELDING
 from pounding_risk.core.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all, lay_spectators
-from pounding_risk.core.rows.chain import energy_of, place_on, switch_storey
+from pounding_risk.core.rows.chain import energy_of, place_on
 from pounding_risk.core.rows.events import fill_spectators, take_step
 from pounding_risk.core.rows.flight import across, begin_blind, compliance
 from pounding_risk.core.rows.layout import (
@@ -37,6 +37,7 @@ from pounding_risk.core.rows.layout import (
 from pounding_risk.core.rows.log import write_down
 from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH, is_watched, margin
 from pounding_risk.core.rows.stage import Group, load, slopes
+from pounding_risk.core.rows.storey import switch_storey
 from pounding_risk.core.rows.touch import lift_off, note_yield, own_tolerance, scales, touch_down, turn
 from pounding_risk.core.rows.watch import watch_floors, watch_points
 from pounding_risk.core.tally import COUNT as TOUCHES

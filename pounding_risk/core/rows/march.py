@@ -14,7 +14,6 @@ import numpy as np
 
 from pounding_risk._jit import borrowed, kernel, part, small
 from pounding_risk.core.rows.alone import glide, meets, note_peaks, predict, stand_apart
-from pounding_risk.core.rows.chain import soften
 from pounding_risk.core.rows.flight import across, stay_apart
 from pounding_risk.core.rows.group import FAILED, FLOWN, advance, any_closed
 from pounding_risk.core.rows.layout import (
@@ -51,6 +50,7 @@ from pounding_risk.core.rows.layout import (
     Run,
 )
 from pounding_risk.core.rows.log import take_back
+from pounding_risk.core.rows.storey import soften
 from pounding_risk.core.rows.touch import lift_off
 from pounding_risk.core.tally import (
     COMPLETE,

@@ -13,7 +13,6 @@ from pounding_risk.core.collide import (
     YIELDING,
 )
 from pounding_risk.core.events import CUT, MET, PART, TURN, YIELD
-from pounding_risk.core.rows.chain import OVER, creep, drift_in
 from pounding_risk.core.rows.flight import across
 from pounding_risk.core.rows.layout import (
     APPROACHING,
@@ -37,6 +36,7 @@ from pounding_risk.core.rows.layout import (
     STRENGTH,
 )
 from pounding_risk.core.rows.stage import between, uncapped
+from pounding_risk.core.rows.storey import OVER, creep, drift_in
 from pounding_risk.core.series import slope_at, value_at
 
 TOUCH, STRAIN = 5, 6

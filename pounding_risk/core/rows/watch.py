@@ -9,7 +9,6 @@ from math import inf
 
 from pounding_risk._jit import kernel
 from pounding_risk.core.collide import ELASTIC
-from pounding_risk.core.rows.chain import drift_in, shear_stiffness
 from pounding_risk.core.rows.flight import across, blind_points, own_side
 from pounding_risk.core.rows.layout import (
     A_END,
@@ -54,6 +53,7 @@ from pounding_risk.core.rows.layout import (
 )
 from pounding_risk.core.rows.margins import across_between
 from pounding_risk.core.rows.stage import between, ground_at, load, spread, transmitted, uncapped
+from pounding_risk.core.rows.storey import drift_in, shear_stiffness
 from pounding_risk.core.rows.touch import note_yield
 from pounding_risk.core.tally import FIRST_YIELD, LOWEST_FORCE
 
