@@ -1,4 +1,4 @@
-"""A storey that can yield: a bilinear spring with kinematic hardening, V = TANGENT d + CONSTANT on each of its branches.
+"""A storey that can yield: a bilinear spring with kinematic hardening, V = TANGENT d + CONSTANT on each branch.
 
 Elastic about its plastic drift p, V = k d − (1 − α) k p; past its limit L, V = α k d ± (1 − α) k L. It yields where
 d − p passes ± L and turns back where the drift's rate does; then p = d ∓ L.
