@@ -24,6 +24,7 @@ from pounding_risk.contact_points import Point, automatic_points
 from pounding_risk.core.tally import COUNT
 from pounding_risk.ensemble import scan, summary
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures_style import STYLES, blank, title
 from pounding_risk.models.contact import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.motions import Motion, read_motion
@@ -38,6 +39,7 @@ SHIPPED = ("RSN6-180", "RSN1690-090")
 THREADS, SEED = 2, 20111
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)
 NUMBERS, STOREYS = (2, 4, 8, 16, 32), (1, 2, 4, 8, 16)
+Sizes = list[tuple[int, float, float]]
 GAP = 0.01  # m, of the rows that are timed alone
 
 
@@ -131,8 +133,8 @@ def one_run(buildings: list[Storeys], motion: Motion) -> Callable[[], tuple[floa
     return timed
 
 
-def time_sizes(what: str, runs: dict[int, Callable[[], tuple[float, float]]], repeats: int) -> None:
-    """A table: time of a run, its contacts, and how both grow."""
+def time_sizes(what: str, runs: dict[int, Callable[[], tuple[float, float]]], repeats: int) -> Sizes:
+    """A table: time of a run, its contacts, and how both grow; returns (size, median time, contacts) of each."""
     found: dict[int, list[tuple[float, float]]] = {size: [] for size in runs}
     for turn in range(repeats + 1):
         for size, run in runs.items():
@@ -151,6 +153,27 @@ def time_sizes(what: str, runs: dict[int, Callable[[], tuple[float, float]]], re
         print(f"| {size} | {1e3 * now[0]:.1f} ms | {spread} | {contacts:.0f} | {each} | {ratio} |")
         before = now
     print()
+    return [(size, median(seconds for seconds, _ in measured), measured[0][1]) for size, measured in found.items()]
+
+
+def draw(sizes: dict[str, Sizes], path: str) -> None:
+    """Time of a run against contacts and against sizes, on logarithmic axes; a line of slope 1 beside the first."""
+    figure, axes = blank(1, 1 + len(sizes), (13.0, 4.2))
+    for (what, found), (colour, dash), axis in zip(sizes.items(), STYLES, axes[0, 1:], strict=False):
+        count, seconds, contacts = (np.array(column, dtype=float) for column in zip(*found, strict=True))
+        axes[0, 0].loglog(contacts, seconds, color=colour, linestyle=dash, marker="o", label=what)
+        axis.loglog(count, seconds, color=colour, linestyle=dash, marker="o")
+        axis.set(xlabel=what, ylabel="time of a run [s]")
+        if axis is axes[0, 1]:
+            axes[0, 0].loglog(
+                contacts, seconds[-1] * contacts / contacts[-1], color="black", linewidth=0.8, label="slope 1"
+            )
+    axes[0, 0].set(xlabel="contacts", ylabel="time of a run [s]")
+    axes[0, 0].legend(fontsize=9)
+    (_, first, fewest), *_, (_, last, most) = sizes["buildings of 4 storeys"]
+    growth = np.log(last / first) / np.log(most / fewest)
+    title(figure, f"Time grows with the number of contacts to the power {growth:.2f} as buildings are added")
+    figure.savefig(path)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -159,14 +182,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--buildings", type=int, default=30, help="of the street; 0 leaves it out")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--largest", type=int, default=32, help="buildings, and storeys, of a row timed alone")
+    parser.add_argument("--figure", help="draw time against contacts, buildings and storeys to this file")
     options = parser.parse_args(arguments)
     motion = read_motion("RSN6-180").scaled_to("0.4 g")
     if options.buildings:
         time_block(options.buildings)
     numbers = {count: one_run(frames(count, 4), motion) for count in NUMBERS if count <= options.largest}
-    time_sizes("buildings of 4 storeys", numbers, options.repeats)
+    sizes = {"buildings of 4 storeys": time_sizes("buildings of 4 storeys", numbers, options.repeats)}
     storeys = {count: one_run(frames(2, count), motion) for count in STOREYS if count <= options.largest}
-    time_sizes("storeys of a pair", storeys, options.repeats)
+    sizes["storeys of a pair"] = time_sizes("storeys of a pair", storeys, options.repeats)
+    if options.figure:
+        draw(sizes, options.figure)
     return 0
 
 
