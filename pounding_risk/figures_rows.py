@@ -210,7 +210,7 @@ def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
             axis.annotate(
                 words, (middle + sign * half, place.level), xytext=(7 * sign, 0), textcoords="offset points", ha=side,
                 va="center", fontsize=6.8, zorder=6, color=RAISED if sign > 0 and place.touch.yielding > 0 else "black",
-                bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
+                bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6},
             )  # fmt: skip
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     axis.annotate(
