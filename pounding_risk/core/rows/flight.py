@@ -39,7 +39,7 @@ def compliance(row, k):
     for end in range(4):
         i = row.ends[k, end]
         if i >= 0:
-            total += row.shares[k, end] ** 2 * row.floors[INVERSE, i]
+            total += row.shares[k, end] * row.shares[k, end] * row.floors[INVERSE, i]
     return total
 
 

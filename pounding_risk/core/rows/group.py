@@ -207,8 +207,10 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
         came += close_step(row, run, group)
         if run.board[WHOLE, ROOM] > 0.0:
             write_down(row, run, group, moment + t)
+        # Products: interpreted, a power is the library's, and rounds otherwise.
+        before, after = s * s * s * s, (s + h) * (s + h) * (s + h) * (s + h)
         for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-            run.book[each, PACE] = (s + h) ** 4 - s**4
+            run.book[each, PACE] = after - before
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
         if stalled > 50 + row.ends.shape[0]:
             run.board[WHOLE, STATUS] = float(UNDERFLOW)
