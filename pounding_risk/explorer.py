@@ -69,7 +69,7 @@ def view(
     check_scan(dataset, source)
     part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": pgas}, source)
     _check_size(part, source)
-    return _write(page(page_model(part)), target)
+    return _write(page(page_model(part), row_pictures(part)), target)
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:
@@ -300,8 +300,23 @@ def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
     return told
 
 
-def page(model: Mapping[str, Any]) -> str:
-    """The whole page as text. It may run the scripts it holds, by their checksum, and may fetch nothing."""
+def row_pictures(dataset: xr.Dataset) -> str:
+    """The row in elevation and in plan, over all motions, as a part of the page; nothing for a pair."""
+    if "interface" not in dataset.dims:
+        return ""
+    from pounding_risk.figures_plan import plan_figure
+    from pounding_risk.figures_report import svg_text
+    from pounding_risk.figures_rows import elevation_figure
+    from pounding_risk.row_findings import row_case
+
+    case = row_case(dataset)
+    drawings = [f"<figure>{svg_text(draw(case))}</figure>" for draw in (elevation_figure, plan_figure)]
+    heading = '<h2 id="row-head">The row, over all motions: the scene\'s own gap and yield force</h2>'
+    return "\n".join(['<section id="row" aria-labelledby="row-head">', heading, *drawings, "</section>"])
+
+
+def page(model: Mapping[str, Any], pictures: str = "") -> str:
+    """The whole page as text, ``pictures`` below. It may run the scripts it holds, by checksum, and fetch nothing."""
     folder = files("pounding_risk") / "explorer_page"
     html, style, script = ((folder / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
     library = _plotly()
@@ -309,7 +324,7 @@ def page(model: Mapping[str, Any]) -> str:
     data = json.dumps(model, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
     allowed = " ".join(f"'sha256-{_checksum(each)}'" for each in (library, script))
     parts = {"title": escape(str(model["title"])), "allowed": allowed, "style": style}
-    parts |= {"plotly": library, "data": data, "script": script}
+    parts |= {"plotly": library, "data": data, "script": script, "pictures": pictures}
     before, *rest = html.split("{{")
     return before + "".join(parts[key] + after for key, _, after in (each.partition("}}") for each in rest))
 

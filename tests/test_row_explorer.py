@@ -45,6 +45,13 @@ def test_the_page_of_a_row_holds_its_interfaces_and_storeys(results, written):
     assert [len(levels) for levels in model["profiles"]["levels"]] == [5, 3, 2, 7, 1, 0]
 
 
+def test_the_row_stands_below_in_elevation_and_plan(results, written):
+    page = written.read_text("utf-8")
+    pictures = page[page.index('<section id="row"') : page.index("</section>", page.index('<section id="row"'))]
+    assert pictures.count("<svg") == 2 and "http" not in pictures.replace("http://www.w3.org/", "")
+    assert explorer.row_pictures(results.isel(interface=0)) == ""
+
+
 def test_profiles_that_are_too_many_are_left_out_and_told(results, monkeypatch):
     monkeypatch.setattr(explorer, "MOST_OF_STOREYS", 100)
     model = explorer.page_model(results)

@@ -162,7 +162,7 @@ def settle_about(row, b, desk, state, sign):
 
 @kernel
 def motion_bound(row, b, rise, desk, state, here):
-    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), over an interval where a_g rises by ``rise``; ü in row ``here``."""
+    """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``here``."""
     motion, below = 0.0, 0.0
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         y = desk[state + 1, i] + row.floors[STATIC, i] * rise
