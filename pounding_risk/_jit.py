@@ -21,6 +21,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from threading import Lock
 
 import numba
 from numba import config, njit, types
@@ -227,6 +228,7 @@ def is_foreign(kind) -> bool:
 
 
 _APART: dict[type, type] = {}
+_NAMING = Lock()  # two threads would give one number twice
 
 
 def apart(kind: type) -> type:
@@ -237,10 +239,11 @@ def apart(kind: type) -> type:
     """
     if is_ours(kind):
         return kind
-    if kind not in _APART:
-        body = {"__slots__": (), "__module__": kind.__module__}
-        own = type(f"{kind.__name__}#{len(_APART)}", (kind,), body)
-        _APART[kind] = _APART[own] = own
+    with _NAMING:
+        if kind not in _APART:
+            body = {"__slots__": (), "__module__": kind.__module__}
+            own = type(f"{kind.__name__}#{len(_APART)}", (kind,), body)
+            _APART[kind] = _APART[own] = own
     return _APART[kind]
 
 

@@ -29,10 +29,12 @@ from pounding_risk.core.rows.layout import (
     NOW,
     PLASTIC,
     START,
+    STATUS,
+    WHOLE,
 )
 from pounding_risk.core.rows.storey import first_strain, switch_storey
 from pounding_risk.core.series import crest_bound
-from pounding_risk.core.tally import MAX_CONTACTS
+from pounding_risk.core.tally import EXHAUSTED, MAX_CONTACTS
 
 
 @kernel
@@ -185,7 +187,10 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
 
 @kernel
 def glide(row, run, span, watch, window, terms):
-    """Buildings whose storeys yield, or may, over one node interval without contact: stretch by stretch."""
+    """Buildings whose storeys yield, or may, over one node interval without contact: stretch by stretch.
+
+    A storey that switches back and forth without end sets the run's status.
+    """
     _, step, pull, rise = window
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
@@ -198,4 +203,6 @@ def glide(row, run, span, watch, window, terms):
         if storey < 0:
             break
         switch_storey(row, run, storey, NOW)
+    else:
+        run.board[WHOLE, STATUS] = float(EXHAUSTED)
     copy_state(row, run, span[0], span[1], NOW, NEXT)
