@@ -290,7 +290,7 @@ def test_screening_with_effects():
         ({"strain_rate": {"code": "mc1990", "length": "1 m"}}, 'write strength = "30 MPa" as well'),
         ({"unloading_stiffness": {"ratio": 2.0}}, "write permanent_set = {} as well"),
         ({"unloading_stiffness": {"ratio": 0.0}}, "out of range"),
-        ({"p_delta": {}}, "not in this version"),
+        ({"p_delta": {}}, "has no height"),
     ],
 )
 def test_what_a_scene_refuses(effects: dict, sentence: str):
