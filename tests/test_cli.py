@@ -144,7 +144,7 @@ def test_commands_are_public_calls_of_the_same_name():
 @pytest.mark.parametrize("name", ["validate", "impact", "simulate", "scan"])
 def test_options_are_the_arguments_of_the_call(name):
     # Files, the scene and the law are made into objects; --strict is the command's own, for its exit status.
-    shared = {"scene", "out", "figure", "overrides", "stiffness", "strict"}
+    shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
     shared |= {"floor_length", "other_floor_length", "wave_speed"}  # of the law
     options = set(inspect.signature(getattr(cli, name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
