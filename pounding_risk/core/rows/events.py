@@ -13,8 +13,8 @@ from pounding_risk.core.collide import (
     ELASTIC,
     END_WEIGHT,
     FINAL,
-    POWER,
     SHARE,
+    next_step,
 )
 from pounding_risk.core.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.core.rows.layout import (
@@ -236,16 +236,6 @@ def slide(row, run, group, length):
 
 
 @kernel
-def next_step(run, h, error, rtol):
-    """Step length from the last one: 0.9 (SHARE rtol / error)^(1/order), kept within 1/5 and 5."""
-    if error == 0.0:
-        return 5.0 * h
-    left = SHARE * rtol / error
-    change = sqrt(sqrt(sqrt(left))) if run.board[FINAL, POWER] == 0.125 else left ** run.board[FINAL, POWER]
-    return h * min(5.0, max(0.2, 0.9 * change))
-
-
-@kernel
 def passed(row, run, group, watch, landed, which):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
@@ -290,14 +280,14 @@ def take_step(row, run, group, watch, span, left, terms, rtol):
             break
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, -1, h, attempts, False
-        h = next_step(run, h, error, rtol) if error >= 0.0 else 0.1 * h
+        h = next_step(h, error, rtol, run.board) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, -1, h, attempts, False
     if run.board[FINAL, END_WEIGHT] == 0.0:
         slopes(row, run, group, s + h, END, LAST)
     read_force(row, run, group, h, NOW, SLOPE, START_FORCE)
     look(row, run, group, watch, (s, h, base), terms)
-    following = next_step(run, h, error, rtol)
+    following = next_step(h, error, rtol, run.board)
     kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
     if kind == NONE:
         return h, NONE, -1, following, attempts, laid

@@ -8,11 +8,11 @@ one number or several.
 
 from __future__ import annotations
 
-from math import inf, sqrt
 from typing import Any
 
 from pounding_risk._calls import ENTERING, as_row, call_at, call_on, entry_of, lay_model, model_of, numbers_of
 from pounding_risk._jit import apart, kernel
+from pounding_risk.core.collide import depth_of
 from pounding_risk.core.rows.layout import (
     BEGIN_VERB,
     BOARD_PLACE,
@@ -72,18 +72,7 @@ def _compiled(law) -> Verbs:
         lay_model(own.resume(own.begin(e, speed, mass), worn), given, 0, count)
         board[0, 0] = own.ceiling(limit) * own.hardening(speed)
         board[0, 1] = own.floor()
-        # The penetration at which the law has stored the energy of the touch: a scale, good to a tenth.
-        energy, depth = 0.5 * mass * scale * scale, 1e-2 * scale
-        for _ in range(200):
-            stored = own.stored(depth, inf)
-            if not stored > 0.0:
-                depth *= 1e3
-                continue
-            ratio = energy / stored
-            if 0.8 < ratio < 1.25:
-                break
-            depth *= sqrt(ratio)
-        board[0, 2] = depth
+        board[0, 2] = depth_of(own, 0.5 * mass * scale * scale, 1e-2 * scale)
         return 0.0
 
     def turn(numbers, slots):

@@ -61,6 +61,7 @@ from pounding_risk.core.tally import (
     NOT_FINITE,
     OPEN_FLOOR,
     OPEN_SHARE,
+    TALLIED,
 )
 
 WATCHED = 7  # status of a run that a touch at a watched point has ended
@@ -334,7 +335,7 @@ def end_run(row, run, time, rtol):
     for k in range(run.limits.shape[0]):
         if run.book[k, CLOSED] > 0.0 and run.board[WHOLE, STATUS] == COMPLETE:
             lift_off(row, run, k, time, NODE, run.book[k, WORK])
-        for column in range(18):
+        for column in range(TALLIED):
             value = run.book[k, BOOKED + column]
             if column != FIRST_TOUCH and column != FIRST_YIELD:
                 total += abs(value)
