@@ -1,0 +1,86 @@
+"""The form of a study's dataset, known before any case is: axes, variables, and the blocks in which it is written.
+
+A *line* is the smallest piece of a grid: one record, polarity, amplitude, contact model and gap, with all yield forces.
+Lines are numbered in the order of the axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import prod
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
+BLOCK_BYTES = 16e6  # of all variables of a block together: what writing keeps in memory
+
+
+class CaseVariable(NamedTuple):
+    """A variable that every case has."""
+
+    dims: tuple[str, ...]  # beside those of the cases
+    dtype: np.dtype[Any]
+    attrs: Mapping[str, Any]
+
+
+class Form(NamedTuple):
+    """A dataset without the values of its cases."""
+
+    skeleton: xr.Dataset  # coordinates, attributes, and every variable that does not depend on cases
+    cases: Mapping[str, CaseVariable]
+    shape: tuple[int, ...]  # along `AXES`; an axis that the dataset does not have counts one
+
+    @property
+    def lines(self) -> int:
+        """Lines of the grid."""
+        return prod(self.shape[:-1])
+
+    @property
+    def width(self) -> int:
+        """Cases in a line."""
+        return self.shape[-1]
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Those of `AXES` that the dataset has: a study of one amplitude has no axis of amplitudes."""
+        return tuple(axis for axis in AXES if axis in self.skeleton.sizes)
+
+    def extra(self, name: str) -> tuple[int, ...]:
+        """Sizes of a case variable beside those of the cases."""
+        return tuple(self.skeleton.sizes[dim] for dim in self.cases[name].dims)
+
+    @property
+    def bytes_a_case(self) -> int:
+        """Of all variables, before compression."""
+        return sum(variable.dtype.itemsize * prod(self.extra(name)) for name, variable in self.cases.items())
+
+
+def block_shape(form: Form) -> tuple[int, ...]:
+    """Sizes along `AXES` of the blocks in which a dataset is written: whole trailing axes, then a part of one.
+
+    From the form alone, so that a file's bytes do not depend on the chunks in which it was worked out.
+    """
+    most = max(1, int(BLOCK_BYTES // (form.bytes_a_case * form.width)))  # lines
+    shape = [1] * len(form.shape)
+    shape[-1] = form.width
+    for axis in reversed(range(len(form.shape) - 1)):
+        shape[axis] = min(form.shape[axis], most)
+        if shape[axis] < form.shape[axis]:
+            break
+        most //= shape[axis]
+    return tuple(shape)
+
+
+def blocks(form: Form) -> Iterator[range]:
+    """The lines of each block, in order."""
+    sizes = block_shape(form)[:-1]
+    broken = next((axis for axis, size in enumerate(sizes) if size > 1), len(sizes) - 1)
+    below = prod(form.shape[broken + 1 : -1])
+    run = form.shape[broken] * below  # lines of one index of the axes before
+    for first in range(0, form.lines, run):
+        for start in range(first, first + run, sizes[broken] * below):
+            yield range(start, min(start + sizes[broken] * below, first + run))
