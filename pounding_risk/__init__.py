@@ -33,6 +33,7 @@ _HOMES = {
     "animate": "animation",
     "block": "blocks",
     "read_block": "blocks",
+    "status": "study_status",
     "open_results": "results",
     "save": "results",
 }

@@ -33,6 +33,7 @@ from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
 from pounding_risk.cli_separations import separations
+from pounding_risk.cli_status import status
 from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
 
@@ -397,3 +398,4 @@ app.command()(view)
 app.command()(report)
 app.command("draw")(draw_row)
 app.command()(block)
+app.command()(status)
