@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from os import cpu_count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 
-from pounding_risk._jit import lowered
-from pounding_risk.collision import equal_stiffness
-from pounding_risk.core.collide import make_desk
-from pounding_risk.core.flight import Free
-from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS_SENTENCES
 from pounding_risk.gather import gathered
-from pounding_risk.models.effects import wave_of, with_effects
-from pounding_risk.motions import Motion, driven
-from pounding_risk.outputs import COLUMNS
-from pounding_risk.pair import free_response, oscillators
-from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
-from pounding_risk.relations import check_reach
+from pounding_risk.jobs import Job, Order, Part, job_of, never
+from pounding_risk.layout import blocks
+from pounding_risk.parts import InMemory
+from pounding_risk.recheck import check_share
 from pounding_risk.results import as_text, check_target, save
-from pounding_risk.scan_dataset import AXES, Scanned, labelled
-from pounding_risk.study import Study
-from pounding_risk.threads import How, Progress, counter, work_through
-
-CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
+from pounding_risk.study import Study, as_study
+from pounding_risk.threads import Progress, counter, work_through
 
 
-class Chunk(NamedTuple):
-    """A piece of work: some gaps of one law under one motion; places along the dataset's axes."""
-
-    motion: tuple[int, int, int]  # record, polarity, amplitude
+class _Chunk(NamedTuple):
+    lines: range
     law: int
-    gaps: slice
 
 
 def scan(
@@ -64,13 +49,22 @@ def scan(
     check_share(check_fraction)
     study = as_study(study)
     motions, left_out = gathered(study)
-    how_much = How(screening, check_fraction, workers or cpu_count() or 1, progress)
-    if study.is_row:
-        from pounding_risk.row_scan import scan_row  # a pair needs none of it
+    job = job_of(Order(study, motions, screening, check_fraction))
+    parts = InMemory()
+    count = counter(job.lines * job.width, progress)
 
-        dataset = scan_row(study, motions, how_much)
-    else:
-        dataset = _scan_pair(study, motions, how_much)
+    def work(chunk: _Chunk) -> tuple[range, Part]:
+        part = job.solve(chunk.lines, never)
+        assert part is not None
+        return chunk.lines, part
+
+    def keep(done: tuple[range, Part]) -> None:
+        parts.keep(*done, 0.0)
+        count(len(done[0]) * job.width)
+
+    chunks = [_Chunk(range(line, line + 1), job.law_at(line)) for line in range(job.lines)]
+    work_through(chunks, work, workers or cpu_count() or 1, keep)
+    dataset = assembled(job, parts)
     if command:
         dataset.attrs["command"] = command
     if left_out:
@@ -80,124 +74,30 @@ def scan(
     return dataset
 
 
-def _scan_pair(study: Study, motions: tuple[Motion, ...], how_much: How) -> xr.Dataset:
-    """The dataset of a pair's grid."""
-    laws = laws_of(study)
-    frees = free_responses(study, motions)
-    shape = (*frees.shape, len(laws), len(study.grid.gaps), len(study.grid.yield_forces))
-    raw = np.zeros((*shape, COLUMNS))
-    how = np.zeros(shape, dtype=np.int8)
-    work = _worker(study, frees, laws, (raw, how), how_much.screening)
-    work_through(_chunks(shape), work, how_much.workers, counter(how.size, how_much.progress))
-    dataset = labelled(study, Scanned(motions, frees, laws, raw, how))
-    if how_much.check_fraction > 0.0:
-        _add_checks(dataset, study, (frees, laws), (raw, how), (how_much.check_fraction, how_much.workers))
-    return dataset
+def assembled(job: Job, parts: InMemory) -> xr.Dataset:
+    """The dataset in memory."""
+    form, labeller = job.form, job.labeller()
+    import numpy as np
 
-
-def _add_checks(dataset: xr.Dataset, study: Study, made: Any, arrays: Any, how_much: tuple[float, int]) -> None:
-    """Make a share of the runs again and add what `recheck` found; ``made`` = (free responses, laws)."""
-    frees, laws = made
-    raw, how = arrays
-    grid = RunGrid(
-        oscillators(*study.pair),
-        frees,
-        laws,
-        np.array(study.grid.gaps),
-        np.array(study.grid.yield_forces),
-        study.restitution,
-        study.rtol,
-    )
-    fraction, workers = how_much
-    dims = tuple(dim for dim in AXES if dim in dataset.dims)
-    shape = [dataset.sizes[dim] for dim in dims]
-    for name, (values, told) in check_runs(grid, arrays, sample(raw, how, fraction), workers).items():
-        dataset[name] = (dims, values.reshape(shape), told)
-
-
-def as_study(scene: Study | str | Path) -> Study:
-    """A study, or the scene file of that name read."""
-    if isinstance(scene, Study):
-        return scene
-    from pounding_risk.scenario import read_scene
-
-    return read_scene(scene)
-
-
-def laws_of(study: Study) -> tuple[Any, ...]:
-    """The grid's contact laws with their stiffness; where a k is no β, the one that equal terms lead to."""
-    return tuple(law_of(study, name) for name in study.grid.contact_models)
-
-
-def law_of(study: Study, name: str) -> Any:
-    """One contact law of the scene with its effects; its stiffness by equal terms where the unit differs.
-
-    Raises as `check_reach`.
-    """
-    check_reach(study, (name,))
-    return with_effects(_calibrated(study, name), study.effects)
-
-
-def _calibrated(study: Study, name: str) -> Any:
-    terms = study.equal_terms
-    if not study.needs_equal_terms(name) or terms is None:
-        return study.law(name)
-    stiffness = equal_stiffness(
-        lambda value: study.law(name, value),
-        study.law(study.stiff_name),
-        terms.speed,
-        study.striking_mass,
-        study.restitution,
-        terms.same,
-    )
-    return study.law(name, stiffness)
-
-
-def free_responses(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
-    """Responses without contact, by record, polarity and amplitude."""
-    shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
-    frees = np.empty(shape, dtype=object)
-    pair = oscillators(*study.pair)
-    for place in np.ndindex(shape):
-        motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
-        frees[place] = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
-    return frees
-
-
-def _chunks(shape: tuple[int, ...]) -> Iterator[Chunk]:
-    *motions, laws, gaps, strengths = shape
-    width = max(1, CASES_A_CHUNK // strengths)
-    for motion in np.ndindex(*motions):
-        for law in range(laws):
-            for first in range(0, gaps, width):
-                yield Chunk(motion, law, slice(first, min(first + width, gaps)))
-
-
-def _worker(
-    study: Study, frees: np.ndarray, laws: tuple[Any, ...], arrays: Any, screening: bool
-) -> Callable[[Chunk], int]:
-    raw, how = arrays
-    pair = oscillators(*study.pair)
-    gaps, strengths = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
-
-    def work(chunk: Chunk) -> int:
-        place = (*chunk.motion, chunk.law, chunk.gaps)
-        free: Free = frees[chunk.motion]
-        grid = (gaps[chunk.gaps], strengths, study.restitution)
-        sweep(
-            pair,
-            free,
-            lowered(laws[chunk.law]),
-            grid,
-            study.rtol,
-            screening,
-            make_desk(study.rtol),
-            raw[place],
-            how[place],
+    values = {name: np.zeros((form.lines, form.width, *form.extra(name)), v.dtype) for name, v in form.cases.items()}
+    spans = list(blocks(form))
+    for lines, part in zip(spans, parts.parts(spans), strict=True):
+        for name, found in labeller.values(lines, part).items():
+            values[name][lines.start : lines.stop] = found
+    finish = labeller.finish()
+    for line, patch in finish.patches:
+        for name, found in patch.items():
+            values[name][line] = found[0]
+    sizes = tuple(form.skeleton.sizes[dim] for dim in form.dims)
+    made = {
+        name: (
+            (*form.dims, *form.cases[name].dims),
+            array.reshape(*sizes, *form.extra(name)),
+            dict(form.cases[name].attrs),
         )
-        return int(how[place].size)
-
-    return work
+        for name, array in values.items()
+    }
+    return form.skeleton.assign(made).assign_attrs(finish.attrs)
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:
