@@ -103,7 +103,7 @@ class Pending:
         self._most = max(1, int(PART_BYTES // bytes_a_line)) if bytes_a_line else inf
         self._workers = self._compilers = 1
         self._compiling = 0
-        self._out: dict[int, list[tuple[Pace, int]]] = {}  # laws of the chunks handed out, with their lines
+        self._out: dict[int, dict[int, int]] = {}  # of the chunks handed out: lines by law
         self._changed = Condition()
 
     @property
@@ -128,15 +128,16 @@ class Pending:
     def took(self, lines: range, seconds: float | None) -> None:
         """A chunk is back after so many seconds; None where they say nothing of other lines, as it compiled."""
         with self._changed:
-            parts = self._out.pop(lines.start)
-            if not parts[0][0].most:
+            laws = [(self._paces[law], count) for law, count in self._out.pop(lines.start).items()]
+            if not laws[0][0].most:
                 self._compiling -= 1
-                parts[0][0].most = 1
+                laws[0][0].most = 1
             elif seconds is not None:
-                expected = sum(pace.a_line * count for pace, count in parts)
-                for pace, count in parts:
-                    share = pace.a_line * count / expected if expected else count / len(lines)
-                    pace.learn(count, share * seconds)
+                expected = [pace.a_line * count for pace, count in laws]
+                if not all(expected):
+                    expected = [float(count) for _, count in laws]
+                for (pace, count), share in zip(laws, expected, strict=True):
+                    pace.learn(count, seconds * share / sum(expected))
             self._changed.notify_all()
 
     def _chunk(self) -> range | None:
@@ -150,47 +151,47 @@ class Pending:
     def _first(self) -> range:
         first = self._firsts.pop(0)
         self._compiling += 1
-        return self._handed(first.start, [(self._paces[first.law], 1)])
+        return self._handed(first.start, {first.law: 1})
 
     def _cut(self, place: int) -> range:
         """A chunk from the start of a run on, over as many runs as follow without a hole and can be solved now."""
         start = stop = self._runs[place].start
-        parts: list[tuple[Pace, int]] = []
-        expected = 0.0
+        laws: dict[int, int] = {}
         while place < len(self._runs) and self._runs[place].start == stop:
             run = self._runs[place]
-            pace = self._paces[run.law]
-            count = min(run.stop - run.start, self._fitting(pace, stop - start, expected))
+            count = min(run.stop - run.start, self._fitting(run.law, laws))
             if count <= 0:
                 break
-            parts.append((pace, count))
-            expected += count * pace.a_line
+            laws[run.law] = laws.get(run.law, 0) + count
             stop += count
             if stop < run.stop:
                 self._runs[place] = run._replace(start=stop)
                 break
             del self._runs[place]
-        return self._handed(start, parts)
+        return self._handed(start, laws)
 
-    def _fitting(self, pace: Pace, taken: int, expected: float) -> int:
-        """Lines of a law that can be added to a chunk of so many lines and expected seconds."""
+    def _fitting(self, law: int, laws: dict[int, int]) -> int:
+        """Lines of a law that can be added to a chunk of so many lines by law."""
+        pace, taken = self._paces[law], sum(laws.values())
         if not pace.most:
             return 0
         if self._length is not None:
             return self._length - taken
+        expected = sum(count * self._paces[each].a_line for each, count in laws.items())
 
         def lines_in(seconds: float) -> float:
             return (seconds - expected) / pace.a_line if pace.a_line else inf
 
+        growing = pace.most - laws.get(law, 0)
         even = ceil(self._left / (2 * self._workers)) - taken
-        share = max(even, min(lines_in(LEAST * self._seconds), pace.most))
-        fitting = int(min(pace.most, self._most - taken, lines_in(self._seconds), share))
+        share = max(even, min(lines_in(LEAST * self._seconds), growing))
+        fitting = int(min(growing, self._most - taken, lines_in(self._seconds), share))
         return fitting if taken else max(1, fitting)
 
-    def _handed(self, start: int, parts: list[tuple[Pace, int]]) -> range:
-        lines = range(start, start + sum(count for _, count in parts))
+    def _handed(self, start: int, laws: dict[int, int]) -> range:
+        lines = range(start, start + sum(laws.values()))
         self._left -= len(lines)
-        self._out[start] = parts
+        self._out[start] = laws
         return lines
 
 

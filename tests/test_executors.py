@@ -130,6 +130,20 @@ def test_a_part_is_no_larger_than_memory_allows():
     assert max(len(lines) for lines, _ in drained(pending, lambda line: 1e-6)) == 7
 
 
+def test_what_several_laws_take_is_told_apart():
+    """Two laws by turns, one twenty times dearer: chunks come to what was asked for, and no step is skipped."""
+    order = Order(lines=20_000, laws=2, run=25)
+    job = Numbers(order)
+    chunks = drained(pending_of(job), lambda line: 0.004 if job.law_at(line) else 0.0002)
+    most = 1
+    for lines, _ in chunks:
+        dear = sum(job.law_at(line) for line in lines)
+        assert dear <= GROWTH * most
+        most = max(most, dear)
+    # Whole runs of both laws: one run more or less is 25 × 4 ms.
+    assert [seconds for _, seconds in chunks[-40:-15]] == pytest.approx([SECONDS] * 25, abs=0.1)
+
+
 def test_a_chunk_spans_laws_but_not_holes():
     job = Numbers(Order(lines=400, laws=4, run=5))
     chunks = [lines for lines, _ in drained(pending_of(job, length=64), lambda line: 1e-3)]
