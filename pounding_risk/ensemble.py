@@ -21,6 +21,7 @@ from pounding_risk.models.effects import wave_of, with_effects
 from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import COLUMNS
 from pounding_risk.pair import free_response, oscillators
+from pounding_risk.provenance import provenance
 from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
 from pounding_risk.relations import check_reach
 from pounding_risk.results import as_text, check_target, save
@@ -71,6 +72,7 @@ def scan(
         dataset = scan_row(study, motions, how_much)
     else:
         dataset = _scan_pair(study, motions, how_much)
+    dataset.attrs |= provenance(study, motions, screening, check_fraction)
     if command:
         dataset.attrs["command"] = command
     if left_out:
