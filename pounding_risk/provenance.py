@@ -1,4 +1,4 @@
-"""What it takes to reproduce a dataset, beside the scene and its records: what was asked, and digests of what was used."""
+"""What it takes to reproduce a dataset beside its scene and records: what was asked, and digests of what was used."""
 
 from __future__ import annotations
 

@@ -257,9 +257,9 @@ def test_a_row_over_two_amplitudes(tmp_path):
 
 
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
-    """What was run counts, not the text that it came from."""
+    """What was run counts, not the text that it came from; numpy's numbers are written as any others."""
     study = paper.scene("paper")
-    few = replace(study, grid=study.grid._replace(yield_forces=(3e5, 4.5e5, np.inf), gaps=(study.gap,)))
+    few = replace(study, grid=study.grid._replace(yield_forces=(*np.array([3e5, 4.5e5]), np.inf), gaps=(study.gap,)))
     pr.save(pr.scan(few), tmp_path / "searched.nc")
     found = pr.rerun(tmp_path / "searched.nc")
     assert found.same
