@@ -2,26 +2,102 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from os import cpu_count
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from pounding_risk.core.tally import COMPLETE, STATUS_SENTENCES
+from pounding_risk.errors import Stopped
+from pounding_risk.executors import Executor, Keep, Pending, Threads, read_shard, shard_lines
 from pounding_risk.gather import gathered
-from pounding_risk.jobs import Job, Order, Part, job_of, never
+from pounding_risk.jobs import Job, Order, Part, job_of
 from pounding_risk.layout import blocks
-from pounding_risk.parts import InMemory
+from pounding_risk.provenance import provenance
 from pounding_risk.recheck import check_share
-from pounding_risk.results import as_text, check_target, save
+from pounding_risk.results import RESULTS, as_text, check_target, open_results
+from pounding_risk.stores import Blockwise, Memory, store_of
 from pounding_risk.study import Study, as_study
-from pounding_risk.threads import Progress, counter, work_through
+from pounding_risk.parts import InMemory, merged, without
+
+if TYPE_CHECKING:
+    from pounding_risk.study_folder import StudyFolder
+
+Progress = Callable[[int, int], None]
+LAZY = 1e9  # bytes: a larger dataset is not read whole when it has been written
 
 
-class _Chunk(NamedTuple):
-    lines: range
-    law: int
+class Scan:
+    """A scan about to be made: its job, what its dataset says of itself, and who works."""
+
+    def __init__(
+        self,
+        study: Study | str | Path,
+        *,
+        screening: bool,
+        check_fraction: float,
+        executor: Executor,
+        progress: Progress | None,
+        command: str,
+    ):
+        check_share(check_fraction)
+        self.study = as_study(study)
+        found = gathered(self.study)
+        self.job = job_of(Order(self.study, found.motions, screening, check_fraction))
+        self.command, self.executor, self.progress = command, executor, progress
+        self.attrs: dict[str, Any] = provenance(self.study, found.motions, screening, check_fraction)
+        if command:
+            self.attrs["command"] = command
+        if found.left_out:
+            self.attrs["left_out"] = as_text(list(found.left_out))
+
+    def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
+        """Solve those of the wanted lines that are not done, and tell the progress among all that are wanted."""
+        job, width = self.job, self.job.width
+        left = without(wanted, done)
+        total = width * sum(map(len, wanted))
+        solved = total - width * sum(map(len, left))
+        if self.progress and solved:
+            self.progress(solved, total)
+
+        def kept(lines: range, part: Part, seconds: float) -> None:
+            nonlocal solved
+            keep(lines, part, seconds)
+            solved += width * len(lines)
+            if self.progress:
+                self.progress(solved, total)
+
+        if left:
+            self.executor.run(job, Pending(left, job.law_at, bytes_a_line=job.bytes_a_line), kept)
+
+    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Part]], store: Blockwise) -> None:
+        """Write the dataset, block by block."""
+        job, labeller = self.job, self.job.labeller()
+        spans = list(blocks(job.form))
+        with store:
+            for lines, part in zip(spans, parts(spans), strict=True):
+                store.write(lines, labeller.values(lines, part))
+            finish = labeller.finish()
+            for line, patch in finish.patches:
+                store.write(range(line, line + 1), patch)
+            store.finish(finish.attrs | self.attrs)
+
+    def folder(self, target: Path, *, new: bool, shared: bool) -> StudyFolder:
+        """The study's folder beside its results, open."""
+        from pounding_risk.identity import identity
+        from pounding_risk.study_folder import About, StudyFolder, folder_of
+
+        about = About(self.job.lines, self.job.width, self.study.name, self.command)
+        return StudyFolder.open(folder_of(target), identity(self.job.order), about, new=new, shared=shared)
+
+    def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
+        """Work on what the folder lacks; raises Stopped where Ctrl-C ends it."""
+        try:
+            self.work(wanted, folder.done(), folder.keep)
+        except KeyboardInterrupt:
+            raise Stopped(f"{folder.kept()} are kept in {folder.path}; the same command goes on from there") from None
 
 
 def scan(
@@ -31,6 +107,8 @@ def scan(
     screening: bool = True,
     check_fraction: float = 0.01,
     workers: int | None = None,
+    executor: Executor | None = None,
+    new: bool = False,
     progress: Progress | None = None,
     command: str = "",
 ) -> xr.Dataset:
@@ -39,65 +117,75 @@ def scan(
     Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
     yield_force [N]; see `outputs` for the variables. A row's are by interface, contact_point, building and storey as
     well; see `row_outputs`. ``screening`` leaves out runs whose answer is known exactly;
-    the answers are the same without it. ``check_fraction`` of the runs, a random sample and at least one, are made
+    the answers are the same without it. About ``check_fraction`` of the runs, a random sample and at least one, are made
     again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
-    `recheck`). ``command`` is the command line, kept as an attribute. ``progress`` is called with (cases done, cases in
-    all). Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
-    ``out`` that cannot be written or a ``check_fraction`` outside 0 to 1; all of them before the first run.
+    `recheck`). ``workers`` threads do the work, or an ``executor`` (see `executors`, `dask_executor`); no bit depends
+    on it.
+
+    What is solved on the way to an ``out`` (.nc or .zarr) is kept in a folder beside it: a second start goes on from
+    there, unless ``new`` discards it. A dataset of more than a gigabyte comes back lazy. ``command`` is the command
+    line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
+
+    Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
+    ``out`` that cannot be written, a study of another scene in its folder or a ``check_fraction`` outside 0 to 1; all of
+    them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
+    Ctrl-C ends it.
     """
-    target = None if out is None else check_target(out)
-    check_share(check_fraction)
-    study = as_study(study)
-    motions, left_out = gathered(study)
-    job = job_of(Order(study, motions, screening, check_fraction))
-    parts = InMemory()
-    count = counter(job.lines * job.width, progress)
-
-    def work(chunk: _Chunk) -> tuple[range, Part]:
-        part = job.solve(chunk.lines, never)
-        assert part is not None
-        return chunk.lines, part
-
-    def keep(done: tuple[range, Part]) -> None:
-        parts.keep(*done, 0.0)
-        count(len(done[0]) * job.width)
-
-    chunks = [_Chunk(range(line, line + 1), job.law_at(line)) for line in range(job.lines)]
-    work_through(chunks, work, workers or cpu_count() or 1, keep)
-    dataset = assembled(job, parts)
-    if command:
-        dataset.attrs["command"] = command
-    if left_out:
-        dataset.attrs["left_out"] = as_text(list(left_out))
-    if target is not None:
-        save(dataset, target)
-    return dataset
+    target = None if out is None else check_target(out, RESULTS)
+    one = Scan(
+        study,
+        screening=screening,
+        check_fraction=check_fraction,
+        executor=executor or Threads(workers or cpu_count() or 1),
+        progress=progress,
+        command=command,
+    )
+    whole = [range(one.job.lines)]
+    if target is None:
+        held, made = InMemory(), Memory(one.job.form)
+        one.work(whole, [], held.keep)
+        one.assemble(held.parts, made)
+        return made.dataset()
+    with one.folder(target, new=new, shared=False) as folder:
+        one.fill(folder, whole)
+        one.assemble(folder.parts, store_of(one.job.form, target))
+        folder.clear()
+    form = one.job.form
+    return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)
 
 
-def assembled(job: Job, parts: InMemory) -> xr.Dataset:
-    """The dataset in memory."""
-    form, labeller = job.form, job.labeller()
-    import numpy as np
+def scan_shard(
+    study: Study | str | Path,
+    out: str | Path,
+    shard: str,
+    *,
+    screening: bool = True,
+    check_fraction: float = 0.01,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> tuple[int, int]:
+    """Work on one ``shard`` of a scan, "2/8" the second of eight, and keep it in the study's folder beside ``out``.
 
-    values = {name: np.zeros((form.lines, form.width, *form.extra(name)), v.dtype) for name, v in form.cases.items()}
-    spans = list(blocks(form))
-    for lines, part in zip(spans, parts.parts(spans), strict=True):
-        for name, found in labeller.values(lines, part).items():
-            values[name][lines.start : lines.stop] = found
-    finish = labeller.finish()
-    for line, patch in finish.patches:
-        for name, found in patch.items():
-            values[name][line] = found[0]
-    sizes = tuple(form.skeleton.sizes[dim] for dim in form.dims)
-    made = {
-        name: (
-            (*form.dims, *form.cases[name].dims),
-            array.reshape(*sizes, *form.extra(name)),
-            dict(form.cases[name].attrs),
-        )
-        for name, array in values.items()
-    }
-    return form.skeleton.assign(made).assign_attrs(finish.attrs)
+    Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the same
+    arguments writes ``out``. Returns (cases of this shard, cases in the folder that are done). Raises as `scan`.
+    """
+    target, which = check_target(out, RESULTS), read_shard(shard)
+    one = Scan(
+        study,
+        screening=screening,
+        check_fraction=check_fraction,
+        executor=executor or Threads(workers or cpu_count() or 1),
+        progress=progress,
+        command=command,
+    )
+    wanted = merged(shard_lines(one.job.lines, which))
+    with one.folder(target, new=False, shared=True) as folder:
+        folder.log("shard", shard=shard)
+        one.fill(folder, wanted)
+        done = folder.done()
+    return one.job.width * sum(map(len, wanted)), one.job.width * sum(map(len, done))
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:

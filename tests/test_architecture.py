@@ -33,7 +33,8 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py|(scan|row)_(dataset|history)\.py",
+    "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py|(scan|row)_(dataset|history)\.py|"
+    r"reruns\.py",
     "netCDF4": r"results\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",
