@@ -13,14 +13,14 @@ from pounding_risk.core.tally import COMPLETE, STATUS_SENTENCES
 from pounding_risk.errors import Stopped
 from pounding_risk.executors import Executor, Keep, Pending, Threads, read_shard, shard_lines
 from pounding_risk.gather import gathered
-from pounding_risk.jobs import Job, Order, Part, job_of
+from pounding_risk.jobs import Order, job_of
 from pounding_risk.layout import blocks
+from pounding_risk.parts import InMemory, Part, merged, without
 from pounding_risk.provenance import provenance
 from pounding_risk.recheck import check_share
 from pounding_risk.results import RESULTS, as_text, check_target, open_results
 from pounding_risk.stores import Blockwise, Memory, store_of
 from pounding_risk.study import Study, as_study
-from pounding_risk.parts import InMemory, merged, without
 
 if TYPE_CHECKING:
     from pounding_risk.study_folder import StudyFolder
@@ -117,8 +117,8 @@ def scan(
     Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
     yield_force [N]; see `outputs` for the variables. A row's are by interface, contact_point, building and storey as
     well; see `row_outputs`. ``screening`` leaves out runs whose answer is known exactly;
-    the answers are the same without it. About ``check_fraction`` of the runs, a random sample and at least one, are made
-    again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
+    the answers are the same without it. About ``check_fraction`` of the runs, drawn at random, one at least, are
+    made again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
     `recheck`). ``workers`` threads do the work, or an ``executor`` (see `executors`, `dask_executor`); no bit depends
     on it.
 
@@ -127,8 +127,8 @@ def scan(
     line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
 
     Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
-    ``out`` that cannot be written, a study of another scene in its folder or a ``check_fraction`` outside 0 to 1; all of
-    them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
+    ``out`` that cannot be written, a study of another scene in its folder or a ``check_fraction`` outside 0 to 1, all
+    of them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
     Ctrl-C ends it.
     """
     target = None if out is None else check_target(out, RESULTS)
@@ -168,8 +168,8 @@ def scan_shard(
 ) -> tuple[int, int]:
     """Work on one ``shard`` of a scan, "2/8" the second of eight, and keep it in the study's folder beside ``out``.
 
-    Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the same
-    arguments writes ``out``. Returns (cases of this shard, cases in the folder that are done). Raises as `scan`.
+    Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the
+    same arguments writes ``out``. Returns (cases of this shard, cases in the folder that are done). Raises as `scan`.
     """
     target, which = check_target(out, RESULTS), read_shard(shard)
     one = Scan(

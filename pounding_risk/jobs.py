@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from pounding_risk.layout import Form
 from pounding_risk.motions import Motion
+from pounding_risk.parts import Part
 from pounding_risk.study import Study
-
-Part = dict[str, NDArray[Any]]  # what some lines give, plain numbers; the first axis of every array is the lines'
-RAGGED = "_ragged"  # ends the name of an array whose last axis differs between parts: nothing is there beyond it
 
 
 class Order(NamedTuple):

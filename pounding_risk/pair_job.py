@@ -13,12 +13,13 @@ from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.sweep import SIMULATED, sweep
 from pounding_risk.core.tally import COMPLETE, STATUS
-from pounding_risk.jobs import Finish, Order, Part, never
+from pounding_risk.jobs import Finish, Order, never
 from pounding_risk.layout import Form, Stretch, stretches
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import free_response, oscillators
+from pounding_risk.parts import Part
 from pounding_risk.recheck import AtLeastOne, changes, check_variables, drawn, made_again, not_made_again, tighter
 from pounding_risk.scan_dataset import amplitudes, pair_skeleton, pair_values, pair_variables
 from pounding_risk.scene_laws import laws_of

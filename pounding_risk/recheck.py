@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from pounding_risk.core.tally import COMPLETE, STATUS
 from pounding_risk.errors import PoundingError
-from pounding_risk.jobs import Part
 from pounding_risk.layout import CaseVariable
 from pounding_risk.outputs import run_outputs
+from pounding_risk.parts import Part
 
 TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of the second run: so many times smaller, but never below
 # Relative changes, and plain differences of counts and flags.

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from pounding_risk import rows
 from pounding_risk.core.sweep import KNOWN, SIMULATED
 from pounding_risk.core.tally import COMPLETE
-from pounding_risk.jobs import RAGGED, Finish, Order, Part, never
+from pounding_risk.jobs import Finish, Order, never
 from pounding_risk.layout import CaseVariable, Form, Stretch, stretches
 from pounding_risk.motions import driven
+from pounding_risk.parts import RAGGED, Part
 from pounding_risk.recheck import (
     COUNTED,
     RELATIVE,
