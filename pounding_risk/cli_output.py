@@ -137,7 +137,7 @@ class Watch:
 
     def _tick(self) -> None:
         """Say how far it is when half a minute went by, without a report too."""
-        while not self._over.wait(min(EVERY / 4.0, 1.0)):
+        while not self._over.wait(min(max(EVERY / 4.0, 0.005), 1.0)):
             self._say()
 
     def _say(self) -> None:

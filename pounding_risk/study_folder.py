@@ -19,21 +19,10 @@ from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.identity import difference, digest
+from pounding_risk.parts import Part, chosen, joined, merged, pieces_of
 from pounding_risk.study_lock import Held, Lock
 from pounding_risk.study_log import write_line
-from pounding_risk.study_parts import (
-    PART,
-    Damaged,
-    Part,
-    chosen,
-    joined,
-    lines_of,
-    merged,
-    part_name,
-    pieces_of,
-    read_part,
-    write_part,
-)
+from pounding_risk.study_parts import PART, Damaged, lines_of, part_name, read_part, write_part
 from pounding_risk.whole_files import FULL, is_partial_of, sync_folder, write_whole
 
 STUDY, PARTS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
@@ -190,7 +179,7 @@ class StudyFolder:
             write_part(self.path / PARTS, lines, part, self._digest)
             state = self._state(lines)
         except OSError as error:
-            raise _unwritable(self.path, error, f"{self._kept()} are kept; ") from None
+            raise _unwritable(self.path, error, f"{self.kept()} are kept; ") from None
         if state is not None:
             self._sound[lines] = state
         self.log("kept", start=lines.start, stop=lines.stop, seconds=round(seconds, 3))
@@ -299,7 +288,8 @@ class StudyFolder:
             self._file(lines).unlink(missing_ok=True)
         (self.path / LOG).unlink(missing_ok=True)
 
-    def _kept(self) -> str:
+    def kept(self) -> str:
+        """How many of the study's cases have a part, in words."""
         return f"{_cases(self._sound, self.about.width)} of {self.about.lines * self.about.width} cases"
 
 

@@ -10,20 +10,18 @@ import io
 import json
 import re
 import zipfile
-from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.parts import Part
 from pounding_risk.whole_files import write_whole
 
-Part = dict[str, NDArray[Any]]  # the first axis of every array is the lines'
 PART = r"(\d{9,})-(\d{9,})\.npz"
 MARK = "mark.json"
-RAGGED = "_ragged"  # ends the name of an array that may be longer in one part than in another
 NUMBERS = "biufc"  # kinds of numeric dtypes
 
 
@@ -88,53 +86,3 @@ def _mark(lines: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> dict
         checksum.update(json.dumps([name, array.dtype.str, array.shape]).encode())
         checksum.update(np.ascontiguousarray(array).data)
     return {"study": digest, "start": lines.start, "stop": lines.stop, "checksum": checksum.hexdigest()}
-
-
-def merged(ranges: Iterable[range]) -> list[range]:
-    """The same lines in as few ranges as there can be, in order."""
-    found: list[range] = []
-    for lines in sorted((each for each in ranges if each), key=lambda each: each.start):
-        if found and lines.start <= found[-1].stop:
-            found[-1] = range(found[-1].start, max(found[-1].stop, lines.stop))
-        else:
-            found.append(lines)
-    return found
-
-
-def chosen(ranges: Iterable[range]) -> list[tuple[range, range]]:
-    """Which lines to take from which part, so that none is taken twice: (lines, the part's lines), in order."""
-    found: list[tuple[range, range]] = []
-    end = 0
-    for lines in sorted(ranges, key=lambda each: (each.start, -each.stop)):
-        if lines.stop > end:
-            found.append((range(max(lines.start, end), lines.stop), lines))
-            end = lines.stop
-    return found
-
-
-def pieces_of(block: range, choice: Sequence[tuple[range, range]]) -> Iterator[tuple[range, range]]:
-    """The lines of a block, from `chosen`: (lines, the part's lines) in order; lines that no part has are left out."""
-    place = max(bisect_right(choice, block.start, key=lambda each: each[0].start) - 1, 0)
-    for lines, home in choice[place:]:
-        if lines.start >= block.stop:
-            return
-        both = range(max(lines.start, block.start), min(lines.stop, block.stop))
-        if both:
-            yield both, home
-
-
-def joined(pieces: Sequence[Mapping[str, NDArray[Any]]]) -> Part:
-    """Parts one after the other; a ragged array is filled up with zeros to the longest."""
-    return {name: _joined(name, [piece[name] for piece in pieces]) for name in pieces[0]}
-
-
-def _joined(name: str, arrays: list[NDArray[Any]]) -> NDArray[Any]:
-    if not name.endswith(RAGGED) or len({array.shape[1:] for array in arrays}) == 1:
-        return np.concatenate(arrays)
-    longest = tuple(map(max, zip(*(array.shape[1:] for array in arrays), strict=True)))
-    whole = np.zeros((sum(map(len, arrays)), *longest), dtype=np.result_type(*arrays))
-    start = 0
-    for array in arrays:
-        whole[(slice(start, start + len(array)), *map(slice, array.shape[1:]))] = array
-        start += len(array)
-    return whole

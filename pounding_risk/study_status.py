@@ -13,10 +13,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from pounding_risk.parts import merged
 from pounding_risk.study_folder import LOCK, LOG, PARTS, SUFFIX, check_ours, folder_of, read_study
 from pounding_risk.study_lock import Holder, running
 from pounding_risk.study_log import read_lines
-from pounding_risk.study_parts import lines_of, merged
+from pounding_risk.study_parts import lines_of
 
 NOT_BEGUN, STOPPED, COMPLETE = "not begun", "stopped", "complete"
 WINDOW = 600.0  # s, of the log, that the speed is taken from
