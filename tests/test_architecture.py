@@ -35,6 +35,7 @@ HOMES = {
     "matplotlib": r"figures.*",
     "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py|(scan|row)_(dataset|history)\.py",
     "netCDF4": r"results\.py",
+    "distributed": r"dask_executor\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",
     "markupsafe": r"reports/page\.py",
