@@ -14,11 +14,9 @@ from threading import Condition, Event, Semaphore, Thread
 from time import perf_counter
 from typing import Any, NamedTuple, Protocol
 
-from numpy.typing import NDArray
-
 from pounding_risk.errors import PoundingError
+from pounding_risk.parts import Part
 
-Part = dict[str, NDArray[Any]]  # what some lines give, along the first axis of every array
 Keep = Callable[[range, Part, float], None]  # lines, what they give, seconds it took
 
 SECONDS = 0.5  # a chunk's: little is lost where a run is killed, and what surrounds a chunk costs nothing beside it

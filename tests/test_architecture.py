@@ -33,8 +33,11 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py|(scan|row)_(dataset|history)\.py",
-    "netCDF4": r"results\.py",
+    "xarray": r"(results|stores|zarr_store|reruns|ensemble|history|paper|ladder|effect_costs|comparison)\.py|"
+    r"(scan|row)_(dataset|history)\.py",
+    "netCDF4": r"(results|stores)\.py",
+    "zarr": r"zarr_store\.py",
+    "dask": r"zarr_store\.py|dask_executor\.py",
     "distributed": r"dask_executor\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",

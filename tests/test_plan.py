@@ -123,8 +123,8 @@ def test_nothing_is_run(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE)
     code = (
-        "from pounding_risk import ensemble, plan\n"
-        "ensemble.sweep = ensemble.free_response = None\n"
+        "from pounding_risk import pair_job, plan\n"
+        "pair_job.sweep = pair_job.free_response = None\n"
         f"print(plan.validate({str(scene)!r}).cases)"
     )
     root = Path(pounding_risk.__file__).resolve().parent.parent
