@@ -14,7 +14,8 @@ from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.executors import Keep, Part, Pending, Solver
+from pounding_risk.executors import Keep, Pending, Solver
+from pounding_risk.parts import Part
 
 if TYPE_CHECKING:
     from distributed import Client, Future, as_completed
@@ -57,8 +58,8 @@ class Dask:
         self._client = _connected(cluster) if isinstance(cluster, str) else cluster
         self._make = make
         try:
-            if self._own:
-                self._wait_for_workers()
+            if isinstance(cluster, str):
+                self._wait_for_workers(cluster)
             self._check_versions()
         except BaseException:
             self.close()
@@ -84,8 +85,7 @@ class Dask:
         finally:
             flight.cancel()
 
-    def _wait_for_workers(self) -> None:
-        address = self._client.scheduler.address
+    def _wait_for_workers(self, address: str) -> None:
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
@@ -95,7 +95,7 @@ class Dask:
 
     def _check_versions(self) -> None:
         """Of the workers that are there; those that come later are checked with their first chunk."""
-        told = self._client.get_versions(packages=list(ALIKE))
+        told: Any = self._client.get_versions(packages=list(ALIKE))
         ours = told["client"]["packages"]
         for address, worker in told["workers"].items():
             theirs = worker["packages"]
@@ -239,11 +239,14 @@ def _handed_over(payload: bytes) -> bytes:
 
 def _solved(payload: bytes, told: Told, lines: range) -> tuple[Part, float, bool]:
     """What lines give, the seconds it took, and whether these tell what others take: not where it compiled."""
+    from pounding_risk.jobs import never  # all that solves: the scheduler, which reads this file too, needs none of it
+
     made = _job(payload, told)
     laws = set(map(made.job.law_at, lines))
     tells = laws <= made.ready
     start = perf_counter()
-    part = made.job.solve(lines, _never)
+    part = made.job.solve(lines, never)
+    assert part is not None, "nobody stops a chunk here: it is short"
     seconds = perf_counter() - start
     made.ready.update(laws)
     return part, seconds, tells
@@ -251,25 +254,16 @@ def _solved(payload: bytes, told: Told, lines: range) -> tuple[Part, float, bool
 
 def _job(payload: bytes, told: Told) -> Made:
     """The order's job, made once in each process."""
+    from pounding_risk.jobs import job_of
+
     with _making:
         if told.digest not in _made:
             check_alike(_address(), _versions(), told.versions)
-            _made[told.digest] = Made((told.make or _job_of())(pickle.loads(payload)), set())
+            _made[told.digest] = Made((told.make or job_of)(pickle.loads(payload)), set())
             while len(_made) > JOBS:
                 _made.popitem(last=False)
         _made.move_to_end(told.digest)
         return _made[told.digest]
-
-
-def _job_of() -> Make:
-    from pounding_risk.jobs import job_of  # everything that solves: the scheduler has no use for it
-
-    return job_of
-
-
-def _never() -> bool:
-    """A chunk is short; a worker ends it."""
-    return False
 
 
 def _address() -> str:
