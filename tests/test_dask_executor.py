@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chunked_work import Kept, Numbers, Order
+from chunked_work import Kept, Numbers, Order, scanned
 
 from pounding_risk import dask_executor
 from pounding_risk.dask_executor import Dask
@@ -74,6 +74,15 @@ def test_two_processes_give_the_same_bits(client, length):
     assert len(kept.processes) == 2
     assert set(client.run(times_made, order).values()) == {1}, "an order is made a job once in each process"
     assert forgotten(client)
+
+
+def test_a_scan_has_the_same_bits_on_a_cluster(client, tmp_path):
+    """In memory and, by way of a study's folder that this process alone writes, on disk."""
+    here = scanned(workers=1)
+    assert scanned(executor=Dask(client)).identical(here)
+    assert scanned(executor=Dask(client), out=tmp_path / "far.nc").identical(here)
+    scanned(out=tmp_path / "near.nc")
+    assert (tmp_path / "far.nc").read_bytes() == (tmp_path / "near.nc").read_bytes()
 
 
 def test_a_worker_killed_on_the_way_costs_nothing(client):
