@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isnan
 from pathlib import Path
 from time import monotonic
@@ -69,11 +69,27 @@ def _show(table: Any, wraps: bool) -> None:
     print("\n".join(line.rstrip() for line in captured.get().splitlines()))
 
 
-def command_line() -> str:
-    """What was typed, for the results; nothing where the command was called from another program."""
+def command_line(aside: Mapping[str, bool] | None = None) -> str:
+    """What was typed, for the results, without the options ``aside``, each of which takes a value or does not.
+
+    Nothing where the command was called from another program.
+    """
     program = Path(sys.argv[0])
     ours = program.stem == "pounding-risk" or (program.name, program.parent.name) == ("__main__.py", "pounding_risk")
-    return shlex.join(["pounding-risk", *sys.argv[1:]]) if ours else ""
+    return shlex.join(["pounding-risk", *_without(sys.argv[1:], aside or {})]) if ours else ""
+
+
+def _without(words: Sequence[str], aside: Mapping[str, bool]) -> list[str]:
+    kept, skip = [], False
+    for word in words:
+        option, has_value, _ = word.partition("=")
+        if skip:
+            skip = False
+        elif option in aside:
+            skip = aside[option] and not has_value
+        else:
+            kept.append(word)
+    return kept
 
 
 class Watch:

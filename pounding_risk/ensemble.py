@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from os import cpu_count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
@@ -27,6 +27,15 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 LAZY = 1e9  # bytes: a larger dataset is not read whole when it has been written
+
+
+class ShardDone(NamedTuple):
+    """What a shard has done, and how much of the study is done by all of them."""
+
+    cases: int  # of this shard
+    done: int
+    total: int  # of the study
+    folder: Path
 
 
 class Scan:
@@ -165,11 +174,11 @@ def scan_shard(
     executor: Executor | None = None,
     progress: Progress | None = None,
     command: str = "",
-) -> tuple[int, int]:
+) -> ShardDone:
     """Work on one ``shard`` of a scan, "2/8" the second of eight, and keep it in the study's folder beside ``out``.
 
     Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the
-    same arguments writes ``out``. Returns (cases of this shard, cases in the folder that are done). Raises as `scan`.
+    same arguments writes ``out``. Raises as `scan`.
     """
     target, which = check_target(out, RESULTS), read_shard(shard)
     one = Scan(
@@ -185,7 +194,8 @@ def scan_shard(
         folder.log("shard", shard=shard)
         one.fill(folder, wanted)
         done = folder.done()
-    return one.job.width * sum(map(len, wanted)), one.job.width * sum(map(len, done))
+    width = one.job.width
+    return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:

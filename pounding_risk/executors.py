@@ -25,6 +25,7 @@ LEAST = 0.1  # of a chunk's seconds: no smaller towards the end, where chunks sh
 PART_BYTES = 16e6  # at most: parts wait in memory for the disk
 GROWTH = 4  # a chunk has at most so many times the lines of those before: costs are told by few lines at first
 MEMORY = 0.9  # weight of the chunks before the last in what a line takes: small gaps cost more than large ones
+WORKER = "pounding-worker-"  # begins the name of every thread that solves
 TICK = 0.1  # s, between looks at whether to go on
 ROUNDS = 16  # blocks a shard: many, as lines differ in cost, and few, as no chunk is longer than a block
 
@@ -263,7 +264,7 @@ class Crew:
     def start(self) -> None:
         """Set the threads to work."""
         for number in range(min(self.workers, self.expected)):
-            Thread(target=self._work, name=f"pounding-{number + 1}", daemon=True).start()
+            Thread(target=self._work, name=f"{WORKER}{number + 1}", daemon=True).start()
 
     def hand_over(self, keep: Keep) -> None:
         """Give every part to ``keep`` as it comes, until all are there; raises what a thread raised."""
