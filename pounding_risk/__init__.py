@@ -18,6 +18,7 @@ _HOMES = {
     "contact_law": "own_law",
     "simulate": "history",
     "scan": "ensemble",
+    "rerun": "reruns",
     "compare": "comparison",
     "accuracy": "ladder",
     "stability": "hard",

@@ -32,6 +32,7 @@ from pounding_risk.cli_modes import modes
 from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
+from pounding_risk.cli_rerun import rerun
 from pounding_risk.cli_separations import separations
 from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
@@ -389,11 +390,6 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-app.command()(models)
-app.command()(modes)
-app.command()(separations)
-app.command()(assess)
-app.command()(view)
-app.command()(report)
+for command in (models, modes, separations, assess, view, report, rerun, block):
+    app.command()(command)
 app.command("draw")(draw_row)
-app.command()(block)

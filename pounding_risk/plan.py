@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from pounding_risk.gather import Gathered
     from pounding_risk.plan_kernels import Kernels
 
-CHUNK = 0.5  # s of work in a chunk of a run, about
-
 
 class PlannedRecord(NamedTuple):
     """A ground motion as the runs will see it, before polarity and the grid's amplitudes."""
@@ -76,8 +74,9 @@ class Plan:
         """About as many as the run will have: the first line of each contact model alone, the rest by time."""
         if self.seconds is None:
             return None
-        laws = self.shape["contact_model"]
-        return min(self.lines, laws + ceil(self.seconds * self.threads / CHUNK))
+        from pounding_risk.executors import SECONDS
+
+        return min(self.lines, self.shape["contact_model"] + ceil(self.seconds * self.threads / SECONDS))
 
     @property
     def shaking(self) -> float:
@@ -200,24 +199,19 @@ def _shape(study: Study, records: int) -> dict[str, int]:
 
 
 def _timed(made: Plan, found: Gathered) -> Plan:
-    """The plan with what takes the motion without contact, and then the solving of some lines, to know."""
+    """The plan with what it takes the motion without contact, and then the solving of some lines, to know."""
     from pounding_risk.plan_sizes import memory
-    from pounding_risk.plan_work import costs, work_of
+    from pounding_risk.plan_work import alone, costs
 
     kernels, may_compile = made.kernels, made.compiled
     if not may_compile and (kernels.interpreted or not kernels.motion):
-        return replace(made, memory=memory(found.motions, 0, made.threads))
-    work = work_of(made.study, found.motions)
-    closed = work.closed()
-    laws = made.shape["contact_model"]
-    made = replace(
-        made,
-        screened=int((~(closed > 0.0)).sum()) * laws,
-        memory=memory(found.motions, work.bytes_held, made.threads),
-    )
+        return replace(made, memory=memory(made, found.motions, 0))
+    still = alone(made.study, found.motions)
+    touching = int((still.closed > 0.0).sum()) * made.shape["contact_model"]
+    made = replace(made, screened=made.lines - touching, memory=memory(made, found.motions, still.size))
     if not may_compile and not kernels.whole:
         return made
-    each = costs(work, closed, laws)
+    each = costs(made.study, found.motions, still.closed)
     return replace(
         made,
         seconds=sum(cost.seconds for cost in each) / made.threads,

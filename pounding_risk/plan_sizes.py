@@ -6,19 +6,23 @@ import os
 import sys
 from collections.abc import Iterable, Mapping
 from math import prod
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.executors import PART_BYTES
 from pounding_risk.layout import BLOCK_BYTES
 from pounding_risk.motions import Motion
+from pounding_risk.pair_job import KEPT
 from pounding_risk.study import Study
+
+if TYPE_CHECKING:
+    from pounding_risk.plan import Plan
 
 HOW = 2  # bytes: how a case ended, and how it was answered
 MADE_AGAIN = 1 + 4 * 8  # bytes: whether a case is sensitive, and four changes
 READ_FOR = 60 * 8  # bytes a record: its spectrum
 PARTS_IN_FLIGHT = 2  # a thread: one that it fills, one that waits to be kept
-PART_BYTES = 4e6  # of a part at most, about: half a second of the shortest runs
 
 
 class Sizes(NamedTuple):
@@ -26,6 +30,7 @@ class Sizes(NamedTuple):
 
     case: int  # with those that tell what was made again
     motion: int  # a record, polarity and amplitude: what is known without contact
+    part: int  # a case of a part, which is kept on the way
     record: int = READ_FOR
 
     def of(self, shape: Mapping[str, int]) -> int:
@@ -40,11 +45,11 @@ def sizes(study: Study) -> Sizes:
 
 
 def _of_pair() -> Sizes:
-    from pounding_risk.outputs import BUILDING, RUN
+    from pounding_risk.outputs import BUILDING, COLUMNS, RUN
 
     sides = 2 * 8 * len(BUILDING)
     outputs = sum(4 if output.whole else 8 for output in RUN.values())
-    return Sizes(outputs + sides + HOW + MADE_AGAIN, sides + 8)
+    return Sizes(outputs + sides + HOW + MADE_AGAIN, sides + 8, 8 * COLUMNS + HOW + MADE_AGAIN)
 
 
 def _of_row(study: Study) -> Sizes:
@@ -61,16 +66,22 @@ def _of_row(study: Study) -> Sizes:
 
     moving = sum(map(size, moving_variables(frame).values()))
     closing = 8 * (along["interface"] + along["contact_point"])
-    return Sizes(sum(map(size, variables(frame).values())) + HOW + MADE_AGAIN, moving + closing)
+    case = sum(map(size, variables(frame).values())) + HOW + MADE_AGAIN
+    return Sizes(case, moving + closing, case)
 
 
-def memory(motions: Iterable[Motion], free: int, threads: int) -> int:
-    """About the memory that a scan into a file takes [bytes]; ``free`` is that of the responses without contact.
+def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
+    """About the memory that a scan into a file takes [bytes]; ``free`` is that of a response without contact.
 
-    What this process holds now, the records, a block of the dataset as it is written, and the parts in flight.
+    What this process holds now, the records, the responses that are kept, a block of the dataset as it is written, and
+    the parts that the threads are at.
     """
+    shape, is_row = plan.shape, plan.study.is_row
+    responses = shape["record"] * shape["polarity"] * shape["pga"]
+    kept = responses if is_row else min(responses, KEPT)
+    part = min(PART_BYTES, sizes(plan.study).part * plan.cases)
     records = sum(motion.acceleration.nbytes for motion in motions)
-    return int(resident() + records + free + BLOCK_BYTES + PARTS_IN_FLIGHT * threads * PART_BYTES)
+    return int(resident() + records + kept * free + BLOCK_BYTES + PARTS_IN_FLIGHT * plan.threads * part)
 
 
 def resident() -> int:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.chains import chain_of
-from pounding_risk.ensemble import law_of
 from pounding_risk.row_cases import Limits, Mechanics
 from pounding_risk.row_model import RowModel
 from pounding_risk.row_outputs import Frame, frame_of
+from pounding_risk.scene_laws import law_of
 from pounding_risk.study import Study
 
 Array = NDArray[np.float64]

@@ -8,6 +8,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk import quantities
 from pounding_risk.contact_points import COLUMN, TOLERANCE, Point, floor_words
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import DESIGN_PENETRATION, stiffness_quantity
@@ -15,7 +16,7 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
-from pounding_risk.quantities import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, exact, shown
+from pounding_risk.quantities import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, shown
 from pounding_risk.record_request import RecordRequest
 from pounding_risk.relations import AS_PUBLISHED, related
 from pounding_risk.scene_buildings import building_table
@@ -341,6 +342,11 @@ class Study:
         return {"restitution": value if self.relation == AS_PUBLISHED else {"value": value, "relation": self.relation}}
 
 
+def exact(value: float, quantity: Quantity) -> str | float:
+    """As `quantities.exact`; a study changed in memory may hold numpy's numbers, which would be written otherwise."""
+    return quantities.exact(float(value), quantity)
+
+
 def stiff_model(own: str, gridded: tuple[str, ...]) -> str | None:
     """The first of these contact models that takes a stiffness, or None: instant ones take none."""
     return next((name for name in (own, *gridded) if not is_instant(CONTACT_MODELS[name])), None)
@@ -382,3 +388,12 @@ def _inverse_mass(building: Building | Storeys) -> float:
     if isinstance(building, Storeys):
         return len(building.masses) / building.mass
     return building.oscillator().inverse_mass
+
+
+def as_study(scene: Study | str | Path) -> Study:
+    """A study, or the scene file of that name read."""
+    if isinstance(scene, Study):
+        return scene
+    from pounding_risk.scenario import read_scene
+
+    return read_scene(scene)
