@@ -6,7 +6,7 @@ Lines are numbered in the order of the axes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -64,7 +64,7 @@ def block_shape(form: Form) -> tuple[int, ...]:
 
     From the form alone, so that a file's bytes do not depend on the chunks in which it was worked out.
     """
-    most = max(1, int(BLOCK_BYTES // (form.bytes_a_case * form.width)))  # lines
+    most = max(1, int(BLOCK_BYTES // max(1, form.bytes_a_case * form.width)))  # lines
     shape = [1] * len(form.shape)
     shape[-1] = form.width
     for axis in reversed(range(len(form.shape) - 1)):
@@ -84,3 +84,34 @@ def blocks(form: Form) -> Iterator[range]:
     for first in range(0, form.lines, run):
         for start in range(first, first + run, sizes[broken] * below):
             yield range(start, min(start + sizes[broken] * below, first + run))
+
+
+def place(form: Form, block: range) -> dict[str, slice]:
+    """Where a block of `blocks` lies along `Form.dims`."""
+    starts = np.unravel_index(block.start, form.shape[:-1]) if form.lines else ()
+    sizes = block_shape(form)
+    found = {AXES[-1]: slice(0, form.width)}
+    for axis, start, size, whole in zip(AXES, starts, sizes, form.shape, strict=False):
+        found[axis] = slice(int(start), min(int(start) + size, whole))
+    return {axis: found[axis] for axis in form.dims}
+
+
+def form_of(dataset: xr.Dataset) -> Form:
+    """The form of a dataset that is there; what does not depend on cases is read, the cases are not.
+
+    A dataset without the axes of a scan has no case variables: all of it is the skeleton.
+    """
+    dims = tuple(axis for axis in AXES if axis in dataset.sizes)
+    cases = {
+        str(name): CaseVariable(tuple(map(str, variable.dims[len(dims) :])), variable.dtype, dict(variable.attrs))
+        for name, variable in dataset.data_vars.items()
+        if dims and variable.dims[: len(dims)] == dims and variable.dtype.kind in "if"
+    }
+    shape = tuple(dataset.sizes.get(axis, 1) for axis in AXES)
+    return Form(dataset.drop_vars(cases).load(), cases, shape)
+
+
+def values_at(dataset: xr.Dataset, form: Form, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Case variables of a dataset in a block of its form: (lines, cases in a line, extra sizes)."""
+    where = place(form, block)
+    return {name: dataset[name].isel(where).values.reshape(len(block), form.width, *form.extra(name)) for name in names}

@@ -1,4 +1,4 @@
-"""Datasets on disk: netCDF-4 that is whole or not there, and the provenance that goes with it.
+"""Datasets on disk: netCDF-4 or Zarr that is whole or not there, and the provenance that goes with it.
 
 One thread of a process may touch netCDF at a time: the libraries below crash otherwise. Nothing here is called
 from a worker.
@@ -9,14 +9,17 @@ from __future__ import annotations
 import json
 import os
 import platform
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.placing import discard, move_into_place, moved_away, not_written, partial_of
 
+RESULTS = (".nc", ".zarr")  # how a dataset's name may end
+ZARR_MARK = "written_by_pounding_risk"  # attribute of a Zarr store that may be replaced; left out where it is opened
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -34,7 +37,8 @@ def versions() -> dict[str, str]:
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
     """The path of a file that can be written; raises PoundingError before any work is done.
 
-    Its folder must exist and be writable, its suffix be one of ``suffixes``, and it must not be a folder.
+    Its folder must exist and be writable, its suffix be one of ``suffixes``, and it must not be a folder, or for a
+    ``.zarr`` none but a store of this package.
     """
     target = Path(path)
     folder = target.parent
@@ -43,13 +47,45 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
     if target.suffix.lower() not in suffixes:
         allowed = " or ".join(suffixes)
         raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")
-    if target.is_dir():
+    if target.suffix.lower() == ".zarr":
+        if target.exists() and not is_zarr_of_ours(target):
+            raise PoundingError(f"{target}: is there already and no Zarr store of pounding-risk; choose another name")
+    elif target.is_dir():
         raise PoundingError(f"{target}: is a folder; name a file in it")
     if not folder.is_dir():
         raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
     if not os.access(folder, os.W_OK):
         raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
     return target
+
+
+def is_zarr_of_ours(path: Path) -> bool:
+    """Whether a folder is a Zarr store that this package wrote."""
+    try:
+        return ZARR_MARK in json.loads((path / ".zattrs").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+
+
+def zarr_store() -> Any:
+    """The module that reads and writes Zarr; raises PoundingError where what it needs is not installed."""
+    try:
+        return import_module("pounding_risk.zarr_store")
+    except ModuleNotFoundError as error:
+        raise PoundingError(
+            f'Zarr needs {error.name}, which is not installed; run: pip install "pounding-risk[cluster]"'
+        ) from None
+
+
+def netcdf_encoding(dataset: xr.Dataset) -> dict[Any, dict[str, Any]]:
+    """How variables are stored: numbers compressed, and no fill value where nothing may be missing."""
+    encoding: dict[Any, dict[str, Any]] = {name: {"_FillValue": None} for name in dataset.coords}
+    for name, variable in dataset.data_vars.items():
+        if variable.dtype.kind in "if" and variable.ndim:
+            encoding[name] = {"zlib": True, "complevel": 1, "shuffle": True}
+        if variable.dtype.kind == "i":
+            encoding.setdefault(name, {})["_FillValue"] = None
+    return encoding
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
@@ -59,37 +95,47 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     PoundingError where the file cannot be written.
     """
     target = check_target(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    encoding: dict[Any, dict[str, Any]] = {name: {"_FillValue": None} for name in dataset.coords}
-    for name, variable in dataset.data_vars.items():
-        if variable.dtype.kind in "if" and variable.ndim:
-            encoding[name] = {"zlib": True, "complevel": 1, "shuffle": True}
-        if variable.dtype.kind == "i":
-            encoding.setdefault(name, {})["_FillValue"] = None
+    partial = partial_of(target)
     try:
-        dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=encoding)
-        with open(partial, "rb") as written:
-            os.fsync(written.fileno())
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(
-            f"{target}: cannot be written ({error.strerror or error}); free space or choose another place"
-        ) from None
+        dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
+        move_into_place(partial, target)
+    except (OSError, RuntimeError) as error:  # netCDF raises both where the disk is full
+        raise not_written(target, error) from None
     finally:
-        partial.unlink(missing_ok=True)
+        discard(partial)
     return target
 
 
-def open_results(path: str | Path) -> xr.Dataset:
-    """A dataset from disk, read whole and closed, so that the file can be written again.
+def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
+    """A dataset from disk, netCDF or Zarr, read whole and closed, so that the file can be written again.
 
-    Raises PoundingError where the file is missing or is no netCDF.
+    ``lazy`` reads values when they are asked for: those of a Zarr store are Dask arrays, one piece a block; those of
+    a netCDF file are xarray's own, without Dask, as only one thread may read them. Close it at the end.
+    Raises PoundingError where the file is missing or is none of these.
     """
-    source = Path(path)
-    if not source.is_file():
-        raise PoundingError(f"{source}: no such results file; `pounding-risk scan SCENE -o {source.name}` writes one")
+    if not lazy:
+        with _opened(Path(path), None) as dataset:
+            return dataset.load()
+    return _opened(Path(path), {})
+
+
+def stream_results(path: str | Path) -> xr.Dataset:
+    """As `open_results`, lazily and without Dask: for what reads block by block. Close it at the end."""
+    return _opened(Path(path), None)
+
+
+def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
+    is_zarr = source.suffix.lower() == ".zarr"
+    if not (source.is_dir() if is_zarr else source.is_file()):
+        older = moved_away(source)
+        raise PoundingError(
+            f"{source}: no such results file; `pounding-risk scan SCENE -o {source.name}` writes one"
+            + (f", or rename {older}, the results of before, which a crash left there" if older else "")
+        )
+    if is_zarr:
+        return zarr_store().opened(source, chunks)
     try:
-        return xr.load_dataset(source, engine="netcdf4")
+        return xr.open_dataset(source, engine="netcdf4")
     except (OSError, ValueError) as error:
         raise PoundingError(f"{source}: is not a readable netCDF file ({error}); run the scan again") from None
 

@@ -33,9 +33,11 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|ensemble|history|paper|ladder|effect_costs|comparison)\.py|(scan|row)_(dataset|history)\.py|"
-    r"reruns\.py",
-    "netCDF4": r"results\.py",
+    "xarray": r"(results|stores|zarr_store|ensemble|history|paper|ladder|effect_costs|comparison)\.py|"
+    r"(scan|row)_(dataset|history)\.py|reruns\.py|case_histories\.py",
+    "netCDF4": r"(results|stores)\.py",
+    "zarr": r"zarr_store\.py",
+    "dask": r"zarr_store\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",
     "markupsafe": r"reports/page\.py",
