@@ -19,6 +19,7 @@ _HOMES = {
     "simulate": "history",
     "scan": "ensemble",
     "rerun": "reruns",
+    "histories": "case_histories",
     "compare": "comparison",
     "accuracy": "ladder",
     "stability": "hard",

@@ -16,6 +16,7 @@ from typer.core import TyperGroup
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
 from pounding_risk.cli_draw import draw as draw_row
+from pounding_risk.cli_histories import histories
 from pounding_risk.cli_input import (
     FIGURES,
     Blow,
@@ -390,6 +391,6 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, block):
+for command in (models, modes, separations, assess, view, report, rerun, histories, block):
     app.command()(command)
 app.command("draw")(draw_row)
