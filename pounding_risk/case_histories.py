@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from pounding_risk.case_choice import LAW, Asked, Choice, chosen, largest, values_of
 from pounding_risk.core.tally import STATUS_SENTENCES
-from pounding_risk.ensemble import law_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.history import pair_histories
@@ -34,6 +33,7 @@ from pounding_risk.row_grid import row_grid
 from pounding_risk.row_history import Cell, row_histories
 from pounding_risk.scan_dataset import case_coordinates, described, one_amplitude
 from pounding_risk.scenario import read_scene
+from pounding_risk.scene_laws import law_of
 from pounding_risk.signals import Samples
 from pounding_risk.stores import store_of
 from pounding_risk.study import Study
