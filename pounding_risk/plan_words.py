@@ -63,12 +63,14 @@ def _joined(parts: list[str]) -> str:
 
 def _time(plan: Plan) -> str:
     if plan.seconds is None:
-        why = "kernels are interpreted" if plan.kernels.interpreted else "not all is compiled"
-        return f"not known, since {why}; {HERE} compiles and times a sample"
+        if plan.kernels.interpreted:
+            return f"not known, since nothing is compiled; {HERE} times a sample all the same"
+        return f"not known, since not all is compiled; {HERE} compiles and times a sample"
     threads = f"on {plan.threads} thread{'s' * (plan.threads > 1)}"
+    sample = f"{plan.sampled} line{'s' * (plan.sampled > 1)}"
     return (
-        f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {plan.sampled} lines solved "
-        "here; without compiling and writing"
+        f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {sample} solved here; "
+        "without compiling and writing"
     )
 
 

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -216,6 +217,16 @@ def test_a_value_set_to_what_it_is_changes_nothing(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(PAIR.replace("44.36 t", "44.36 m"), encoding="utf-8")
     assert validate(scene, ["building.frame.mass=50 t"]).changes == ()
+
+
+def test_a_plan_of_interpreted_kernels_says_so(changed):
+    """As under NUMBA_DISABLE_JIT."""
+    kernels = changed.kernels._replace(interpreted=True)
+    told = dict(replace(changed, kernels=kernels, screened=None, seconds=None).summary())
+    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+    assert told["time"] == "not known, since nothing is compiled; `scan --plan` times a sample all the same"
+    assert told["lines"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
+    assert "chunks" not in told
 
 
 def test_times_are_told_as_one_says_them():
