@@ -114,7 +114,7 @@ def holders(path: Path) -> list[Holder]:
             one = Holder(**json.loads(line))
         except (ValueError, TypeError):  # a line that another process is writing
             continue
-        if not one.is_gone:
+        if isinstance(one.pid, int) and not one.is_gone:
             found.append(one)
     return list(dict.fromkeys(found))
 
