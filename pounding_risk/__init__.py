@@ -20,6 +20,7 @@ _HOMES = {
     "scan": "ensemble",
     "scan_shard": "ensemble",
     "rerun": "reruns",
+    "histories": "case_histories",
     "compare": "comparison",
     "accuracy": "ladder",
     "stability": "hard",

@@ -20,6 +20,7 @@ from typer.core import TyperGroup
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
 from pounding_risk.cli_draw import draw as draw_row
+from pounding_risk.cli_histories import histories
 from pounding_risk.cli_input import (
     BAD_INPUT,
     FIGURES,
@@ -374,6 +375,6 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, block, status):
+for command in (models, modes, separations, assess, view, report, rerun, histories, block, status):
     app.command()(command)
 app.command("draw")(draw_row)

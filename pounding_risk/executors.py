@@ -35,6 +35,9 @@ class Solver(Protocol):
 
     order: Any  # what it is made of, for another process to make the same
 
+    def law_at(self, line: int) -> int:
+        """Which law a line needs, compiled."""
+
     def solve(self, lines: range, stop: Callable[[], bool]) -> Part | None:
         """What these lines give; None where ``stop`` turned true on the way. Threads may call it at once."""
 

@@ -69,3 +69,40 @@ class Kept:
         self.times[lines.start : lines.stop] += 1
         self.chunks.append(lines)
         self.processes |= set(part["process"].tolist())
+
+
+SCENE = """
+[scene]
+name = "A pair for any executor"
+[[building]]
+name = "left"
+mass = "500 t"
+period = "0.5 s"
+damping = 0.05
+[[building]]
+name = "right"
+mass = "800 t"
+period = "1.0 s"
+damping = 0.05
+[[interface]]
+gap = "0 mm"
+contact_model = "viscous_elastoplastic"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "6 s"]
+polarity = ["as recorded", "reversed"]
+[grid]
+gap = {start = "0 mm", stop = "60 mm", num = 13}
+yield_force = ["300 kN", "1 MN", "inf"]
+contact_model = ["jankowski", "viscous_elastoplastic"]
+"""
+
+
+def scanned(**how: Any) -> Any:
+    """The dataset of the scene, a quarter of its runs made again."""
+    from pounding_risk.ensemble import scan
+    from pounding_risk.scenario import parse_scene
+
+    return scan(parse_scene(SCENE), check_fraction=0.25, **how)

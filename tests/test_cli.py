@@ -266,7 +266,8 @@ def test_validate_tells_the_scene_and_its_records(folder):
     table = rows(told.stdout)
     assert ["left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"] in table
     assert ["gaps", "11 from 0 mm to 20 mm"] in table
-    assert ["cases", "22 = 11 gaps × 2 yield forces; a dataset of about 0.1 MB at most"] in table
+    assert ["cases", "22 = 11 gaps × 2 yield forces"] in table
+    assert ["changed", "cases: 6 -> 22"] in table
     assert table[-1] == ["RSN6-180", "Imperial Valley-02, California", "processed", "3 s", "0.01 s", "0.2808 g"]
     assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "scene.toml"]
 

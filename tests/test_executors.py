@@ -8,15 +8,18 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from chunked_work import Kept, Numbers, Order
+from chunked_work import SCENE, Kept, Numbers, Order, scanned
 from hypothesis import given
 from hypothesis import strategies as st
 
 import pounding_risk
+from pounding_risk import ensemble
+from pounding_risk.ensemble import scan_shard
 from pounding_risk.errors import PoundingError
 from pounding_risk.executors import (
     GROWTH,
@@ -29,6 +32,7 @@ from pounding_risk.executors import (
     read_shard,
     shard_lines,
 )
+from pounding_risk.scenario import parse_scene
 
 
 def pending_of(job, lines=None, **more):
@@ -162,6 +166,37 @@ def test_threads_give_the_same_bits(workers, length):
     assert np.array_equal(kept.value, serial(order))
     assert (kept.times == 1).all()
     assert length is None or max(map(len, kept.chunks)) <= length
+
+
+@pytest.fixture(scope="module")
+def in_one_go():
+    """A real scan: all lines but the first of each law in one chunk."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ensemble, "Pending", partial(Pending, length=10_000))
+        return scanned(workers=1)
+
+
+@pytest.mark.parametrize(("workers", "length"), [(1, 1), (2, None), (2, 5), (4, 3)])
+def test_a_scan_has_the_same_bits_on_any_threads_in_any_chunks(in_one_go, monkeypatch, workers, length):
+    assert int(in_one_go["simulated"].sum()) > 40
+    assert int((in_one_go["sensitive"] >= 0).sum()) > 10
+    monkeypatch.setattr(ensemble, "Pending", partial(Pending, length=length))
+    assert scanned(workers=workers).identical(in_one_go)
+
+
+def test_a_scan_has_the_same_bits_in_shards(in_one_go, tmp_path):
+    """Three shards, the last first, and a scan that puts them together: the very bytes of a scan in one go."""
+    whole, sharded = tmp_path / "whole.nc", tmp_path / "sharded.nc"
+    scanned(out=whole)
+    study = parse_scene(SCENE)
+    for number in (3, 1, 2):
+        assert not sharded.exists()
+        found = scan_shard(study, sharded, f"{number}/3", check_fraction=0.25)
+    assert found[1] == in_one_go["status"].size
+    told = []
+    assert scanned(out=sharded, progress=lambda *counts: told.append(counts)).identical(in_one_go)
+    assert told == [(found[1], found[1])], "nothing is left to solve"
+    assert sharded.read_bytes() == whole.read_bytes()
 
 
 def test_no_law_compiles_on_two_threads():
