@@ -41,7 +41,7 @@ def scan(
     figure: Figure = None,
     strict: Strict = False,
 ) -> None:
-    """Run a scene's whole grid and write one dataset (netCDF or Zarr).
+    """Run a scene's whole grid and write one dataset.
 
     What is done is kept on the way: the same command goes on where it was stopped.
     """

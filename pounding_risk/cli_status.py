@@ -26,7 +26,7 @@ def status(
             typer.echo()
         print_pairs(rows(found))
         if found.go_on:  # never broken in two, so that it can be copied
-            typer.echo(f"go on with:  {found.go_on}")
+            typer.echo(f"{'go on' if found.begun else 'begin'} with:  {found.go_on}")
 
 
 def rows(found: Status) -> list[tuple[str, str]]:

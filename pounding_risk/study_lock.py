@@ -9,14 +9,14 @@ import errno
 import json
 import os
 import time
-from contextlib import suppress
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
 from pounding_risk.whole_files import host
 
-PATIENCE = {False: 0.3, True: 5.0}  # s, of a run alone and of a shard: another shard may be beginning the study
+PATIENCE = {False: 1.0, True: 5.0}  # s, of a run alone and of a shard: another shard may be beginning the study
 PAUSE = 0.02  # s
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, getattr(errno, "ENOTSUP", errno.ENOSYS)}
 
@@ -70,27 +70,33 @@ class Lock:
 
         Raises Held where another process stands against it.
         """
-        end = time.monotonic() + PATIENCE[shared]
-        while True:  # asking for a state takes the lock for an instant, so a first refusal is none
-            with suppress(Held):
-                return self._take_now(shared)
-            if time.monotonic() > end:
-                raise Held(holders(self.path))
-            time.sleep(PAUSE)
+        return self._patiently(lambda: self._take_now(shared), PATIENCE[shared])
 
-    def _take_now(self, shared: bool) -> bool:
+    def share(self) -> None:
+        """Let others in that share too; raises Held where one that does not share was quicker."""
+        self._patiently(lambda: True if _locked(self._handle, exclusive=False) else None, PATIENCE[True])
+        # The system lets go before it takes anew: one that was alone in between has wiped our name.
+        if (host(), os.getpid()) not in [(one.host, one.pid) for one in holders(self.path)]:
+            self._sign(alone=False)
+
+    def _take_now(self, shared: bool) -> bool | None:
+        """Whether the lock is held alone; None where it cannot be had at this moment."""
         if _locked(self._handle, exclusive=True):
             self._sign(alone=True)
             return True
         if shared and _locked(self._handle, exclusive=False):
             self._sign(alone=False)
             return False
-        raise Held([])
+        return None
 
-    def share(self) -> None:
-        """Let others in that share too; raises Held where one that does not share was quicker."""
-        if not _locked(self._handle, exclusive=False):
-            raise Held(holders(self.path))
+    def _patiently(self, ask: Callable[[], bool | None], patience: float) -> bool:
+        """Ask until there is an answer: who tells a study's state takes the lock for an instant."""
+        end = time.monotonic() + patience
+        while (answer := ask()) is None:
+            if time.monotonic() > end:
+                raise Held(holders(self.path))
+            time.sleep(PAUSE)
+        return answer
 
     def _sign(self, alone: bool) -> None:
         """Write who holds the lock; those before are gone where it is held alone."""
@@ -114,7 +120,7 @@ def holders(path: Path) -> list[Holder]:
             one = Holder(**json.loads(line))
         except (ValueError, TypeError):  # a line that another process is writing
             continue
-        if not one.is_gone:
+        if isinstance(one.pid, int) and not one.is_gone:
             found.append(one)
     return list(dict.fromkeys(found))
 

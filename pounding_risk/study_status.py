@@ -22,7 +22,6 @@ from pounding_risk.study_parts import lines_of
 NOT_BEGUN, STOPPED, COMPLETE = "not begun", "stopped", "complete"
 WINDOW = 600.0  # s, of the log, that the speed is taken from
 NAMED = 3  # processes that are named one by one
-ONCE = {"--new": 0, "--shard": 1}  # options that are not for going on, and how many words follow each
 
 
 @dataclass(frozen=True)
@@ -161,14 +160,5 @@ def _command(study: dict[str, Any], folder: Path) -> str:
     """The command that goes on with a study; from another folder, where it was typed is told too."""
     if not study["command"]:
         return f"scan the same scene again, with out={str(folder.with_suffix('.nc'))!r}"
-    words, found = shlex.split(study["command"]), []
-    while words:
-        word = words.pop(0)
-        option, _, value = word.partition("=")
-        if option not in ONCE:
-            found.append(word)
-        elif not value:
-            del words[: ONCE[option]]
     place = study.get("working_folder", "")
-    typed = shlex.join(found)
-    return typed if place in ("", os.getcwd()) else f"cd {shlex.quote(place)} && {typed}"
+    return study["command"] if place in ("", os.getcwd()) else f"cd {shlex.quote(place)} && {study['command']}"

@@ -22,7 +22,7 @@ from pounding_risk.study_status import COMPLETE, NOT_BEGUN, STOPPED
 from pounding_risk.whole_files import host
 
 PACKAGE = Path(pr.__file__).resolve().parent.parent
-ABOUT = About(lines=100, width=3, title="A pair", command="pounding-risk scan 'my scene.toml' -o results.nc --new")
+ABOUT = About(lines=100, width=3, title="A pair", command="pounding-risk scan 'my scene.toml' -o results.nc")
 
 
 @pytest.fixture(autouse=True)
@@ -72,8 +72,7 @@ def test_a_stopped_study_says_how_to_go_on(tmp_path, monkeypatch):
     assert (found.state, found.title, found.cases, found.total) == (STOPPED, "A pair", 90, 300)
     assert found.parts == 3 and found.size == sum(file.stat().st_size for file in Path("results.study/parts").iterdir())
     assert found.cases_a_second == found.seconds_left == found.shards == 0
-    # Going on with --new would discard what is kept.
-    assert found.go_on == "pounding-risk scan 'my scene.toml' -o results.nc"
+    assert found.go_on == ABOUT.command
     printed = told("results.nc")
     assert printed["cases"] == "90 of 300 (30 %)" and printed["on disk"] == "3 parts, 0.0 MB"
     assert printed["go on with:"] == found.go_on
