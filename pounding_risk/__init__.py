@@ -20,6 +20,7 @@ _HOMES = {
     "scan": "ensemble",
     "scan_shard": "ensemble",
     "rerun": "reruns",
+    "histories": "case_histories",
     "compare": "comparison",
     "accuracy": "ladder",
     "stability": "hard",
@@ -35,6 +36,7 @@ _HOMES = {
     "animate": "animation",
     "block": "blocks",
     "read_block": "blocks",
+    "status": "study_status",
     "open_results": "results",
     "save": "results",
 }

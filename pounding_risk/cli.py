@@ -20,6 +20,7 @@ from typer.core import TyperGroup
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
 from pounding_risk.cli_draw import draw as draw_row
+from pounding_risk.cli_histories import histories
 from pounding_risk.cli_input import (
     BAD_INPUT,
     FIGURES,
@@ -44,6 +45,7 @@ from pounding_risk.cli_report import report
 from pounding_risk.cli_rerun import rerun
 from pounding_risk.cli_scan import scan
 from pounding_risk.cli_separations import separations
+from pounding_risk.cli_status import status
 from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
 
@@ -373,6 +375,6 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, block):
+for command in (models, modes, separations, assess, view, report, rerun, histories, block, status):
     app.command()(command)
 app.command("draw")(draw_row)

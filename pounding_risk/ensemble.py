@@ -16,6 +16,7 @@ from pounding_risk.gather import gathered
 from pounding_risk.jobs import Order, job_of
 from pounding_risk.layout import blocks
 from pounding_risk.parts import InMemory, Part, merged, without
+from pounding_risk.placing import sweep
 from pounding_risk.provenance import provenance
 from pounding_risk.recheck import check_share
 from pounding_risk.results import RESULTS, as_text, check_target, open_results
@@ -156,6 +157,8 @@ def scan(
         one.assemble(held.parts, made)
         return made.dataset()
     with one.folder(target, new=new, shared=False) as folder:
+        for path in sweep(target):  # whoever holds the folder is alone at the target
+            folder.log("removed", file=path.name, why="a process was killed while it wrote this")
         one.fill(folder, whole)
         one.assemble(folder.parts, store_of(one.job.form, target))
         folder.clear()

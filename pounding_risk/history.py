@@ -18,7 +18,7 @@ from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.models.ground import Passing
 from pounding_risk.models.structures import Oscillator
-from pounding_risk.motions import driven
+from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
@@ -77,12 +77,18 @@ def simulate(
     if study.is_row:
         run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
         return run_of_row.assign_attrs(record=name, polarity=sense)
+    name_of_law = law or study.law_name
     interface = Interface(
         study.gap if gap is None else gap,
-        law_of(study, law or study.law_name),
+        law_of(study, name_of_law),
         study.restitution,
         study.yield_force if yield_force is None else yield_force,
     )
+    return pair_histories(study, motion, interface).assign_attrs(record=name, polarity=sense, contact_model=name_of_law)
+
+
+def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dataset:
+    """A run of a pair with its histories, under a motion of one polarity and amplitude."""
     pair = oscillators(*study.pair)
     free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
     raw, log = logged(pair, free, interface, study.rtol)
@@ -90,9 +96,6 @@ def simulate(
     sides = building_outputs(raw, study.pair, motion.pga)
     return _dataset(study, (pair, free, log, interface.gap)).assign_attrs(
         title=study.name,
-        record=name,
-        polarity=sense,
-        contact_model=law or study.law_name,
         gap=interface.gap,
         yield_force=interface.yield_force,
         pga=motion.pga,

@@ -95,7 +95,7 @@ class StudyFolder:
         study of another identity.
         """
         folder = Path(path)
-        _check_ours(folder)
+        check_ours(folder)
         try:
             folder.mkdir(exist_ok=True)
             lock = Lock(folder / LOCK)
@@ -304,7 +304,7 @@ def _entries(folder: Path) -> list[os.DirEntry[str]]:
         return []
 
 
-def _check_ours(folder: Path) -> None:
+def check_ours(folder: Path) -> None:
     """Raises PoundingError for a name that something else has: a file, or a folder of the user's own."""
     if not folder.exists() and not folder.is_symlink():
         return

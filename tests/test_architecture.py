@@ -33,8 +33,8 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|stores|zarr_store|reruns|ensemble|history|paper|ladder|effect_costs|comparison)\.py|"
-    r"(scan|row)_(dataset|history)\.py",
+    "xarray": r"(results|stores|zarr_store|reruns|case_histories|ensemble|history|paper|ladder|effect_costs)\.py|"
+    r"(scan|row)_(dataset|history)\.py|comparison\.py",
     "netCDF4": r"(results|stores)\.py",
     "zarr": r"zarr_store\.py",
     "dask": r"zarr_store\.py|dask_executor\.py",

@@ -23,9 +23,10 @@ from hypothesis import strategies as st
 
 import pounding_risk
 from pounding_risk.errors import PoundingError
+from pounding_risk.parts import chosen, merged, pieces_of
 from pounding_risk.study_folder import About, StudyFolder, folder_of, read_study
 from pounding_risk.study_log import read_lines, write_line
-from pounding_risk.study_parts import Damaged, chosen, lines_of, merged, part_name, pieces_of, read_part, write_part
+from pounding_risk.study_parts import Damaged, lines_of, part_name, read_part, write_part
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent.parent
 IDENTITY = {
@@ -270,6 +271,7 @@ def test_half_a_line_of_the_log_hurts_nothing(path):
 LOOP = """
 import random
 import numpy as np
+from pounding_risk.parts import chosen, merged, pieces_of
 from pounding_risk.study_folder import About, StudyFolder
 folder = StudyFolder.open({path!r}, {identity}, About(10**6, 3))
 print("open", flush=True)
@@ -320,6 +322,7 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_kept(path):
 OPENER = """
 import sys
 from pathlib import Path
+from pounding_risk.parts import chosen, merged, pieces_of
 from pounding_risk.study_folder import About, StudyFolder
 sys.path.insert(0, {tests!r})
 from test_study_folder import ABOUT, IDENTITY, keep
