@@ -135,7 +135,7 @@ def started(stack: ExitStack) -> Executor:
     from pounding_risk.dask_executor import Dask
 
     cluster = LocalCluster(
-        n_workers=PROCESSES, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
+        n_workers=PROCESSES, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=50
     )
     client = stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
     return Dask(client)
