@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 ALIKE = ("pounding-risk", "numpy", "numba")  # what numbers come from: of one version everywhere
 CONNECT, PATIENCE = 10.0, 60.0  # s, to the scheduler, and until a first worker is there
 LOOK = 2.0  # s, between looks at how many workers there are: they come and go
-AHEAD = 3  # chunks in flight for each thread of the cluster: one being solved, and the next ones on their way
+AHEAD = 2  # chunks in flight for each thread of the cluster: the one being solved, and the next
 JOBS = 2  # kept by a worker
 GO_ON = "what is done is kept; start the same command again and it goes on from there"
 
