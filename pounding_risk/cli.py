@@ -391,6 +391,5 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, histories, block):
+for command in (models, modes, separations, assess, view, report, rerun, histories, draw_row, block):
     app.command()(command)
-app.command("draw")(draw_row)

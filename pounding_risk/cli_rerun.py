@@ -31,7 +31,10 @@ def rerun(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
 ) -> None:
-    """Run a results file again from what it carries, and compare; status 3 where anything differs."""
+    """Run results again from what they carry, and compare.
+
+    Ends with status 3 where anything differs.
+    """
     target = writable("-o", out, (".nc",))
     from pounding_risk.cli_output import Watch
     from pounding_risk.reruns import rerun as run

@@ -40,6 +40,8 @@ COMMANDS = (
     "assess",
     "view",
     "report",
+    "rerun",
+    "histories",
     "draw",
     "block",
 )

@@ -184,6 +184,7 @@ def test_nan_and_zero_are_compared_by_what_they_are(folder):
         dataset["first_yield_time"].values[0, 0, 0, 0, 0] = np.nan
         dataset["record_pga"].values[0] *= 2.0
         dataset["impulse"].values[...] = 0.0
+        dataset["permanent_set"].values[...] = -0.0
         dataset["record_event"].values[1] = "Elsewhere"
 
     found = {each.name: each for each in pr.rerun(changed(folder / "results.nc", change)).differences}
@@ -191,6 +192,7 @@ def test_nan_and_zero_are_compared_by_what_they_are(folder):
     assert np.isnan(found["first_yield_time"].absolute)
     assert found["record_pga"].relative == 0.5
     assert found["impulse"].relative == np.inf
+    assert (found["permanent_set"].cases, found["permanent_set"].absolute) == (18, 0.0)
     assert (found["record_event"].cases, found["record_event"].of) == (1, 2)
 
 
