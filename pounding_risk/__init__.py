@@ -18,6 +18,7 @@ _HOMES = {
     "contact_law": "own_law",
     "simulate": "history",
     "scan": "ensemble",
+    "scan_shard": "ensemble",
     "rerun": "reruns",
     "histories": "case_histories",
     "compare": "comparison",
@@ -35,6 +36,7 @@ _HOMES = {
     "animate": "animation",
     "block": "blocks",
     "read_block": "blocks",
+    "status": "study_status",
     "open_results": "results",
     "save": "results",
 }

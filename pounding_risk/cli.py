@@ -5,6 +5,10 @@ Everything but typer is imported when a command runs, so that help and completio
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
+from contextlib import suppress
 from math import inf
 from pathlib import Path
 from time import perf_counter
@@ -18,14 +22,19 @@ from pounding_risk.cli_block import block
 from pounding_risk.cli_draw import draw as draw_row
 from pounding_risk.cli_histories import histories
 from pounding_risk.cli_input import (
+    BAD_INPUT,
     FIGURES,
+    INTERRUPTED,
+    RUN_FAILED,
     Blow,
     Figure,
+    Overrides,
+    Scene,
+    Strict,
     check_folder,
     contact_laws,
     floors,
     read_option,
-    results_file,
     writable,
 )
 from pounding_risk.cli_models import models
@@ -34,11 +43,12 @@ from pounding_risk.cli_output import draw
 from pounding_risk.cli_records import records_app
 from pounding_risk.cli_report import report
 from pounding_risk.cli_rerun import rerun
+from pounding_risk.cli_scan import scan
 from pounding_risk.cli_separations import separations
+from pounding_risk.cli_status import status
 from pounding_risk.cli_view import view
 from pounding_risk.errors import PoundingError
 
-BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
 NONE: list[str] = []
 
 
@@ -57,25 +67,40 @@ class Commands(TyperGroup):
                 raise
             typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
             raise typer.Exit(BAD_INPUT) from None
-        except KeyboardInterrupt:
-            typer.echo("pounding-risk: stopped by Ctrl-C; no file was left half written", err=True)
+        except KeyboardInterrupt as stop:
+            kept = str(stop) or "no file was left half written"
+            typer.echo(f"pounding-risk: stopped by Ctrl-C; {kept}", err=True)
             raise typer.Exit(INTERRUPTED) from None
 
 
 app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 app.add_typer(records_app, name="records")
 
-Scene = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
-Overrides = Annotated[
-    list[str],
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
-]
-Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
-
 
 def main() -> None:
     """Entry point of ``pounding-risk``."""
-    app(prog_name="pounding-risk")
+    try:
+        app(prog_name="pounding-risk")
+    except SystemExit as end:
+        _leave(end)
+        raise
+
+
+def _leave(end: SystemExit) -> None:
+    """Be gone at once where threads are still in a kernel, which nobody waits for and which cannot be interrupted.
+
+    Python would take its interpreter down below them.
+    """
+    if "pounding_risk.executors" not in sys.modules:
+        return
+    from pounding_risk.executors import WORKER
+
+    if not any(thread.daemon and thread.name.startswith(WORKER) for thread in threading.enumerate()):
+        return
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # a pipe that nobody reads any more
+            stream.flush()
+    os._exit(end.code if isinstance(end.code, int) else int(end.code is not None))
 
 
 def _version(asked: bool) -> None:
@@ -214,48 +239,7 @@ def simulate(
         raise typer.Exit(RUN_FAILED)
 
 
-@app.command()
-def scan(
-    scene: Scene,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Results (.nc).", show_default="SCENE.nc")] = None,
-    overrides: Overrides = NONE,
-    screening: Annotated[
-        bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
-    ] = True,
-    check_fraction: Annotated[
-        float, typer.Option(help="Share of the runs to make again at a tighter tolerance, 0 to 1.")
-    ] = 0.01,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
-    figure: Figure = None,
-    strict: Strict = False,
-) -> None:
-    """Run a scene's whole grid and write one dataset (netCDF)."""
-    out_file, figure_file = results_file(scene, out), writable("--figure", figure, FIGURES)
-    from pounding_risk.cli_output import Watch, command_line
-    from pounding_risk.cli_tables import print_scan
-    from pounding_risk.ensemble import failures
-    from pounding_risk.ensemble import scan as run
-    from pounding_risk.scenario import read_scene
-
-    study = read_scene(scene, overrides)
-    start = perf_counter()
-    with Watch("scan") as watch:
-        dataset = run(
-            study,
-            out_file,
-            screening=screening,
-            check_fraction=check_fraction,
-            workers=workers,
-            progress=watch,
-            command=command_line(),
-        )
-    print_scan(dataset, perf_counter() - start, out_file)
-    if figure_file is not None:
-        from pounding_risk.figures import scan_figure
-
-        draw(scan_figure(dataset), figure_file)
-    if strict and failures(dataset):
-        raise typer.Exit(RUN_FAILED)
+app.command()(scan)
 
 
 @app.command()
@@ -391,5 +375,5 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, histories, draw_row, block):
+for command in (models, modes, separations, assess, view, report, rerun, histories, draw_row, block, status):
     app.command()(command)

@@ -14,7 +14,14 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from pounding_risk.quantities import Quantity
 
+BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
 FIGURES = (".png", ".svg", ".pdf")
+Scene = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
+Overrides = Annotated[
+    list[str],
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
+]
+Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
 Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
 # How a gap is judged: options of `assess` and `report` alike.
 JudgedGap = Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")]
@@ -79,7 +86,7 @@ def results_file(scene: Path, out: Path | None) -> Path:
     if out is None and Path(f"{scene.stem}.nc").exists():
         name = f"{scene.stem}.nc"
         raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")
-    return writable("-o", out or Path(f"{scene.stem}.nc"), (".nc",)) or Path()
+    return writable("-o", out or Path(f"{scene.stem}.nc"), (".nc", ".zarr")) or Path()
 
 
 def check_folder(folder: Path) -> None:

@@ -9,9 +9,10 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isnan
 from pathlib import Path
+from threading import Event, Lock, Thread
 from time import monotonic
 from typing import Any
 
@@ -69,60 +70,137 @@ def _show(table: Any, wraps: bool) -> None:
     print("\n".join(line.rstrip() for line in captured.get().splitlines()))
 
 
-def command_line() -> str:
-    """What was typed, for the results; nothing where the command was called from another program."""
+def command_line(aside: Mapping[str, bool] | None = None) -> str:
+    """What was typed, for the results, without the options ``aside``, each of which takes a value or does not.
+
+    Nothing where the command was called from another program.
+    """
     program = Path(sys.argv[0])
     ours = program.stem == "pounding-risk" or (program.name, program.parent.name) == ("__main__.py", "pounding_risk")
-    return shlex.join(["pounding-risk", *sys.argv[1:]]) if ours else ""
+    return shlex.join(["pounding-risk", *_without(sys.argv[1:], aside or {})]) if ours else ""
+
+
+def _without(words: Sequence[str], aside: Mapping[str, bool]) -> list[str]:
+    kept, skip = [], False
+    for word in words:
+        option, has_value, _ = word.partition("=")
+        if skip:
+            skip = False
+        elif option in aside:
+            skip = aside[option] and not has_value
+        else:
+            kept.append(word)
+    return kept
 
 
 class Watch:
-    """Progress of a long command: a bar with the time left on a terminal, otherwise a line now and then.
+    """Progress of a long command: a bar on a terminal, otherwise a line every half minute, whatever happens meanwhile.
 
-    Call it with (done, total). ``with Watch("scan") as watch: ...`` takes the bar away at the end.
+    Call it with (done, total). ``with Watch("scan") as watch: ...`` takes the bar away at the end. With ``resumes`` the
+    first call is made before any work, with what is kept from before.
     """
 
-    def __init__(self, what: str, unit: str = "cases"):
+    def __init__(self, what: str, unit: str = "cases", *, resumes: bool = False):
         self.what, self.unit = what, unit
         self._bar: Any = None
         self._task: Any = None
-        self._said = monotonic()
+        self._tells_kept = resumes
+        self._kept = 0
         self._first: tuple[float, int] | None = None
+        self._words = f"{what}: reading, compiling"
+        self._said = self._began = monotonic()
+        self._saying = Lock()
+        self._over = Event()
+        self._clock: Thread | None = None
 
     def __enter__(self) -> Watch:
         if sys.stderr.isatty():
             self._bar = _bar()
-            self._task = self._bar.add_task(f"{self.what}: reading, compiling", total=None)
+            self._task = self._bar.add_task(self._words, total=None, pace="")
             self._bar.start()
+        else:
+            # A long piece of work and a compiler report nothing; a batch system may take silence for a hang.
+            self._clock = Thread(target=self._tick, name="progress", daemon=True)
+            self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.stop()
+        self._over.set()
+        if self._clock is not None:
+            self._clock.join()
 
     def __call__(self, done: int, total: int) -> None:
-        if self._bar is not None:
-            self._bar.update(self._task, description=self.what, completed=done, total=total)
+        if self._tells_kept:
+            self._tells_kept, self._kept = False, done
+            if done:
+                self._tell(f"{self.what}: {done} of {total} {self.unit} are kept from before")
+            self._update(done, total, "")
             return
         now = monotonic()
         # The first report stands for reading and compiling, which say nothing about the rest.
         first, before = self._first = self._first or (now, done)
-        if now - self._said < EVERY or done >= total:
+        speed = (done - before) / (now - first) if now > first else 0.0
+        self._update(done, total, pace(speed, total - done))
+        if done < total:
+            self._say()
+
+    def _update(self, done: int, total: int, words: str) -> None:
+        self._words = f"{self.what}: {done} of {total} {self.unit} ({100 * done // max(total, 1)} %){words}"
+        if self._bar is not None:
+            self._bar.update(self._task, description=self.what, completed=done, total=total, pace=words.lstrip(", "))
+
+    def _tick(self) -> None:
+        """Say how far it is when half a minute went by, without a report too."""
+        while not self._over.wait(min(max(EVERY / 4.0, 0.005), 1.0)):
+            self._say()
+
+    def _say(self) -> None:
+        """The state as it was last told, in a line of its own, where the last line is long enough ago."""
+        if self._bar is not None:
             return
-        self._said = now
-        left = f", about {(total - done) * (now - first) / (done - before):.0f} s left" if done > before else ""
-        print(
-            f"{self.what}: {done} of {total} {self.unit} ({100 * done // total} %){left}", file=sys.stderr, flush=True
-        )
+        with self._saying:
+            now = monotonic()
+            if now - self._said < EVERY:
+                return
+            self._said = now
+            so_far = "" if self._first else f", {span_words(now - self._began)} so far"
+            print(self._words + so_far, file=sys.stderr, flush=True)
+
+    def _tell(self, words: str) -> None:
+        if self._bar is not None:
+            self._bar.console.print(words, highlight=False)
+        else:
+            print(words, file=sys.stderr, flush=True)
+
+
+def pace(speed: float, left: float) -> str:
+    """How many a second, and how long the others take; nothing where the speed is not known."""
+    if speed <= 0.0:
+        return ""
+    rate = f"{speed:.0f}" if speed >= 100.0 else f"{speed:.2g}"
+    return f", {rate} a second, about {span_words(left / speed)} left"
+
+
+def span_words(seconds: float) -> str:
+    """A span of time in the units that one thinks in: 80 s, 12 min, 3 h 20 min, 2 d 5 h."""
+    if seconds < 119.5:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    if minutes < 120:
+        return f"{minutes} min"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours < 48 else f"{hours // 24} d {hours % 24} h"
 
 
 def _bar() -> Any:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-    from rich.progress import TimeRemainingColumn as Left
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, TextColumn("left"), Left(), console=Console(stderr=True), transient=True)
+    # Not the library's own time left: it takes what is kept from before for work that was quick.
+    return Progress(*columns, TextColumn("{task.fields[pace]}"), console=Console(stderr=True), transient=True)
 
 
 def draw(figure: Any, target: Path) -> None:

@@ -82,25 +82,8 @@ def impact(
     beyond = out_of_reach(type(bare(law)), rule.at(speed), getattr(bare(law), "design_penetration", 0.0))
     if beyond:
         raise PoundingError(f"impact: restitution: {beyond}")
-    pair = free_mass(float(mass)), free_mass(float(other_mass))
-    still = ((0.0,) * 4,) * 2
-    free = Free(
-        np.zeros(2),
-        NEVER,
-        4,
-        np.zeros((2, 4)),
-        np.zeros((1, SIGNALS)),
-        np.zeros((1, SIGNALS)),
-        still,
-        still,
-        0.0,
-        Together(),
-    )
-    log = make_log(1, ROWS, np.zeros(0))
-    desk = make_desk(rtol)
-    start = (0.0, 0.0, float(speed), 0.0)
-    limits = (0.0, float(yield_force), rule)
-    finish, *_ = meet(pair, free, lowered(law), limits, float(rtol), (0, 0.0), start, desk, log)
+    pair, *_, desk, log = arguments = meeting(law, rule, speed, (mass, other_mass, yield_force, rtol))
+    finish, *_ = meet(*arguments)
     if finish not in (FINISHED, AT_END):
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
     if log.used[1] > ROWS:
@@ -126,6 +109,28 @@ def impact(
         energy_lost=facts["work"],
         momentum_change=momentum / facts["impulse"],
     )
+
+
+def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> tuple[Any, ...]:
+    """What `core.march.meet` is called with for an `impact`; ``values`` = (mass, other mass, yield force, rtol)."""
+    mass, other_mass, yield_force, rtol = map(float, values)
+    still = ((0.0,) * 4,) * 2
+    free = Free(
+        np.zeros(2),
+        NEVER,
+        4,
+        np.zeros((2, 4)),
+        np.zeros((1, SIGNALS)),
+        np.zeros((1, SIGNALS)),
+        still,
+        still,
+        0.0,
+        Together(),
+    )
+    start = (0.0, 0.0, float(speed), 0.0)
+    log, desk = make_log(1, ROWS, np.zeros(0)), make_desk(rtol)
+    pair = free_mass(mass), free_mass(other_mass)
+    return pair, free, lowered(law), (0.0, yield_force, rule), rtol, (0, 0.0), start, desk, log
 
 
 def _steps_of(law: Any, pair: Any, facts: dict[str, float]) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ import xarray as xr
 
 from pounding_risk.agreement import finding, tables, typical_case
 from pounding_risk.collision import Impact, impact
-from pounding_risk.ensemble import as_study, law_of, scan
+from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.gather import motions_of
 from pounding_risk.history import histories, logged, relative_displacement
@@ -31,7 +31,17 @@ from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, article, bounds, shown
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
 from pounding_risk.results import check_target, save
-from pounding_risk.study import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, needs_pair, unknown_law
+from pounding_risk.scene_laws import law_of
+from pounding_risk.study import (
+    EQUAL_TERMS,
+    NO_RESTITUTION,
+    EqualTerms,
+    Study,
+    as_study,
+    known_law,
+    needs_pair,
+    unknown_law,
+)
 
 USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise
 ELASTIC = 1e-6  # a law whose restitution is this close to 1 does not dissipate

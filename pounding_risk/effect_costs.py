@@ -13,14 +13,14 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.chains import chain_of
-from pounding_risk.ensemble import as_study, scan
+from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.ladder import bench_of, run_event
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.quantities import Quantity, parse
 from pounding_risk.results import as_text, check_target, save
 from pounding_risk.row_costs import row_bench
-from pounding_risk.study import Effect, Study, known_law
+from pounding_risk.study import Effect, Study, as_study, known_law
 
 NONE, ALL = "none", "all together"
 CASES_TIMED = 24

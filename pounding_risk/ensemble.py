@@ -2,42 +2,112 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from os import cpu_count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
 import xarray as xr
 
-from pounding_risk._jit import lowered
-from pounding_risk.collision import equal_stiffness
-from pounding_risk.core.collide import make_desk
-from pounding_risk.core.flight import Free
-from pounding_risk.core.sweep import sweep
 from pounding_risk.core.tally import COMPLETE, STATUS_SENTENCES
+from pounding_risk.errors import Stopped
+from pounding_risk.executors import Executor, Keep, Pending, Threads, read_shard, shard_lines
 from pounding_risk.gather import gathered
-from pounding_risk.models.effects import wave_of, with_effects
-from pounding_risk.motions import Motion, driven
-from pounding_risk.outputs import COLUMNS
-from pounding_risk.pair import free_response, oscillators
+from pounding_risk.jobs import Order, job_of
+from pounding_risk.layout import blocks
+from pounding_risk.parts import InMemory, Part, merged, without
+from pounding_risk.placing import sweep
 from pounding_risk.provenance import provenance
-from pounding_risk.recheck import RunGrid, check_runs, check_share, sample
-from pounding_risk.relations import check_reach
-from pounding_risk.results import as_text, check_target, save
-from pounding_risk.scan_dataset import AXES, Scanned, labelled
-from pounding_risk.study import Study
-from pounding_risk.threads import How, Progress, counter, work_through
+from pounding_risk.recheck import check_share
+from pounding_risk.results import RESULTS, as_text, check_target, open_results
+from pounding_risk.stores import Blockwise, Memory, store_of
+from pounding_risk.study import Study, as_study
 
-CASES_A_CHUNK = 60  # some hundredths of a second, seconds for a stiff pair and a long record: Ctrl-C waits no longer
+if TYPE_CHECKING:
+    from pounding_risk.study_folder import StudyFolder
+
+Progress = Callable[[int, int], None]
+LAZY = 1e9  # bytes: a larger dataset is not read whole when it has been written
 
 
-class Chunk(NamedTuple):
-    """A piece of work: some gaps of one law under one motion; places along the dataset's axes."""
+class ShardDone(NamedTuple):
+    """What a shard has done, and how much of the study is done by all of them."""
 
-    motion: tuple[int, int, int]  # record, polarity, amplitude
-    law: int
-    gaps: slice
+    cases: int  # of this shard
+    done: int
+    total: int  # of the study
+    folder: Path
+
+
+class Scan:
+    """A scan about to be made: its job, what its dataset says of itself, and who works."""
+
+    def __init__(
+        self,
+        study: Study | str | Path,
+        *,
+        screening: bool,
+        check_fraction: float,
+        executor: Executor,
+        progress: Progress | None,
+        command: str,
+    ):
+        check_share(check_fraction)
+        self.study = as_study(study)
+        found = gathered(self.study)
+        self.job = job_of(Order(self.study, found.motions, screening, check_fraction))
+        self.command, self.executor, self.progress = command, executor, progress
+        self.attrs: dict[str, Any] = provenance(self.study, found.motions, screening, check_fraction)
+        if command:
+            self.attrs["command"] = command
+        if found.left_out:
+            self.attrs["left_out"] = as_text(list(found.left_out))
+
+    def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
+        """Solve those of the wanted lines that are not done, and tell the progress among all that are wanted."""
+        job, width = self.job, self.job.width
+        left = without(wanted, done)
+        total = width * sum(map(len, wanted))
+        solved = total - width * sum(map(len, left))
+        if self.progress and solved:
+            self.progress(solved, total)
+
+        def kept(lines: range, part: Part, seconds: float) -> None:
+            nonlocal solved
+            keep(lines, part, seconds)
+            solved += width * len(lines)
+            if self.progress:
+                self.progress(solved, total)
+
+        if left:
+            self.executor.run(job, Pending(left, job.law_at, bytes_a_line=job.bytes_a_line), kept)
+
+    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Part]], store: Blockwise) -> None:
+        """Write the dataset, block by block."""
+        job, labeller = self.job, self.job.labeller()
+        spans = list(blocks(job.form))
+        with store:
+            for lines, part in zip(spans, parts(spans), strict=True):
+                store.write(lines, labeller.values(lines, part))
+            finish = labeller.finish()
+            for line, patch in finish.patches:
+                store.write(range(line, line + 1), patch)
+            store.finish(finish.attrs | self.attrs)
+
+    def folder(self, target: Path, *, new: bool, shared: bool) -> StudyFolder:
+        """The study's folder beside its results, open."""
+        from pounding_risk.identity import identity
+        from pounding_risk.study_folder import About, StudyFolder, folder_of
+
+        about = About(self.job.lines, self.job.width, self.study.name, self.command)
+        return StudyFolder.open(folder_of(target), identity(self.job.order), about, new=new, shared=shared)
+
+    def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
+        """Work on what the folder lacks; raises Stopped where Ctrl-C ends it."""
+        try:
+            self.work(wanted, folder.done(), folder.keep)
+        except KeyboardInterrupt:
+            raise Stopped(f"{folder.kept()} are kept in {folder.path}; the same command goes on from there") from None
 
 
 def scan(
@@ -47,6 +117,8 @@ def scan(
     screening: bool = True,
     check_fraction: float = 0.01,
     workers: int | None = None,
+    executor: Executor | None = None,
+    new: bool = False,
     progress: Progress | None = None,
     command: str = "",
 ) -> xr.Dataset:
@@ -55,151 +127,78 @@ def scan(
     Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
     yield_force [N]; see `outputs` for the variables. A row's are by interface, contact_point, building and storey as
     well; see `row_outputs`. ``screening`` leaves out runs whose answer is known exactly;
-    the answers are the same without it. ``check_fraction`` of the runs, a random sample and at least one, are made
-    again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
-    `recheck`). ``command`` is the command line, kept as an attribute. ``progress`` is called with (cases done, cases in
-    all). Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
-    ``out`` that cannot be written or a ``check_fraction`` outside 0 to 1; all of them before the first run.
+    the answers are the same without it. About ``check_fraction`` of the runs, drawn at random, one at least, are
+    made again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
+    `recheck`). ``workers`` threads do the work, or an ``executor`` (see `executors`, `dask_executor`); no bit depends
+    on it.
+
+    What is solved on the way to an ``out`` (.nc or .zarr) is kept in a folder beside it: a second start goes on from
+    there, unless ``new`` discards it. A dataset of more than a gigabyte comes back lazy. ``command`` is the command
+    line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
+
+    Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
+    ``out`` that cannot be written, a study of another scene in its folder or a ``check_fraction`` outside 0 to 1, all
+    of them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
+    Ctrl-C ends it.
     """
-    target = None if out is None else check_target(out)
-    check_share(check_fraction)
-    study = as_study(study)
-    motions, left_out = gathered(study)
-    how_much = How(screening, check_fraction, workers or cpu_count() or 1, progress)
-    if study.is_row:
-        from pounding_risk.row_scan import scan_row  # a pair needs none of it
-
-        dataset = scan_row(study, motions, how_much)
-    else:
-        dataset = _scan_pair(study, motions, how_much)
-    dataset.attrs |= provenance(study, motions, screening, check_fraction)
-    if command:
-        dataset.attrs["command"] = command
-    if left_out:
-        dataset.attrs["left_out"] = as_text(list(left_out))
-    if target is not None:
-        save(dataset, target)
-    return dataset
-
-
-def _scan_pair(study: Study, motions: tuple[Motion, ...], how_much: How) -> xr.Dataset:
-    """The dataset of a pair's grid."""
-    laws = laws_of(study)
-    frees = free_responses(study, motions)
-    shape = (*frees.shape, len(laws), len(study.grid.gaps), len(study.grid.yield_forces))
-    raw = np.zeros((*shape, COLUMNS))
-    how = np.zeros(shape, dtype=np.int8)
-    work = _worker(study, frees, laws, (raw, how), how_much.screening)
-    work_through(_chunks(shape), work, how_much.workers, counter(how.size, how_much.progress))
-    dataset = labelled(study, Scanned(motions, frees, laws, raw, how))
-    if how_much.check_fraction > 0.0:
-        _add_checks(dataset, study, (frees, laws), (raw, how), (how_much.check_fraction, how_much.workers))
-    return dataset
-
-
-def _add_checks(dataset: xr.Dataset, study: Study, made: Any, arrays: Any, how_much: tuple[float, int]) -> None:
-    """Make a share of the runs again and add what `recheck` found; ``made`` = (free responses, laws)."""
-    frees, laws = made
-    raw, how = arrays
-    grid = RunGrid(
-        oscillators(*study.pair),
-        frees,
-        laws,
-        np.array(study.grid.gaps),
-        np.array(study.grid.yield_forces),
-        study.restitution,
-        study.rtol,
+    target = None if out is None else check_target(out, RESULTS)
+    one = Scan(
+        study,
+        screening=screening,
+        check_fraction=check_fraction,
+        executor=executor or Threads(workers or cpu_count() or 1),
+        progress=progress,
+        command=command,
     )
-    fraction, workers = how_much
-    dims = tuple(dim for dim in AXES if dim in dataset.dims)
-    shape = [dataset.sizes[dim] for dim in dims]
-    for name, (values, told) in check_runs(grid, arrays, sample(raw, how, fraction), workers).items():
-        dataset[name] = (dims, values.reshape(shape), told)
+    whole = [range(one.job.lines)]
+    if target is None:
+        held, made = InMemory(), Memory(one.job.form)
+        one.work(whole, [], held.keep)
+        one.assemble(held.parts, made)
+        return made.dataset()
+    with one.folder(target, new=new, shared=False) as folder:
+        for path in sweep(target):  # whoever holds the folder is alone at the target
+            folder.log("removed", file=path.name, why="a process was killed while it wrote this")
+        one.fill(folder, whole)
+        one.assemble(folder.parts, store_of(one.job.form, target))
+        folder.clear()
+    form = one.job.form
+    return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)
 
 
-def as_study(scene: Study | str | Path) -> Study:
-    """A study, or the scene file of that name read."""
-    if isinstance(scene, Study):
-        return scene
-    from pounding_risk.scenario import read_scene
+def scan_shard(
+    study: Study | str | Path,
+    out: str | Path,
+    shard: str,
+    *,
+    screening: bool = True,
+    check_fraction: float = 0.01,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> ShardDone:
+    """Work on one ``shard`` of a scan, "2/8" the second of eight, and keep it in the study's folder beside ``out``.
 
-    return read_scene(scene)
-
-
-def laws_of(study: Study) -> tuple[Any, ...]:
-    """The grid's contact laws with their stiffness; where a k is no β, the one that equal terms lead to."""
-    return tuple(law_of(study, name) for name in study.grid.contact_models)
-
-
-def law_of(study: Study, name: str) -> Any:
-    """One contact law of the scene with its effects; its stiffness by equal terms where the unit differs.
-
-    Raises as `check_reach`.
+    Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the
+    same arguments writes ``out``. Raises as `scan`.
     """
-    check_reach(study, (name,))
-    return with_effects(_calibrated(study, name), study.effects)
-
-
-def _calibrated(study: Study, name: str) -> Any:
-    terms = study.equal_terms
-    if not study.needs_equal_terms(name) or terms is None:
-        return study.law(name)
-    stiffness = equal_stiffness(
-        lambda value: study.law(name, value),
-        study.law(study.stiff_name),
-        terms.speed,
-        study.striking_mass,
-        study.restitution,
-        terms.same,
+    target, which = check_target(out, RESULTS), read_shard(shard)
+    one = Scan(
+        study,
+        screening=screening,
+        check_fraction=check_fraction,
+        executor=executor or Threads(workers or cpu_count() or 1),
+        progress=progress,
+        command=command,
     )
-    return study.law(name, stiffness)
-
-
-def free_responses(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
-    """Responses without contact, by record, polarity and amplitude."""
-    shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
-    frees = np.empty(shape, dtype=object)
-    pair = oscillators(*study.pair)
-    for place in np.ndindex(shape):
-        motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
-        frees[place] = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
-    return frees
-
-
-def _chunks(shape: tuple[int, ...]) -> Iterator[Chunk]:
-    *motions, laws, gaps, strengths = shape
-    width = max(1, CASES_A_CHUNK // strengths)
-    for motion in np.ndindex(*motions):
-        for law in range(laws):
-            for first in range(0, gaps, width):
-                yield Chunk(motion, law, slice(first, min(first + width, gaps)))
-
-
-def _worker(
-    study: Study, frees: np.ndarray, laws: tuple[Any, ...], arrays: Any, screening: bool
-) -> Callable[[Chunk], int]:
-    raw, how = arrays
-    pair = oscillators(*study.pair)
-    gaps, strengths = np.array(study.grid.gaps), np.array(study.grid.yield_forces)
-
-    def work(chunk: Chunk) -> int:
-        place = (*chunk.motion, chunk.law, chunk.gaps)
-        free: Free = frees[chunk.motion]
-        grid = (gaps[chunk.gaps], strengths, study.restitution)
-        sweep(
-            pair,
-            free,
-            lowered(laws[chunk.law]),
-            grid,
-            study.rtol,
-            screening,
-            make_desk(study.rtol),
-            raw[place],
-            how[place],
-        )
-        return int(how[place].size)
-
-    return work
+    wanted = merged(shard_lines(one.job.lines, which))
+    with one.folder(target, new=False, shared=True) as folder:
+        folder.log("shard", shard=shard)
+        one.fill(folder, wanted)
+        done = folder.done()
+    width = one.job.width
+    return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:

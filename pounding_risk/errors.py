@@ -24,3 +24,7 @@ class SceneError(PoundingError):
         count = len(self.faults)
         head = f"{source}: {count} fault{'s' if count != 1 else ''}"
         super().__init__("\n".join([head, *(f"  - {fault}" for fault in self.faults)]))
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C ended a long piece of work; the text says what is kept and how to go on."""

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import CONTACT_COLUMNS, FIRST_YIELD, STATUS, STATUS_SENTENCES, YIELDS, Log, make_log
-from pounding_risk.ensemble import as_study, law_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
@@ -26,7 +25,8 @@ from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
 from pounding_risk.scan_dataset import sources_of
-from pounding_risk.study import Study
+from pounding_risk.scene_laws import law_of
+from pounding_risk.study import Study, as_study
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for

@@ -25,7 +25,6 @@ from pounding_risk._jit import lowered
 from pounding_risk.core import tally
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.sweep import sweep
-from pounding_risk.ensemble import as_study, law_of
 from pounding_risk.gather import motions_of
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import GaveUp, solve_general
@@ -36,7 +35,8 @@ from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.results import as_text, check_target, save, versions
-from pounding_risk.study import Study, known_law, needs_pair
+from pounding_risk.scene_laws import law_of
+from pounding_risk.study import Study, as_study, known_law, needs_pair
 from pounding_risk.work_precision import (
     EVENT,
     FIRST,

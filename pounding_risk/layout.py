@@ -86,6 +86,27 @@ def blocks(form: Form) -> Iterator[range]:
             yield range(start, min(start + sizes[broken] * below, first + run))
 
 
+class Stretch(NamedTuple):
+    """Neighbouring lines of one motion and one contact model."""
+
+    motion: tuple[int, ...]  # record, polarity, amplitude
+    law: int
+    gaps: slice
+    lines: slice  # among the lines asked for
+
+
+def stretches(lines: range, shape: tuple[int, ...], most: int) -> Iterator[Stretch]:
+    """The lines in stretches of ``most`` at most, in order; ``shape`` is a form's."""
+    gaps = shape[-2]
+    start = lines.start
+    while start < lines.stop:
+        *motion, law, gap = (int(place) for place in np.unravel_index(start, shape[:-1]))
+        count = min(most, gaps - gap, lines.stop - start)
+        first = start - lines.start
+        yield Stretch(tuple(motion), law, slice(gap, gap + count), slice(first, first + count))
+        start += count
+
+
 def place(form: Form, block: range) -> dict[str, slice]:
     """Where a block of `blocks` lies along `Form.dims`."""
     starts = np.unravel_index(block.start, form.shape[:-1]) if form.lines else ()

@@ -115,7 +115,7 @@ RUN: dict[str, Output] = {
 }
 
 # Per building, from the raw columns and the building; each is stored with its twin without contact.
-BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, float], Raw]]] = {
+BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, Raw | float], Raw]]] = {
     "peak_displacement": (
         "m",
         "largest displacement relative to the ground",
@@ -147,8 +147,8 @@ def run_outputs(raw: Raw, yield_force: Raw | float) -> dict[str, Raw]:
     }
 
 
-def building_outputs(raw: Raw, buildings: tuple[Building, Building], pga: float) -> dict[str, Raw]:
-    """Every output of `BUILDING` by name, with a last axis for left and right."""
+def building_outputs(raw: Raw, buildings: tuple[Building, Building], pga: Raw | float) -> dict[str, Raw]:
+    """Every output of `BUILDING` by name, with a last axis for left and right; ``pga`` [m/s²] as the runs' shape."""
     failed = raw[..., tally.STATUS] != tally.COMPLETE
     return {
         name: np.stack(

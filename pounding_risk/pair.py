@@ -66,6 +66,17 @@ def free_response(
     where the stiffer building would pass more than 2.5 rad of its vibration between them, so that a Taylor series
     sums to rounding over every interval.
     """
+    free = at_rest(pair, acceleration, dt, wave)
+    survey(pair, free)
+    passage = free.passage
+    closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
+    return free._replace(fastest=float(np.abs(closing).max()))
+
+
+def at_rest(
+    pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
+) -> Free:
+    """As `free_response`, with everything laid out and nothing moved yet."""
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
     parts = max(1, ceil(omega * dt / 2.5))
     count = (len(acceleration) - 1) * parts + 1
@@ -84,10 +95,7 @@ def free_response(
     blocks = ceil((ground.size - 1) / BLOCK)
     extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
     node_map, block_map = _maps(pair, passage.width(step, 0)), _maps(pair, passage.moment(step, BLOCK))
-    free = Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
-    survey(pair, free)
-    closing = states[:, 2] - states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
-    return free._replace(fastest=float(np.abs(closing).max()))
+    return Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
 
 
 def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:

@@ -1,42 +1,23 @@
-"""What a scene asks for, before anything runs: the cases of its grid, and its records read and checked."""
+"""What a scene asks for, before anything runs: its cases, its records read and checked, and what the run takes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, isnan, prod
+from math import ceil, prod, sqrt
+from os import cpu_count
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from pounding_risk.contact_points import COLUMN, FLOOR
-from pounding_risk.models.contact import stiffness_quantity
-from pounding_risk.models.instant import is_instant
-from pounding_risk.models.structures import Building
 from pounding_risk.motions import Motion
-from pounding_risk.quantities import (
-    DAMPING,
-    FLOOR_LENGTH,
-    GAP,
-    HEIGHT,
-    MASS,
-    PERIOD,
-    PGA,
-    RTOL,
-    STOREY_HEIGHT,
-    TAIL,
-    TIME,
-    WAVE_SPEED,
-    YIELD_FORCE,
-    Quantity,
-    say,
-)
-from pounding_risk.record_request import Spectral
-from pounding_risk.relations import AS_PUBLISHED
-from pounding_risk.storeys import Storeys
-from pounding_risk.study import Effect, Study, known_law
+from pounding_risk.plan_scene_words import scene_words
+from pounding_risk.plan_words import run_words
+from pounding_risk.quantities import PGA, TIME, say
+from pounding_risk.study import Study
 
-OUTPUTS = 25  # about as many as a pair has, and each interface of a row
-OF_A_POINT, OF_A_BUILDING, OF_A_STOREY = 10, 8, 8  # outputs in a row, about
+if TYPE_CHECKING:
+    from pounding_risk.gather import Gathered
+    from pounding_risk.plan_kernels import Kernels
 
 
 class PlannedRecord(NamedTuple):
@@ -54,24 +35,29 @@ class PlannedRecord(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """A scene without a fault, its records, and how many cases its grid has."""
+    """A scene without a fault, its records, and what its run takes on this machine.
+
+    What would take compiling to know is None unless that was asked for.
+    """
 
     study: Study
     records: tuple[PlannedRecord, ...]
+    kernels: Kernels  # compiled before the plan was made
+    bytes: int  # of the dataset's variables, before compression
+    memory: int  # bytes, about, of a scan into a file
+    threads: int
     left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
+    changes: tuple[str, ...] = ()  # what `--set` changes, a value a line
+    compiled: bool = False  # whether the plan has compiled what was missing
+    screened: int | None = None  # lines that the motion without contact answers, since it closes no gap
+    seconds: float | None = None  # of solving, on so many threads
+    error: float | None = None  # standard error of it [s]
+    sampled: int = 0  # lines that were solved to learn this
 
     @property
     def shape(self) -> dict[str, int]:
         """How many values each dimension of the dataset has, in its order; one where the scene names no grid."""
-        grid = self.study.grid
-        return {
-            "record": len(self.records),
-            "polarity": len(self.study.records.polarities),
-            "pga": len(grid.pgas),
-            "contact_model": len(grid.contact_models),
-            "gap": len(grid.gaps),
-            "yield_force": len(grid.yield_forces),
-        }
+        return _shape(self.study, len(self.records))
 
     @property
     def cases(self) -> int:
@@ -79,31 +65,28 @@ class Plan:
         return prod(self.shape.values())
 
     @property
-    def seconds(self) -> float:
+    def lines(self) -> int:
+        """The lines of the grid: all yield forces of a motion, contact model and gap."""
+        return self.cases // self.shape["yield_force"]
+
+    @property
+    def chunks(self) -> int | None:
+        """About as many as the run will have: the first line of each contact model alone, the rest by time."""
+        if self.seconds is None:
+            return None
+        from pounding_risk.executors import SECONDS
+
+        return min(self.lines, self.shape["contact_model"] + ceil(self.seconds * self.threads / SECONDS))
+
+    @property
+    def shaking(self) -> float:
         """Ground motion in all, over all cases [s]."""
         each = self.cases // len(self.records)
         return each * sum(record.duration for record in self.records)
 
     def summary(self) -> list[tuple[str, str]]:
-        """The scene as an engineer reads it: what, and the words for it; one pair a line."""
-        study = self.study
-        return [
-            ("scene", study.name),
-            *(_of_row(study) if study.is_row else _of_pair(study)),
-            *(("effect", _effect(effect)) for effect in study.effects),
-            ("records", _amplitude(study, len(self.records))),
-            ("polarity", " and ".join(study.records.polarities)),
-            *_grid(study),
-            ("tolerance", f"rtol {say(study.rtol, RTOL)}"),
-            ("cases", self._cases()),
-        ]
-
-    def _cases(self) -> str:
-        factors = [f"{count} {name.replace('_', ' ')}s" for name, count in self.shape.items() if count > 1]
-        factors = [factor.replace("polaritys", "polarities") for factor in factors]
-        size = self.cases * _bytes_a_case(self.study) / 1e6
-        product = f" = {' × '.join(factors)}" if len(factors) > 1 else ""
-        return f"{self.cases}{product}; a dataset of about {max(size, 0.1):.1f} MB at most"
+        """The scene as an engineer reads it, and its run: what, and the words for it; one pair a line."""
+        return [*scene_words(self.study, len(self.records)), *run_words(self)]
 
     def __str__(self) -> str:
         rows = self.summary()
@@ -116,27 +99,125 @@ class Plan:
 
 
 def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
-    """Check a scene and its records, count its cases, run nothing.
+    """Check a scene and its records, and plan its run with what is compiled already; compile nothing, run nothing.
 
-    ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). Raises SceneError, which
-    tells every fault of a scene file at once, and RecordError for a record that cannot be used.
+    As `plan`, but quick: what would take compiling stays None.
+    """
+    return plan(scene, overrides, compiling=False)
+
+
+def plan(
+    scene: Study | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None, compiling: bool = True
+) -> Plan:
+    """Check a scene and its records, and tell what its run takes: lines, bytes, memory, compiling, time.
+
+    ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). The time is that of ``workers``
+    threads, one a processor by default, from a second of solving a random few lines of each contact model;
+    ``compiling`` False leaves out what is not compiled yet. Nothing is written. Raises SceneError, which tells every
+    fault of a scene file at once, and RecordError for a record that cannot be used.
     """
     from pounding_risk.gather import gathered
+    from pounding_risk.plan_kernels import kernels_of
+    from pounding_risk.plan_sizes import sizes
     from pounding_risk.relations import check_reach
-    from pounding_risk.scenario import parse_scene, read_scene
 
-    if isinstance(scene, Study):
-        # A study's own text may lack what was changed in it since: its resolved form does not.
-        study = scene
-        if overrides:
-            changed = parse_scene(scene.to_toml(), scene.source, overrides)
-            study = replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
-    else:
-        study = read_scene(scene, overrides)
+    before, study = _read(scene, overrides)
     for place in range(len(study.interfaces)):
         check_reach(study.at(place), study.grid.contact_models)
     found = gathered(study)
-    return Plan(study, tuple(_planned(motion) for motion in found.motions), found.left_out)
+    made = Plan(
+        study,
+        tuple(_planned(motion) for motion in found.motions),
+        kernels_of(study),
+        sizes(study).of(_shape(study, len(found.motions))),
+        0,
+        workers or cpu_count() or 1,
+        found.left_out,
+        _changes(before, study, len(found.motions)),
+        compiling,
+    )
+    return _timed(made, found)
+
+
+def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | None, Study]:
+    """The scene as it stands, where it does without the overrides, and with them."""
+    from pounding_risk.errors import SceneError
+    from pounding_risk.scenario import parse_scene, read_scene
+
+    if isinstance(scene, Study):
+        if not overrides:
+            return None, scene
+        # A study's own text may lack what was changed in it since: its resolved form does not.
+        changed = parse_scene(scene.to_toml(), scene.source, overrides)
+        return scene, replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
+    study = read_scene(scene, overrides)
+    if not overrides:
+        return None, study
+    try:
+        return read_scene(scene), study
+    except SceneError:  # the overrides repair it: there is nothing to compare with
+        return None, study
+
+
+def _changes(before: Study | None, study: Study, records: int) -> tuple[str, ...]:
+    """What the overrides change, and what becomes of the number of cases."""
+    from pounding_risk.scene_changes import changes
+
+    if before is None:
+        return ()
+    told = changes(before, study)
+    many = _records_before(before, study, records)
+    if many is None:
+        return told
+    old, new = (prod(_shape(each, count).values()) for each, count in ((before, many), (study, records)))
+    return (*told, f"cases: {old} -> {new}") if old != new else told
+
+
+def _records_before(before: Study, study: Study, records: int) -> int | None:
+    """How many records the scene has without the overrides; None where they cannot be used."""
+    from pounding_risk.errors import RecordError, SceneError
+    from pounding_risk.gather import gathered
+
+    if before.records == study.records:
+        return records
+    try:
+        return len(gathered(before).motions)
+    except (RecordError, SceneError):  # the overrides repair it
+        return None
+
+
+def _shape(study: Study, records: int) -> dict[str, int]:
+    grid = study.grid
+    return {
+        "record": records,
+        "polarity": len(study.records.polarities),
+        "pga": len(grid.pgas),
+        "contact_model": len(grid.contact_models),
+        "gap": len(grid.gaps),
+        "yield_force": len(grid.yield_forces),
+    }
+
+
+def _timed(made: Plan, found: Gathered) -> Plan:
+    """The plan with what it takes the motion without contact, and then the solving of some lines, to know."""
+    from pounding_risk.plan_sizes import memory
+    from pounding_risk.plan_work import alone, costs
+
+    kernels, may_compile = made.kernels, made.compiled
+    if not may_compile and (kernels.interpreted or not kernels.motion):
+        return replace(made, memory=memory(made, found.motions, 0))
+    still = alone(made.study, found.motions)
+    touching = int((still.closed > 0.0).sum()) * made.shape["contact_model"]
+    made = replace(made, screened=made.lines - touching, memory=memory(made, found.motions, still.size))
+    if not may_compile and not kernels.whole:
+        return made
+    each = costs(made.study, found.motions, still.closed)
+    return replace(
+        made,
+        seconds=sum(cost.seconds for cost in each) / made.threads,
+        error=sqrt(sum(cost.error**2 for cost in each)) / made.threads,
+        sampled=sum(cost.sampled for cost in each),
+    )
 
 
 def _planned(motion: Motion) -> PlannedRecord:
@@ -150,158 +231,3 @@ def _planned(motion: Motion) -> PlannedRecord:
         motion.flags,
         motion.processing,
     )
-
-
-def _bytes_a_case(study: Study) -> int:
-    """About as many bytes as the outputs of a case take, before compression."""
-    if not study.is_row:
-        return 8 * OUTPUTS
-    storeys = sum(len(building.masses) if isinstance(building, Storeys) else 1 for building in study.buildings)
-    return 8 * (
-        OUTPUTS * len(study.neighbours)
-        + OF_A_POINT * len(study.points)
-        + OF_A_BUILDING * len(study.buildings)
-        + OF_A_STOREY * storeys
-    )
-
-
-def _of_pair(study: Study) -> list[tuple[str, str]]:
-    """Buildings, interface and contact models of two single masses."""
-    sides = zip(("left", "right"), study.buildings, strict=True)
-    return [
-        *((f"{side} building", _building(building)) for side, building in sides),
-        ("interface", _interface(study)),
-        *(("contact model", words) for words in _laws(study)),
-        ("restitution", _restitution(study)),
-    ]
-
-
-def _of_row(study: Study) -> list[tuple[str, str]]:
-    """Buildings from left to right, contact models, and each interface with its contact points."""
-    rows = [("building", _building(building)) for building in study.buildings]
-    rows += [("contact model", words) for words in _laws(study)]
-    for place, name in enumerate(study.interfaces):
-        here = study.at(place)
-        quantity = stiffness_quantity(known_law(study.stiff_name))
-        stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
-        rows.append(("interface", f"{name}: gap {say(here.gap, GAP)}{stiffness}, restitution {_restitution(here)}"))
-        rows += [("contact points", words) for words in _points(here)]
-    return rows
-
-
-def _points(here: Study) -> list[str]:
-    """Where two neighbours meet, floor to floor and floor to column, with the yield force of each kind."""
-    told = []
-    (neighbour,), (left, right) = here.neighbours, here.buildings
-    for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
-        places = [
-            f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
-            + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
-            for point in neighbour.points
-            if point.kind == kind
-        ]
-        strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
-        told += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
-    return told
-
-
-def _place(floor: float) -> str:
-    return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
-
-
-def _building(building: Building | Storeys) -> str:
-    if isinstance(building, Storeys):
-        count = len(building.masses)
-        yields = ", with yield shears" if building.strengths else ""
-        return (
-            f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
-            f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
-            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
-        )
-    height = f", height {say(building.height, HEIGHT)}" if building.height else ""
-    mass = say(building.mass, MASS) if building.mass < inf else "any mass"
-    if building.is_rigid:
-        return f"{building.name}: {mass}, rigid (moves with the ground){height}"
-    floor = (
-        f", floor {say(building.floor_length, FLOOR_LENGTH)} at {say(building.wave_speed, WAVE_SPEED)}"
-        if building.floor_length
-        else ""
-    )
-    return (
-        f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
-        f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
-    )
-
-
-def _interface(study: Study) -> str:
-    strength = "no yielding" if study.yield_force == inf else f"yield force {say(study.yield_force, YIELD_FORCE)}"
-    return f"gap {say(study.gap, GAP)}, {strength}"
-
-
-def _laws(study: Study) -> list[str]:
-    """Each contact model that the grid runs, with where its stiffness is from."""
-    terms = study.equal_terms
-    found = []
-    for name in study.grid.contact_models:
-        if study.is_row and not study.needs_equal_terms(name):
-            stiffness = "stiffness of each interface"
-        elif is_instant(known_law(name)) or study.stiffness is None:
-            stiffness = "no stiffness: the velocities jump at a touch"
-        elif study.needs_equal_terms(name) and terms:
-            stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
-        else:
-            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
-        found.append(f"{name}, {stiffness}")
-    return found
-
-
-def _restitution(study: Study) -> str:
-    rule = study.restitution
-    exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
-    if rule.c1 == rule.c2 == rule.c3 == 0.0:
-        return f"{study.restitution_words}{exact}"
-    held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
-    return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
-
-
-def _effect(effect: Effect) -> str:
-    options = ", ".join(f"{key} {value}" for key, value in effect.written().items())
-    return f"{effect.name}: {options}" if options else effect.name
-
-
-def _amplitude(study: Study, count: int) -> str:
-    asked, pgas = study.records, study.grid.pgas
-    scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
-    if asked.manifest:
-        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
-        scaled = f"each times its factor of {asked.manifest}{common}"
-    if asked.sa is not None and asked.sa.value is not None:
-        scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
-    if asked.to_median is not None:
-        measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
-        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
-        scaled = f"each scaled to the median {measure}{common}"
-    if pgas != (None,):
-        scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
-    part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
-    tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
-    turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
-    return f"{count}{turned}{part}, {scaled}{tail}"
-
-
-def _spectral(asked: Spectral) -> str:
-    return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
-
-
-def _grid(study: Study) -> list[tuple[str, str]]:
-    """The dimensions that have more than one value."""
-    gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
-    axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
-    return [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
-
-
-def _span(values: Sequence[float], quantity: Quantity) -> str:
-    """All values where they are few, otherwise the ends and how many."""
-    if len(values) <= 6:
-        return ", ".join(say(value, quantity) for value in values)
-    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"

@@ -8,19 +8,17 @@ grazing touch, a force that just reaches F_E, the late history of a lossless pai
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from math import ceil
-from typing import Any, NamedTuple
+from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk._jit import lowered
-from pounding_risk.core.collide import make_desk
-from pounding_risk.core.sweep import SIMULATED, sweep
 from pounding_risk.core.tally import COMPLETE, STATUS
 from pounding_risk.errors import PoundingError
-from pounding_risk.outputs import COLUMNS, run_outputs
+from pounding_risk.layout import CaseVariable
+from pounding_risk.outputs import run_outputs
+from pounding_risk.parts import Part
 
 TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of the second run: so many times smaller, but never below
 # Relative changes, and plain differences of counts and flags.
@@ -31,19 +29,8 @@ WORDS = {
     "impact_count": "impact count",
     "yield_exceedance": "yield exceedance",
 }
-SEED = 20110314  # of the sample: the same cases for the same scene on any day
-
-
-class RunGrid(NamedTuple):
-    """What a second run needs of the first: by place along the dataset's axes."""
-
-    pair: Any
-    frees: np.ndarray  # (record, polarity, pga) of `Free`
-    laws: tuple[Any, ...]
-    gaps: np.ndarray
-    yield_forces: np.ndarray
-    restitution: Any
-    rtol: float
+SENSITIVE, CHANGE = "sensitive", "change_"
+SEED = 20110314  # of the sample: the same cases for the same grid on any day
 
 
 def tighter(rtol: float) -> float:
@@ -57,36 +44,23 @@ def check_share(fraction: float) -> None:
         raise PoundingError(f"check_fraction is {fraction:g}; it is a share of the runs, from 0 to 1, such as 0.01")
 
 
-def sample(raw: np.ndarray, how: np.ndarray, fraction: float) -> NDArray[np.int64]:
-    """Places (cases, axes) of a random share of the runs that were made and complete, rounded up.
+def draws(lines: range, width: int) -> NDArray[np.float64]:
+    """A number from 0 to 1 for each case (lines, width), of its place in the grid alone.
 
-    The same for the same grid.
+    Whether a case is made again does not depend on which cases are solved with it. The numbers are those of splitmix64
+    (Steele, Lea and Flood 2014), whose outputs for neighbouring places are unrelated.
     """
-    return chosen((how == SIMULATED) & (raw[..., STATUS] == COMPLETE), fraction)
+    places = np.arange(lines.start * width, lines.stop * width, dtype=np.uint64)
+    mixed = (places + np.uint64(SEED)) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    mixed ^= mixed >> np.uint64(31)
+    return np.multiply(mixed >> np.uint64(11), 2.0**-53, dtype=np.float64).reshape(len(lines), width)
 
 
-def chosen(made: NDArray[np.bool_], fraction: float) -> NDArray[np.int64]:
-    """Places (cases, axes) of a random share of those that are true, rounded up; the same for the same grid."""
-    places = np.argwhere(made)
-    count = ceil(fraction * len(places))
-    return places[np.sort(np.random.default_rng(SEED).choice(len(places), count, replace=False))]
-
-
-def run_again(grid: RunGrid, places: np.ndarray, workers: int) -> np.ndarray:
-    """Raw columns (cases, COLUMNS) of the cases at ``places``, at the tighter tolerance and without screening."""
-    raw = np.zeros((len(places), COLUMNS))
-    rtol = tighter(grid.rtol)
-
-    def work(number: int) -> None:
-        *motion, law, gap, strength = places[number]
-        values = grid.gaps[gap : gap + 1], grid.yield_forces[strength : strength + 1], grid.restitution
-        out, how = raw[number].reshape(1, 1, -1), np.zeros((1, 1), dtype=np.int8)
-        free = grid.frees[tuple(motion)]
-        sweep(grid.pair, free, lowered(grid.laws[law]), values, rtol, False, make_desk(rtol), out, how)
-
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(work, range(len(places))))
-    return raw
+def drawn(lines: range, made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
+    """Which of the runs that were ``made`` (lines, width) are made again."""
+    return made & (draws(lines, made.shape[1]) < fraction)
 
 
 def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> dict[str, np.ndarray]:
@@ -116,38 +90,59 @@ def is_sensitive(found: Mapping[str, np.ndarray], rtol: float) -> NDArray[np.boo
     return ~np.logical_and.reduce(within)
 
 
-def check_runs(
-    grid: RunGrid, arrays: tuple[np.ndarray, np.ndarray], places: np.ndarray, workers: int
-) -> dict[str, tuple[np.ndarray, dict[str, Any]]]:
-    """Variables of the dataset along its axes, values and attributes: ``sensitive``, and a ``change_`` per output.
-
-    ``arrays`` = (raw columns, how each case was answered) of the scan. Cases that were not run again are −1, or NaN.
-    """
-    raw, how = arrays
-    at = tuple(places.T)
-    found = changes(raw[at], run_again(grid, places, workers), grid.yield_forces[places[:, -1]])
-    return as_variables(found, places, how.shape, grid.rtol)
-
-
-def as_variables(
-    found: Mapping[str, np.ndarray], places: np.ndarray, shape: tuple[int, ...], rtol: float
-) -> dict[str, tuple[np.ndarray, dict[str, Any]]]:
-    """As `check_runs`, from how far the answers at ``places`` move."""
-    at = tuple(places.T)
-    flags = np.full(shape, -1, dtype=np.int8)
-    flags[at] = is_sensitive(found, rtol)
+def check_variables(rtol: float) -> dict[str, CaseVariable]:
+    """Variables of the dataset: ``sensitive``, and a ``change_`` per output. Cases not made again are −1, or NaN."""
     told = {
         "long_name": f"1 where the answer moves by more than rtol when the run is made again at {tighter(rtol):g}",
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "not_made_again steady sensitive",
     }
-    variables: dict[str, tuple[np.ndarray, dict[str, Any]]] = {"sensitive": (flags, told)}
-    for name, values in found.items():
-        whole = np.full(shape, np.nan)
-        whole[at] = values
+    variables = {SENSITIVE: CaseVariable((), np.dtype(np.int8), told)}
+    for name in (*RELATIVE, *COUNTED):
         kind = "relative change" if name in RELATIVE else "change"
-        variables[f"change_{name}"] = (whole, {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, made again"})
+        attrs = {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, made again"}
+        variables[f"{CHANGE}{name}"] = CaseVariable((), np.dtype(np.float64), attrs)
     return variables
+
+
+def not_made_again(shape: tuple[int, int]) -> Part:
+    """The variables of `check_variables` for so many (lines, yield forces), none of them made again."""
+    return {
+        SENSITIVE: np.full(shape, -1, dtype=np.int8),
+        **{f"{CHANGE}{name}": np.full(shape, np.nan) for name in (*RELATIVE, *COUNTED)},
+    }
+
+
+def made_again(places: NDArray[np.bool_], found: Mapping[str, np.ndarray], rtol: float) -> Part:
+    """The variables of `check_variables` (lines, yield forces), from how far the answers at ``places`` move."""
+    part = not_made_again((places.shape[0], places.shape[1]))
+    part[SENSITIVE][places] = is_sensitive(found, rtol)
+    for name, values in found.items():
+        part[f"{CHANGE}{name}"][places] = values
+    return part
+
+
+class AtLeastOne:
+    """Watches the cases go by in order, so that of a study with any run at all one at least is made again."""
+
+    def __init__(self) -> None:
+        self._none_yet = True
+        self._least = inf
+        self._next = (0, 0)
+
+    def see(self, lines: range, made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
+        """Some lines: which of their runs were made and complete, and what was found of those made again."""
+        self._none_yet = self._none_yet and not (sensitive >= 0).any()
+        if self._none_yet and made.any():
+            lots = np.where(made, draws(lines, made.shape[1]), inf)
+            line, place = np.unravel_index(lots.argmin(), lots.shape)
+            if lots[line, place] < self._least:
+                self._least, self._next = float(lots[line, place]), (lines.start + int(line), int(place))
+
+    @property
+    def missing(self) -> tuple[int, int] | None:
+        """The line and place of the run to make again where none was; None where there is none to make."""
+        return self._next if self._none_yet and self._least < inf else None
 
 
 def findings(dataset: Any) -> Iterator[tuple[str, str]]:

@@ -9,13 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from pounding_risk.ensemble import scan
+from pounding_risk.ensemble import Progress, scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.layout import AXES
 from pounding_risk.recorded_scene import check_records, recorded
 from pounding_risk.results import open_results, told, versions
-from pounding_risk.threads import Progress
 
 
 class Difference(NamedTuple):
@@ -66,19 +65,19 @@ def rerun(
     path = Path(results)
     if out is not None and Path(out).resolve() == path.resolve():
         raise PoundingError(f"{out}: is the results file itself, which stays as it is; write to another name")
-    before = open_results(path)
-    asked = recorded(before, path, folder)
-    notes = check_records(before, motions_of(asked.study))
-    after = scan(
-        asked.study,
-        out,
-        screening=asked.screening,
-        check_fraction=asked.check_fraction,
-        workers=workers,
-        progress=progress,
-        command=str(before.attrs.get("command", "")),
-    )
-    return compared(before, after, notes)
+    with open_results(path, lazy=True) as before:
+        asked = recorded(before, path, folder)
+        notes = check_records(before, motions_of(asked.study))
+        after = scan(
+            asked.study,
+            out,
+            screening=asked.screening,
+            check_fraction=asked.check_fraction,
+            workers=workers,
+            progress=progress,
+            command=str(before.attrs.get("command", "")),
+        )
+        return compared(before, after, notes)
 
 
 def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:

@@ -6,10 +6,8 @@ laws and restitutions; so it is where its yield forces lie above the largest for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from concurrent.futures import Future
+from collections.abc import Hashable
 from itertools import pairwise
-from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,30 +18,10 @@ from pounding_risk.core.tally import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESI
 from pounding_risk.row_model import Part, RowModel
 from pounding_risk.row_parts import HELD, Span, settled, tied
 from pounding_risk.rows import GREW_STATUS, HIGHEST, Contacts, RowRun
+from pounding_risk.shared_values import Shared
 from pounding_risk.signals import Samples
 
 Array = NDArray[np.float64]
-
-
-class Runs:
-    """Runs by what they are made of, each made once, by the thread that asks first."""
-
-    def __init__(self) -> None:
-        self._found: dict[Hashable, Future[RowRun]] = {}
-        self._lock = Lock()
-
-    def of(self, key: Hashable, make: Callable[[], RowRun]) -> RowRun:
-        """The run of this key, made where nobody has asked for it; whoever asks meanwhile waits."""
-        with self._lock:
-            is_new = key not in self._found
-            future = self._found.setdefault(key, Future())
-        if is_new:
-            try:
-                future.set_result(make())
-            except BaseException as error:
-                future.set_exception(error)
-                raise
-        return future.result()
 
 
 class Driven(NamedTuple):
@@ -84,7 +62,7 @@ class Cases:
 
     def __init__(self, model: RowModel, mechanics: Mechanics, driven: Driven, rtol: float):
         self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
-        self._runs = Runs()
+        self._runs: Shared[RowRun] = Shared()
 
     def whole(self, limits: Limits) -> RowRun:
         """The case with all buildings solved at once, whatever is known."""

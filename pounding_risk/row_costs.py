@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.gather import motions_of
+from pounding_risk.jobs import Order
 from pounding_risk.row_cases import Cases, Limits
-from pounding_risk.row_scan import RowScan
+from pounding_risk.row_job import RowJob
 from pounding_risk.study import Study
 
 
@@ -28,11 +29,10 @@ class RowBench(NamedTuple):
 
 def row_bench(study: Study, most: int) -> RowBench:
     """``most`` cases of a row's grid, or all; raises as `row_grid`."""
-    scan = RowScan(study, motions_of(study), workers=1)
-    motions, (laws, gaps, forces) = scan.driven.shape, scan.grid.shape
-    places = list(np.ndindex((*motions, laws, gaps, forces)))
+    job = RowJob(Order(study, motions_of(study)))
+    places = list(np.ndindex(job.shape))
     chosen = np.unique(np.linspace(0, len(places) - 1, min(most, len(places))).round().astype(int))
     found = []
     for record, polarity, pga, law, gap, force in (places[at] for at in chosen):
-        found.append((scan.cases((record, polarity, pga), law, study.rtol), scan.grid.limits(gap, force)))
+        found.append((job.cases((record, polarity, pga), law, study.rtol), job.grid.limits(gap, force)))
     return RowBench(tuple(found))

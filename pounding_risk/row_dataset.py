@@ -1,10 +1,9 @@
-"""From the arrays of a row's scan to a labelled dataset."""
+"""What the dataset of a row's scan says beside its cases."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import accumulate
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,56 +13,34 @@ from pounding_risk.models.effects import bare
 from pounding_risk.motions import Motion
 from pounding_risk.results import as_text
 from pounding_risk.row_grid import RowGrid
-from pounding_risk.row_outputs import AT_STOREYS, POINT, Variable, closing, moving_outputs, moving_variables
+from pounding_risk.row_outputs import AT_STOREYS, POINT, closing, moving_outputs, moving_variables
 from pounding_risk.scan_dataset import (
-    AXES,
     MOTIONS,
     attributes,
     case_coordinates,
     described,
     motion_spectra,
     one_amplitude,
-    outcome_variables,
 )
 from pounding_risk.study import Study
 
 
-class ScannedRow(NamedTuple):
-    """What a row's scan made: motions, responses without contact, the grid, and every variable of every case."""
-
-    motions: tuple[Motion, ...]
-    driven: np.ndarray  # of `row_cases.Driven`, by record, polarity, amplitude
-    grid: RowGrid
-    arrays: Mapping[str, np.ndarray]
-    variables: Mapping[str, Variable]
-    status: np.ndarray
-    how: np.ndarray
-    parts: Mapping[str, int]
-
-
-def labelled_row(study: Study, scanned: ScannedRow, checks: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset of a row's scan: every output, with its twin without contact, and what it takes to run it again."""
-    found: dict[str, Any] = {
-        name: ((*AXES, *variable.dims), scanned.arrays[name], described(variable.unit, variable.words))
-        for name, variable in scanned.variables.items()
-    }
-    found |= outcome_variables(scanned.status, scanned.how)
-    found |= _free(scanned)
-    found |= motion_spectra(scanned.motions)
-    found |= checks
-    attrs = attributes(study, scanned.motions, _laws(scanned)) | {
+def row_skeleton(study: Study, motions: tuple[Motion, ...], driven: np.ndarray, grid: RowGrid) -> xr.Dataset:
+    """Everything of a row's dataset but its cases; ``driven`` of `row_cases.Driven`, by record, polarity, amplitude."""
+    found = _free(driven, grid) | motion_spectra(motions)
+    laws = tuple(mechanics.laws[0] for mechanics in grid.mechanics)
+    attrs = attributes(study, motions, laws) | {
         "source": "pounding_risk: event-driven row solver",
-        "stiffness": as_text(_stiffnesses(study, scanned.grid)),
+        "stiffness": as_text(_stiffnesses(study, grid)),
         "restitution": _told([neighbour.restitution_words for neighbour in study.neighbours]),
-        "parts": as_text(dict(scanned.parts)),
     }
-    coords = case_coordinates(study, scanned.motions) | row_coordinates(study, scanned.grid)
+    coords = case_coordinates(study, motions) | row_coordinates(study, grid)
     return one_amplitude(xr.Dataset(found, coords=coords, attrs=attrs), study)
 
 
-def _free(scanned: ScannedRow) -> dict[str, Any]:
+def _free(driven: np.ndarray, grid: RowGrid) -> dict[str, Any]:
     """Everything that moves, without contact."""
-    frame, driven = scanned.grid.frame, scanned.driven
+    frame = grid.frame
     moving = [moving_outputs(one.free, one.pga, frame) for one in driven.flat]
     gaps = [closing(one.free, frame.model) for one in driven.flat]
     found = {}
@@ -165,10 +142,6 @@ def _gap_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
     words = "clear distance at rest of each interface; the axis gap is that of "
     of_axis = study.gridded_interface or "the scene's first one"
     return {"interface_gap": (("gap", "interface"), grid.gaps, described("m", words + of_axis))}
-
-
-def _laws(scanned: ScannedRow) -> tuple[Any, ...]:
-    return tuple(mechanics.laws[0] for mechanics in scanned.grid.mechanics)
 
 
 def _stiffnesses(study: Study, grid: RowGrid) -> dict[str, list[float]]:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.chains import chain_of
-from pounding_risk.ensemble import law_of
 from pounding_risk.row_cases import Limits, Mechanics
 from pounding_risk.row_model import RowModel
 from pounding_risk.row_outputs import Frame, frame_of
+from pounding_risk.scene_laws import law_of
 from pounding_risk.study import Study
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class RowGrid(NamedTuple):
 
 def row_grid(study: Study) -> RowGrid:
     """The grid of a study; raises as `chain_of` and as `ensemble.law_of`."""
-    model = RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
+    model = model_of(study)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
     # A grid of one yield force leaves every interface its own.
     levels = study.grid.yield_forces if len(study.grid.yield_forces) > 1 else (None,)
@@ -52,6 +52,11 @@ def row_grid(study: Study) -> RowGrid:
     finite = np.unique(forces[np.isfinite(forces)])
     mechanics = tuple(mechanics_of(study, model, name, finite) for name in study.grid.contact_models)
     return RowGrid(frame_of(model), mechanics, gaps, forces, study.rtol)
+
+
+def model_of(study: Study) -> RowModel:
+    """The buildings of a study and where they meet; raises as `chain_of`."""
+    return RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
 
 
 def mechanics_of(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:

@@ -267,14 +267,20 @@ def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
 
 def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
     """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
+    arguments = unmoved(laid, acceleration, states=states)
+    survey(*arguments)
+    row, run, *_, kept = arguments
+    return _told(row, run, kept)
+
+
+def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tuple[Any, ...]:
+    """What `survey` is called with for `free_row`."""
     row, points = laid.row, laid.row.ends.shape[0]
     limits = np.zeros((points, LAW))
     limits[:, GAPS] = inf
     run = new_run(row, limits, np.zeros(0), make_desk())
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    kept = _room(ground.size if states else 0, row)
-    survey(row, run, ground, laid.step, laid.terms, kept)
-    return _told(row, run, kept)
+    return row, run, ground, laid.step, laid.terms, _room(ground.size if states else 0, row)
 
 
 def run_row(

@@ -1,56 +1,71 @@
-"""From the raw arrays of a scan to a labelled dataset: variables, coordinates, and where everything is from."""
+"""What a scan's dataset says: variables, coordinates, and where everything is from."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from pounding_risk.core.flight import SIGNALS
 from pounding_risk.core.tally import STATUS, STATUS_SENTENCES
+from pounding_risk.layout import AXES, CaseVariable
 from pounding_risk.measures import LEAST_PERIOD, response_spectra
 from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.models.instant import is_instant
 from pounding_risk.motions import Motion, driven
-from pounding_risk.outputs import BUILDING, COLUMNS, HIGH, LOW, RUN, building_outputs, run_outputs
+from pounding_risk.outputs import BUILDING, HIGH, RUN, building_outputs, run_outputs
 from pounding_risk.results import as_text, versions
 from pounding_risk.study import Study
 
-AXES = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 
 
-class Scanned(NamedTuple):
-    """What a scan made: motions, responses without contact, laws, and raw columns and how of every case."""
+def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
+    """Everything of a pair's dataset but its cases.
 
-    motions: tuple[Motion, ...]
-    frees: np.ndarray
-    laws: tuple[Any, ...]
-    raw: np.ndarray
-    how: np.ndarray
-
-
-def labelled(study: Study, scanned: Scanned) -> xr.Dataset:
-    """The dataset of a scan: every output of `outputs`, the records' spectra, and all that it takes to run it again."""
-    motions, frees, laws, raw, how = scanned
-    dims = AXES
-    strengths = np.array(study.grid.yield_forces)
-    variables: dict[str, Any] = {
-        name: (dims, _stored(values, RUN[name].whole), described(RUN[name].unit, RUN[name].words))
-        for name, values in run_outputs(raw, strengths).items()
-    }
-    for name, values in _buildings(study, motions, frees, raw).items():
-        unit, words, _ = BUILDING[name.removesuffix("_free")]
-        without = "; without contact" if name.endswith("_free") else ""
-        axes = MOTIONS if without else dims
-        variables[name] = ((*axes, "building"), values, described(unit, words + without))
-    variables |= outcome_variables(raw[..., STATUS], how)
-    variables |= _of_motions(motions, frees)
+    ``alone`` (record, polarity, amplitude, outputs.COLUMNS) are raw columns of the responses without contact.
+    """
+    pgas = amplitudes(study, motions)
+    variables: dict[str, Any] = {}
+    for name, values in building_outputs(alone, study.pair, pgas).items():
+        unit, words, _ = BUILDING[name]
+        variables[f"{name}_free"] = ((*MOTIONS, "building"), values, described(unit, f"{words}; without contact"))
+    needed = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
+    variables["peak_closing_free"] = (MOTIONS, alone[..., HIGH], described("m", needed))
+    variables |= motion_spectra(motions)
     coords = case_coordinates(study, motions) | _building_coordinates(study)
     return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
+
+
+def amplitudes(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
+    """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
+    polarities, pgas = study.records.polarities, study.grid.pgas
+    found = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
+    return np.array(found)
+
+
+def pair_variables() -> dict[str, CaseVariable]:
+    """Every variable of a pair's case, but those of `recheck`."""
+    found = {
+        name: CaseVariable((), kept_as(output.whole), described(output.unit, output.words))
+        for name, output in RUN.items()
+    }
+    for name, (unit, words, _) in BUILDING.items():
+        found[name] = CaseVariable(("building",), np.dtype(np.float64), described(unit, words))
+    return found | OUTCOME
+
+
+def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
+    """The variables of `pair_variables` but ``simulated``, from raw columns (lines, yield forces, outputs.COLUMNS).
+
+    ``pgas`` [m/s²] is by line.
+    """
+    found = run_outputs(raw, np.array(study.grid.yield_forces))
+    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in found.items()}
+    values |= building_outputs(raw, study.pair, pgas[:, None])
+    return values | {"status": raw[..., STATUS].astype(np.int8)}
 
 
 def one_amplitude(dataset: xr.Dataset, study: Study) -> xr.Dataset:
@@ -58,22 +73,9 @@ def one_amplitude(dataset: xr.Dataset, study: Study) -> xr.Dataset:
     return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
 
 
-def outcome_variables(status: np.ndarray, how: np.ndarray) -> dict[str, Any]:
-    """How each case ended and was answered, along `AXES`."""
-    flags = {
-        "flag_values": np.array(list(STATUS_SENTENCES), dtype=np.int8),
-        "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
-        "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
-    }
-    words = "1 where a run of its own was made, 0 where another run's answer is exactly this one's"
-    return {
-        "status": (AXES, status.astype(np.int8), {"long_name": "how the run ended", **flags}),
-        "simulated": (AXES, how, {"long_name": words}),
-    }
-
-
-def _stored(values: np.ndarray, whole: bool) -> np.ndarray:
-    return values.astype(np.int32) if whole else values
+def kept_as(whole: bool) -> np.dtype[Any]:
+    """How a variable is stored."""
+    return np.dtype(np.int32) if whole else np.dtype(np.float64)
 
 
 def described(unit: str, words: str) -> dict[str, str]:
@@ -85,33 +87,24 @@ def _slug(sentence: str) -> str:
     return "_".join("".join(letter if letter.isalnum() else " " for letter in sentence).split())
 
 
-def _buildings(study: Study, motions: tuple[Motion, ...], frees: np.ndarray, raw: np.ndarray) -> dict[str, np.ndarray]:
-    """Outputs per building, and without contact from the extremes of the free responses."""
-    found: dict[str, np.ndarray] = {}
-    for place in np.ndindex(frees.shape):
-        free: Any = frees[place]
-        pga = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]]).pga
-        alone = np.zeros(COLUMNS)
-        alone[HIGH : HIGH + SIGNALS] = np.maximum(free.high.max(axis=0), 0.0)
-        alone[LOW : LOW + SIGNALS] = np.minimum(free.low.min(axis=0), 0.0)
-        for suffix, columns in (("", raw[place]), ("_free", alone)):
-            for name, values in building_outputs(columns, study.pair, pga).items():
-                array = found.setdefault(name + suffix, np.zeros((*frees.shape, *values.shape)))
-                array[place] = values
-    return found
-
-
-def _of_motions(motions: tuple[Motion, ...], frees: np.ndarray) -> dict[str, Any]:
-    """What the motions ask for without contact: the gap, and the spectra of the records."""
-    closing = np.zeros(frees.shape)
-    for place in np.ndindex(frees.shape):
-        free: Any = frees[place]
-        closing[place] = max(float(free.high[:, 0].max()), 0.0)
-    needed = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
-    return {
-        "peak_closing_free": (MOTIONS, closing, described("m", needed)),
-        **motion_spectra(motions),
-    }
+# How each case ended and was answered.
+OUTCOME = {
+    "status": CaseVariable(
+        (),
+        np.dtype(np.int8),
+        {
+            "long_name": "how the run ended",
+            "flag_values": np.array(list(STATUS_SENTENCES), dtype=np.int8),
+            "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
+            "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
+        },
+    ),
+    "simulated": CaseVariable(
+        (),
+        np.dtype(np.int8),
+        {"long_name": "1 where a run of its own was made, 0 where another run's answer is exactly this one's"},
+    ),
+}
 
 
 def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:

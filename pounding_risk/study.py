@@ -388,3 +388,12 @@ def _inverse_mass(building: Building | Storeys) -> float:
     if isinstance(building, Storeys):
         return len(building.masses) / building.mass
     return building.oscillator().inverse_mass
+
+
+def as_study(scene: Study | str | Path) -> Study:
+    """A study, or the scene file of that name read."""
+    if isinstance(scene, Study):
+        return scene
+    from pounding_risk.scenario import read_scene
+
+    return read_scene(scene)

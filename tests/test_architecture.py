@@ -33,11 +33,12 @@ HOMES = {
     "pydantic": r"scenario\.py",
     "pydantic_core": r"scenario\.py",
     "matplotlib": r"figures.*",
-    "xarray": r"(results|stores|zarr_store|ensemble|history|paper|ladder|effect_costs|comparison)\.py|"
-    r"(scan|row)_(dataset|history)\.py|reruns\.py|case_histories\.py",
+    "xarray": r"(results|stores|zarr_store|reruns|case_histories|ensemble|history|paper|ladder|effect_costs)\.py|"
+    r"(scan|row)_(dataset|history)\.py|comparison\.py",
     "netCDF4": r"(results|stores)\.py",
     "zarr": r"zarr_store\.py",
-    "dask": r"zarr_store\.py",
+    "dask": r"zarr_store\.py|dask_executor\.py",
+    "distributed": r"dask_executor\.py",
     "plotly": r"explorer\.py",
     "jinja2": r"reports/page\.py",
     "markupsafe": r"reports/page\.py",

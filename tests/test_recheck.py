@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pounding_risk.core import tally
 from pounding_risk.ensemble import failures, scan, summary
 from pounding_risk.errors import PoundingError
 from pounding_risk.outputs import COLUMNS, HIGH
-from pounding_risk.recheck import changes, findings, is_sensitive, sample, tighter
+from pounding_risk.recheck import AtLeastOne, changes, drawn, draws, findings, is_sensitive, tighter
 from pounding_risk.scenario import parse_scene
 
 SCENE = """
@@ -57,18 +59,40 @@ def rows(**columns: list[float]) -> np.ndarray:
     return raw
 
 
-def test_the_sample_is_of_complete_runs_and_the_same_each_day():
-    how = np.zeros((4, 25), dtype=np.int8)
-    how[:, ::2] = 1
-    raw = np.zeros((4, 25, COLUMNS))
-    raw[1, :, tally.STATUS] = tally.EXHAUSTED
-    places = sample(raw, how, 0.3)
-    assert len(places) == 12  # 3 rows of 13 runs, times 0.3, rounded up
-    assert len(np.unique(places, axis=0)) == 12
-    assert all(how[tuple(place)] == 1 and place[0] != 1 for place in places)
-    assert np.array_equal(places, sample(raw, how, 0.3))
-    assert len(sample(raw, how, 1e-9)) == 1 and len(sample(raw, how, 1.0)) == 39
-    assert len(sample(raw, np.zeros_like(how), 1.0)) == 0
+def test_what_is_drawn_depends_on_a_cases_place_in_the_grid_alone():
+    whole = draws(range(0, 4000), 25)
+    assert np.array_equal(whole[1000:1003], draws(range(1000, 1003), 25))
+    assert len(np.unique(whole)) == whole.size and whole.min() >= 0.0 and whole.max() < 1.0
+    # Uniform and unrelated from case to case: within four standard errors, 1/sqrt(12 n) and 1/sqrt(n), of what is even.
+    assert abs(whole.mean() - 0.5) < 4.0 / np.sqrt(12.0 * whole.size)
+    neighbours = np.corrcoef(whole.ravel()[:-1], whole.ravel()[1:])[0, 1]
+    assert abs(neighbours) < 4.0 / np.sqrt(whole.size)
+
+
+def test_the_sample_is_of_runs_that_were_made():
+    lines, made = range(50, 450), np.zeros((400, 25), dtype=bool)
+    made[:, ::2] = True
+    places = drawn(lines, made, 0.3)
+    assert not (places & ~made).any()
+    # 5,200 runs: a share of 0.3 within four standard errors of a binomial count.
+    assert abs(places.sum() - 0.3 * 5200) < 4.0 * np.sqrt(5200 * 0.3 * 0.7)
+    assert np.array_equal(drawn(lines, made, 1.0), made) and not drawn(lines, made, 0.0).any()
+
+
+@given(st.lists(st.integers(1, 7), min_size=1, max_size=6), st.integers(0, 2**31))
+def test_one_run_at_least_is_made_again_whatever_the_blocks(sizes, seed):
+    """The one with the smallest lot of those made, where none was drawn."""
+    made = np.random.default_rng(seed).random((sum(sizes), 3)) < 0.5
+    none, watch, start = np.full(made.shape, -1, dtype=np.int8), AtLeastOne(), 0
+    for size in sizes:
+        here = slice(start, start + size)
+        watch.see(range(start, start + size), made[here], none[here])
+        start += size
+    lots = np.where(made, draws(range(start), 3), 2.0)
+    expected = tuple(map(int, np.unravel_index(lots.argmin(), lots.shape))) if made.any() else None
+    assert watch.missing == expected
+    watch.see(range(start, start + 1), np.ones((1, 3), bool), np.array([[-1, 0, -1]], dtype=np.int8))
+    assert watch.missing is None
 
 
 def test_changes_are_relative_for_amounts_and_plain_for_counts():
@@ -122,7 +146,10 @@ def test_changes_are_those_of_two_scans():
 def test_only_the_sample_has_values():
     dataset = scan(study(), check_fraction=0.2)
     checked = dataset["sensitive"] >= 0
-    assert int(checked.sum()) == summary(dataset)["made again"] == np.ceil(0.2 * int(dataset["simulated"].sum()))
+    assert 1 <= int(checked.sum()) == summary(dataset)["made again"] < int(dataset["simulated"].sum())
+    assert not (checked & (dataset["simulated"] == 0)).any()
+    least = scan(study(), check_fraction=1e-9)
+    assert int((least["sensitive"] >= 0).sum()) == 1, "one at least"
     assert not np.isnan(dataset["change_peak_contact_force"].values[checked.values]).any()
     assert np.isnan(dataset["change_peak_contact_force"].values[~checked.values]).all()
     assert dataset["sensitive"].dims == dataset["impact_count"].dims

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from math import inf
-from threading import Event
 
 import numpy as np
 import pytest
@@ -20,7 +18,7 @@ from pounding_risk.models.contact import Linear, ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures import Building
 from pounding_risk.motions import read_motion
-from pounding_risk.row_cases import Cases, Driven, Limits, Mechanics, Runs
+from pounding_risk.row_cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.row_model import RowModel
 from pounding_risk.rows import HIGHEST
 from pounding_risk.storeys import Storeys
@@ -174,32 +172,6 @@ def test_a_yield_force_above_the_largest_force_is_known(motion):
     assert [each.known for each in answered] == [False]
     assert not np.array_equal(below.floors, above.floors)
     same(below, one.whole(limits(model, gaps, 0.5 * demand)))
-
-
-def test_whoever_asks_second_waits_for_the_run_of_the_first():
-    runs, made, go = Runs(), [], Event()
-
-    def make():
-        go.wait(5.0)
-        made.append(1)
-        return "the run"
-
-    with ThreadPoolExecutor(2) as pool:
-        both = [pool.submit(runs.of, "key", make) for _ in range(2)]
-        go.set()
-        assert [each.result() for each in both] == ["the run"] * 2
-    assert len(made) == 1
-
-
-def test_a_run_that_raises_raises_for_everyone():
-    runs = Runs()
-
-    def make():
-        raise MemoryError("no room")
-
-    for _ in range(2):
-        with pytest.raises(MemoryError, match="no room"):
-            runs.of("key", make)
 
 
 def test_a_law_without_a_cap_runs_once_for_every_yield_force(motion):

@@ -173,8 +173,10 @@ def test_a_dataset_comes_back_from_disk_as_it_was(tmp_path, screened):
 
 
 def test_a_share_of_the_runs_is_made_again(screened):
+    every = scan(parse_scene(SCENE), check_fraction=1.0)
+    assert ((every["sensitive"] >= 0) == (every["simulated"] == 1)).all(), "and of those alone"
     checked = screened["sensitive"] >= 0
-    assert int(checked.sum()) == np.ceil(0.02 * int(screened["simulated"].sum()))
+    assert 1 <= int(checked.sum()) < int(screened["simulated"].sum())
     moved = screened["change_peak_contact_force"].values[checked.values]
     # The tolerance is 1e-6 of each step; peaks of a row with some ten contacts have been found to move by 1e-5.
     assert (moved < 1e-4).all()

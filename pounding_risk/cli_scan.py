@@ -1,0 +1,104 @@
+"""The command `scan`: a scene's whole grid, by one process, by shards, or by a cluster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated, Any
+
+import typer
+
+from pounding_risk.cli_input import FIGURES, RUN_FAILED, Figure, Overrides, Scene, Strict, results_file, writable
+from pounding_risk.cli_output import draw
+from pounding_risk.errors import PoundingError
+
+NONE: list[str] = []
+# Options that cannot change a number, and whether they take a value: the results' command is told without them.
+ASIDE = {"--workers": True, "--shard": True, "--scheduler": True, "--new": False}
+
+
+def scan(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Results (.nc or .zarr).", show_default="SCENE.nc")
+    ] = None,
+    overrides: Overrides = NONE,
+    screening: Annotated[
+        bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
+    ] = True,
+    check_fraction: Annotated[
+        float, typer.Option(help="Share of the runs to make again at a tighter tolerance, 0 to 1.")
+    ] = 0.01,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
+    plan: Annotated[bool, typer.Option("--plan", help="Say what it would take, and run nothing.")] = False,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Do one part of N, such as 2/8.", show_default=False)
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask cluster that does the work.", show_default=False)
+    ] = None,
+    new: Annotated[bool, typer.Option("--new", help="Discard what an earlier start has kept.")] = False,
+    figure: Figure = None,
+    strict: Strict = False,
+) -> None:
+    """Run a scene's whole grid and write one dataset (netCDF or Zarr).
+
+    What is done is kept on the way: the same command goes on where it was stopped.
+    """
+    from pounding_risk.scenario import read_scene
+
+    if plan:
+        from pounding_risk.cli_tables import print_plan
+        from pounding_risk.plan import plan as planned
+
+        return print_plan(planned(scene, overrides, workers=workers))
+    out_file, figure_file = results_file(scene, out), writable("--figure", figure, FIGURES)
+    study = read_scene(scene, overrides)
+    from pounding_risk.cli_output import Watch, command_line
+
+    with Watch("scan" if shard is None else f"shard {shard}") as watch:
+        how: dict[str, Any] = {
+            "screening": screening,
+            "check_fraction": check_fraction,
+            "workers": workers,
+            "executor": _executor(scheduler, workers),
+            "progress": watch,
+            "command": command_line(ASIDE),
+        }
+        if shard is not None:
+            return _work_on_shard(study, out_file, shard, new, how)
+        from pounding_risk.cli_tables import print_scan
+        from pounding_risk.ensemble import failures
+        from pounding_risk.ensemble import scan as run
+
+        start = perf_counter()
+        dataset = run(study, out_file, new=new, **how)
+    print_scan(dataset, perf_counter() - start, out_file)
+    if figure_file is not None:
+        from pounding_risk.figures import scan_figure
+
+        draw(scan_figure(dataset), figure_file)
+    if strict and failures(dataset):
+        raise typer.Exit(RUN_FAILED)
+
+
+def _executor(scheduler: str | None, workers: int | None) -> Any:
+    """A cluster's, where one is named."""
+    if scheduler is None:
+        return None
+    if workers is not None:
+        raise PoundingError("--workers and --scheduler: the cluster has workers of its own; name one of the two")
+    from pounding_risk.dask_executor import Dask
+
+    return Dask(scheduler)
+
+
+def _work_on_shard(study: Any, out: Path, shard: str, new: bool, how: dict[str, Any]) -> None:
+    from pounding_risk.ensemble import scan_shard
+
+    if new:
+        raise PoundingError("--new and --shard: shards share what is kept; begin anew without --shard, or remove it")
+    found = scan_shard(study, out, shard, **how)
+    typer.echo(f"shard {shard}: {found.cases} cases done; {found.done} of {found.total} in {found.folder}")
+    if found.done == found.total:
+        typer.echo(f"every case is done; the same command without --shard writes {out}")

@@ -1,0 +1,285 @@
+"""Lines solved by the workers of a Dask cluster; what they give is kept by this process, which alone writes files."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import warnings
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from concurrent.futures import CancelledError
+from importlib import metadata
+from threading import Lock
+from time import monotonic, perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.executors import Keep, Pending, Solver
+from pounding_risk.parts import Part
+
+if TYPE_CHECKING:
+    from distributed import Client, Future, as_completed
+
+ALIKE = ("pounding-risk", "numpy", "numba")  # what numbers come from: of one version everywhere
+CONNECT, PATIENCE = 10.0, 60.0  # s, to the scheduler, and until a first worker is there
+LOOK = 2.0  # s, between looks at how many workers there are: they come and go
+AHEAD = 3  # chunks in flight for each thread of the cluster: one being solved, and the next ones on their way
+JOBS = 2  # kept by a worker
+GO_ON = "what is done is kept; start the same command again and it goes on from there"
+
+Make = Callable[[Any], Solver]  # a job from its order
+
+
+class Told(NamedTuple):
+    """What each chunk brings along, beside the order."""
+
+    digest: str  # of the order
+    make: Make | None
+    versions: dict[str, str]
+
+
+class Made(NamedTuple):
+    """A job on a worker, and the laws that it has compiled or loaded."""
+
+    job: Solver
+    ready: set[int]
+
+
+class Dask:
+    """The workers of a Dask cluster: the address of its scheduler, or a ``distributed.Client``.
+
+    ``make`` makes the job from its order on the workers, which must find it by its name; `jobs.job_of` where none is
+    given. Raises PoundingError where Dask is not installed, the scheduler does not answer, has no workers, or they
+    have other versions of what numbers come from.
+    """
+
+    def __init__(self, cluster: Client | str, make: Make | None = None):
+        self._own = isinstance(cluster, str)
+        self._client = _connected(cluster) if isinstance(cluster, str) else cluster
+        self._make = make
+        try:
+            if isinstance(cluster, str):
+                self._wait_for_workers(cluster)
+            self._check_versions()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Leave a scheduler that was named by its address; a client that was given stays as it is."""
+        if self._own:
+            self._client.close()
+
+    def run(self, job: Solver, pending: Pending, keep: Keep) -> None:
+        """As `Executor.run`; a worker that is lost costs the time of its chunks.
+
+        Raises PoundingError where the scheduler is lost, or workers die one after the other.
+        """
+        flight = Flight(self._client, pending, keep)
+        try:
+            flight.take_off(job.order, self._make)
+            flight.land()
+        except KeyboardInterrupt:
+            flight.keep_finished()
+            raise
+        finally:
+            flight.cancel()
+
+    def _wait_for_workers(self, address: str) -> None:
+        try:
+            self._client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise PoundingError(
+                f"the scheduler {address} has no workers after {PATIENCE:g} s; start some with `dask worker {address}`"
+            ) from None
+
+    def _check_versions(self) -> None:
+        """Of the workers that are there; those that come later are checked with their first chunk."""
+        told: Any = self._client.get_versions(packages=list(ALIKE))
+        ours = told["client"]["packages"]
+        for address, worker in told["workers"].items():
+            theirs = worker["packages"]
+            check_alike(
+                address, {name: _version(theirs[name]) for name in ALIKE}, {n: _version(ours[n]) for n in ALIKE}
+            )
+
+
+def _version(found: str | None) -> str:
+    return found or "not installed"
+
+
+def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
+    """Raise PoundingError where a worker's versions are not this program's own."""
+    differences = [f"{name} {theirs[name]} there, {mine} here" for name, mine in ours.items() if theirs[name] != mine]
+    if differences:
+        raise PoundingError(
+            f"the worker {where} would give other numbers: {'; '.join(differences)}; install the same versions on all "
+            "machines of the cluster"
+        )
+
+
+def _connected(address: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise PoundingError(
+            "a Dask cluster needs the extra [cluster]: pip install 'pounding-risk[cluster]'; threads need nothing more"
+        ) from None
+    try:
+        return Client(address, timeout=CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise PoundingError(
+            f'no Dask scheduler answers at "{address}" ({error}); start one with `dask scheduler`, which prints its '
+            "address, such as tcp://10.0.0.1:8786"
+        ) from None
+
+
+class Flight:
+    """The chunks on their way to the workers and back."""
+
+    def __init__(self, client: Client, pending: Pending, keep: Keep):
+        self.client, self.pending, self.keep = client, pending, keep
+        self.chunks: dict[Future, range] = {}
+        self.landed: as_completed | None = None
+        self.in_hand: tuple[range, Part, float] | None = None
+        self.order: Future | None = None
+        self.room, self.looked = 0, -LOOK
+
+    def take_off(self, order: Any, make: Make | None) -> None:
+        """Hand the order over, once for all chunks: a task of its own, so that no worker's loss loses it."""
+        from distributed import as_completed
+
+        payload = pickle.dumps(order)
+        self.told = Told(hashlib.sha256(payload).hexdigest(), make, _versions())
+        with warnings.catch_warnings():
+            # Records are large, and go to the scheduler once.
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            self.order = self.client.submit(_handed_over, payload, key=f"pounding-order-{self.told.digest}")
+        self.landed = as_completed([], loop=self.client.loop, with_results=True, raise_errors=False)
+        self._send()
+
+    def land(self) -> None:
+        """Keep what comes back, and send more, until all is there."""
+        while self.chunks:
+            self._keep_next()
+            self._send()
+
+    def keep_finished(self) -> None:
+        """Keep what is back already; that whose keeping was interrupted once more."""
+        if self.in_hand is not None:
+            self.keep(*self.in_hand)
+        while self.landed is not None and self.landed.has_ready():
+            future, found = next(self.landed)
+            if future.status == "finished":
+                part, seconds, _ = found
+                self.keep(self.chunks.pop(future), part, seconds)
+
+    def cancel(self) -> None:
+        """Leave what is still on its way; the scheduler forgets the order too."""
+        if self.chunks and self.client.status == "running":
+            self.client.cancel(list(self.chunks))
+        self.chunks.clear()
+        if self.order is not None:
+            self.order.release()
+
+    def _send(self) -> None:
+        """Chunks for every thread of the cluster and some more, which wait for it there."""
+        if monotonic() - self.looked > LOOK:
+            threads = max(1, sum(self.client.nthreads().values()))
+            self.pending.shared_by(threads, compilers=threads)
+            self.room, self.looked = AHEAD * threads, monotonic()
+        while len(self.chunks) < self.room:
+            lines = self.pending.next()
+            if lines is None:
+                return
+            future = self.client.submit(_solved, self.order, self.told, lines, pure=False)
+            self.chunks[future] = lines
+            assert self.landed is not None, "sent before take-off"
+            self.landed.add(future)
+
+    def _keep_next(self) -> None:
+        assert self.landed is not None, "landed before take-off"
+        future, found = next(self.landed)
+        lines = self.chunks.pop(future)
+        if future.status != "finished":
+            future.release()
+            raise self._told_apart(lines, found)
+        part, seconds, tells = found
+        self.pending.took(lines, seconds if tells else None)
+        self.in_hand = lines, part, seconds
+        self.keep(*self.in_hand)
+        self.in_hand = None
+
+    def _told_apart(self, lines: range, found: Any) -> BaseException:
+        """What a chunk that is not solved says to the user: its own error, or that of the cluster."""
+        from distributed import KilledWorker
+
+        if isinstance(found, CancelledError):
+            why = getattr(found, "reason", "unknown")
+            return PoundingError(f"the Dask scheduler was lost, or dropped the work (reason: {why}); {GO_ON}")
+        _, error, trace = found
+        if isinstance(error, KilledWorker):
+            return PoundingError(
+                f"the lines {lines.start} to {lines.stop - 1} of the grid ended {error.allowed_failures + 1} workers, "
+                f"one after the other; give workers more memory, and see their logs; {GO_ON}"
+            )
+        return error.with_traceback(trace)
+
+
+# On the workers.
+
+_made: OrderedDict[str, Made] = OrderedDict()
+_making = Lock()
+
+
+def _handed_over(payload: bytes) -> bytes:
+    """The order, as it is: a task, so that it is made again where the worker that held it is lost."""
+    return payload
+
+
+def _solved(payload: bytes, told: Told, lines: range) -> tuple[Part, float, bool]:
+    """What lines give, the seconds it took, and whether these tell what others take: not where it compiled."""
+    from pounding_risk.jobs import never  # all that solves: the scheduler, which reads this file too, needs none of it
+
+    made = _job(payload, told)
+    laws = set(map(made.job.law_at, lines))
+    tells = laws <= made.ready
+    start = perf_counter()
+    part = made.job.solve(lines, never)
+    assert part is not None, "nobody stops a chunk here: it is short"
+    seconds = perf_counter() - start
+    made.ready.update(laws)
+    return part, seconds, tells
+
+
+def _job(payload: bytes, told: Told) -> Made:
+    """The order's job, made once in each process."""
+    from pounding_risk.jobs import job_of
+
+    with _making:
+        if told.digest not in _made:
+            check_alike(_address(), _versions(), told.versions)
+            _made[told.digest] = Made((told.make or job_of)(pickle.loads(payload)), set())
+            while len(_made) > JOBS:
+                _made.popitem(last=False)
+        _made.move_to_end(told.digest)
+        return _made[told.digest]
+
+
+def _address() -> str:
+    from distributed import get_worker
+
+    return str(get_worker().address)
+
+
+def _versions() -> dict[str, str]:
+    """What numbers come from, here: also the kernels' very text, as a version may be worked on."""
+    from pounding_risk._jit import source_digest
+
+    found = {"kernels": source_digest()}
+    for name in ALIKE:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found

@@ -1,0 +1,105 @@
+"""How large the dataset of a grid is, counted from its variables, and how much memory its scan takes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from math import prod
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.executors import PART_BYTES
+from pounding_risk.layout import BLOCK_BYTES
+from pounding_risk.motions import Motion
+from pounding_risk.pair_job import KEPT
+from pounding_risk.study import Study
+
+if TYPE_CHECKING:
+    from pounding_risk.plan import Plan
+
+HOW = 2  # bytes: how a case ended, and how it was answered
+MADE_AGAIN = 1 + 4 * 8  # bytes: whether a case is sensitive, and four changes
+READ_FOR = 60 * 8  # bytes a record: its spectrum
+PARTS_IN_FLIGHT = 2  # a thread: one that it fills, one that waits to be kept
+
+
+class Sizes(NamedTuple):
+    """Bytes of the variables of a dataset, before compression; coordinates, some bytes a label, are not counted."""
+
+    case: int  # with those that tell what was made again
+    motion: int  # a record, polarity and amplitude: what is known without contact
+    part: int  # a case of a part, which is kept on the way
+    record: int = READ_FOR
+
+    def of(self, shape: Mapping[str, int]) -> int:
+        """Of a dataset with so many values along each of its axes."""
+        motions = shape["record"] * shape["polarity"] * shape["pga"]
+        return self.case * prod(shape.values()) + self.motion * motions + self.record * shape["record"]
+
+
+def sizes(study: Study) -> Sizes:
+    """Of the dataset that `scan` makes of a study."""
+    return _of_row(study) if study.is_row else _of_pair()
+
+
+def _of_pair() -> Sizes:
+    from pounding_risk.outputs import BUILDING, COLUMNS, RUN
+
+    sides = 2 * 8 * len(BUILDING)
+    outputs = sum(4 if output.whole else 8 for output in RUN.values())
+    return Sizes(outputs + sides + HOW + MADE_AGAIN, sides + 8, 8 * COLUMNS + HOW + MADE_AGAIN)
+
+
+def _of_row(study: Study) -> Sizes:
+    from pounding_risk.row_grid import model_of
+    from pounding_risk.row_outputs import frame_of, moving_variables, variables
+
+    model = model_of(study)
+    frame = frame_of(model)
+    buildings, storeys = frame.storeys.shape
+    along = {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": len(model.points)}
+
+    def size(variable: Any) -> int:
+        return (4 if variable.whole else 8) * prod(along[dim] for dim in variable.dims)
+
+    moving = sum(map(size, moving_variables(frame).values()))
+    closing = 8 * (along["interface"] + along["contact_point"])
+    case = sum(map(size, variables(frame).values())) + HOW + MADE_AGAIN
+    return Sizes(case, moving + closing, case)
+
+
+def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
+    """About the memory that a scan into a file takes [bytes]; ``free`` is that of a response without contact.
+
+    What this process holds now, the records, the responses that are kept, a block of the dataset as it is written, and
+    the parts that the threads are at.
+    """
+    shape, is_row = plan.shape, plan.study.is_row
+    responses = shape["record"] * shape["polarity"] * shape["pga"]
+    kept = responses if is_row else min(responses, KEPT)
+    part = min(PART_BYTES, sizes(plan.study).part * plan.cases)
+    records = sum(motion.acceleration.nbytes for motion in motions)
+    return int(resident() + records + kept * free + BLOCK_BYTES + PARTS_IN_FLIGHT * plan.threads * part)
+
+
+def resident() -> int:
+    """Memory of this process now; its largest so far where a system tells no more, 0 where it tells nothing [bytes]."""
+    try:
+        with open("/proc/self/statm", encoding="ascii") as counts:
+            return int(counts.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+    except OSError:
+        pass
+    try:
+        import resource
+    except ImportError:
+        return 0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def bytes_of(arrays: Any) -> int:
+    """Of all arrays in nested tuples."""
+    if isinstance(arrays, np.ndarray):
+        return int(arrays.nbytes)
+    return sum(map(bytes_of, arrays)) if isinstance(arrays, tuple) else 0

@@ -1,0 +1,105 @@
+"""Scans killed by SIGKILL at random moments, gone on with, and held against scans that nobody disturbed.
+
+Run in a process of its own: `python killed_scans.py FOLDER STUDIES KILLS SEED` prints what happened. Each start is
+a fork, with its kernels compiled and read, so that what is killed is work and not the start of Python.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+
+from pounding_risk.ensemble import scan
+from pounding_risk.executors import Threads
+from pounding_risk.scenario import parse_scene
+
+LATEST = 0.5  # s after a start, of a kill
+PAIR = """
+[scene]
+name = "killed"
+[[building]]
+name = "left"
+mass = "500 t"
+period = "{period} s"
+[[building]]
+name = "right"
+mass = "800 t"
+period = "1.0 s"
+[[interface]]
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180", "CCC-HN1"]
+polarity = ["as recorded", "reversed"]
+[grid]
+gap = {{start = "0 mm", stop = "60 mm", num = {gaps}}}
+yield_force = ["1 MN", "2 MN", "4 MN", "8 MN", "inf"]
+contact_model = ["jankowski", "viscous_elastoplastic"]
+"""
+
+
+def ended(child: int) -> bool:
+    """Whether a child has ended; it is not waited for."""
+    return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+
+def start(study, target: Path, workers: int) -> int:
+    """A scan in a child process, whose exit status tells whether it came to its end."""
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            scan(study, target, screening=False, executor=Threads(workers))
+            status = 0
+        finally:
+            os._exit(status)
+    return child
+
+
+def disturbed(study, target: Path, expected: bytes, chance: random.Random, most: int) -> tuple[int, list[str]]:
+    """Kill start after start, ``most`` at most, until one comes to its end: (kills, what is wrong).
+
+    Whatever is there under the final name at any moment must be the whole file.
+    """
+    wrong, kills = [], 0
+    while True:
+        child, end = start(study, target, chance.choice((1, 2, 3, 4))), time.monotonic() + chance.uniform(0.0, LATEST)
+        while not ended(child) and (kills == most or time.monotonic() < end):
+            time.sleep(0.001)
+        if not ended(child):
+            os.kill(child, signal.SIGKILL)
+        _, code = os.waitpid(child, 0)
+        if target.exists() and target.read_bytes() != expected:
+            wrong.append(f"{target.name} was there after {kills} kills, and was not whole")
+        if not os.WIFSIGNALED(code):
+            if code or not target.exists():
+                wrong.append(f"{target.name}: a start that nobody killed ended with {code}")
+            return kills, wrong
+        kills += 1
+
+
+def main(folder: Path, studies: int, kills: int, seed: int) -> None:
+    """Print how many kills there were, how many parts outlived them, and what was wrong."""
+    chance, killed, wrong = random.Random(seed), 0, []
+    for number in range(studies):
+        study = parse_scene(PAIR.format(period=0.3 + 0.1 * number, gaps=81 + 4 * number))
+        whole, again = folder / f"whole-{number}" / "results.nc", folder / f"killed-{number}" / "results.nc"
+        for target in (whole, again):
+            target.parent.mkdir()
+        scan(study, whole, screening=False, workers=1)
+        share = (kills - killed) // (studies - number)
+        found, faults = disturbed(study, again, whole.read_bytes(), chance, share)
+        left = [path.name for path in again.parent.rglob("*") if "partial" in path.name or path.suffix == ".npz"]
+        wrong += [*faults, *(f"study {number} leaves {name}" for name in left)]
+        killed += found
+    print(json.dumps({"kills": killed, "wrong": wrong}))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]))
