@@ -6,7 +6,6 @@ kept, so that memory does not grow with their number.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from os import cpu_count
@@ -32,7 +31,7 @@ from pounding_risk.results import RESULTS, as_text, check_target, open_results, 
 from pounding_risk.row_dataset import row_coordinates
 from pounding_risk.row_grid import row_grid
 from pounding_risk.row_history import Cell, row_histories
-from pounding_risk.scan_dataset import case_coordinates, described, one_amplitude
+from pounding_risk.scan_dataset import OUTCOME, case_coordinates, described, one_amplitude
 from pounding_risk.scenario import read_scene
 from pounding_risk.scene_laws import law_of
 from pounding_risk.signals import Samples
@@ -51,16 +50,6 @@ OF_A_PAIR = {
 }
 OF_A_ROW = {"displacement": ("building", "storey"), "contact_force": ("contact_point",)}
 CODES = {sentence: code for code, sentence in STATUS_SENTENCES.items()}
-STATUS = CaseVariable(
-    (),
-    np.dtype(np.int8),
-    {
-        "long_name": "how the run ended",
-        "flag_values": np.array(list(STATUS_SENTENCES), dtype=np.int8),
-        "flag_meanings": " ".join(re.sub(r"\W+", "_", sentence).strip("_") for sentence in CODES),
-        "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
-    },
-)
 COMMENT = (
     "Values at the samples of the records. Between two samples a peak can be larger: the peaks in the results of "
     "scan are those of the continuous motion."
@@ -157,7 +146,7 @@ def histories(
     if say is not None:
         size = f"{max(form.bytes_a_case * count / 1e6, 0.1):.1f} MB"
         say(f"{count:,} case{'s' * (count != 1)}, {cases.samples:,} samples: about {size} before compression")
-    _write(cases, form, target, workers or cpu_count() or 1, counter(count, progress))
+    _write(cases, form, target, workers or cpu_count() or 1, progress)
     return target
 
 
@@ -205,7 +194,7 @@ def form_of(cases: Cases) -> Form:
         )
         for name, dims in (OF_A_ROW if cases.study.is_row else OF_A_PAIR).items()
     }
-    return Form(_skeleton(cases), {**variables, "status": STATUS}, choice.shape)
+    return Form(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
 
 
 def _skeleton(cases: Cases) -> xr.Dataset:
@@ -276,19 +265,19 @@ def _nearest(times: Samples, asked: Samples) -> NDArray[np.int64]:
     return np.where(asked - times[after - 1] < times[after] - asked, after - 1, after).astype(np.int64)
 
 
-def _write(cases: Cases, form: Form, target: Path, workers: int, count: Callable[[int], None]) -> None:
+def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progress | None) -> None:
     """Run every case and write it; only this thread touches the file."""
-    width = form.width
+    width, total, done = form.width, len(cases.choice.places), 0
     with store_of(form, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
         for block in blocks(form):
             places = cases.choice.places[block.start * width : block.stop * width]
-            values = {
-                name: np.empty((len(places), *form.extra(name)), found.dtype) for name, found in form.cases.items()
-            }
+            values = {name: np.empty((len(places), *form.extra(name)), each.dtype) for name, each in form.cases.items()}
             for at, found in enumerate(pool.map(cases.at_samples, places)):
                 for name, told in found.items():
                     values[name][at] = told
-                count(1)
-            shaped = {name: found.reshape(len(block), width, *form.extra(name)) for name, found in values.items()}
+                done += 1
+                if progress is not None:
+                    progress(done, total)
+            shaped = {name: each.reshape(len(block), width, *form.extra(name)) for name, each in values.items()}
             store.write(block, shaped)
         store.finish({})

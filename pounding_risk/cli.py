@@ -377,6 +377,5 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, histories, block, status):
+for command in (models, modes, separations, assess, view, report, rerun, histories, draw_row, block, status):
     app.command()(command)
-app.command("draw")(draw_row)

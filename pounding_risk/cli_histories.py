@@ -44,7 +44,7 @@ def histories(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
 ) -> None:
-    """Write time histories of chosen cases, labelled as results are."""
+    """Write time histories of chosen cases as one dataset."""
     name = f"{source.stem}-histories.nc"
     if out is None and Path(name).exists():
         raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")

@@ -31,9 +31,9 @@ def rerun(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
 ) -> None:
-    """Run a results file again and compare, bit by bit.
+    """Run results again from what they carry, and compare.
 
-    Everything is in the file; status 3 where anything differs.
+    Ends with status 3 where anything differs.
     """
     target = writable("-o", out, (".nc",))
     from pounding_risk.cli_output import Watch

