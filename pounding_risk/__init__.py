@@ -33,6 +33,8 @@ _HOMES = {
     "animate": "animation",
     "block": "blocks",
     "read_block": "blocks",
+    "convert": "conversion",
+    "summary": "summaries",
     "open_results": "results",
     "save": "results",
 }

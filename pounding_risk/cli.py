@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
+from pounding_risk.cli_convert import convert, summary
 from pounding_risk.cli_draw import draw as draw_row
 from pounding_risk.cli_input import (
     FIGURES,
@@ -389,11 +390,5 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-app.command()(models)
-app.command()(modes)
-app.command()(separations)
-app.command()(assess)
-app.command()(view)
-app.command()(report)
-app.command("draw")(draw_row)
-app.command()(block)
+for command in (models, modes, separations, assess, view, report, draw_row, block, convert, summary):
+    app.command()(command)

@@ -7,7 +7,7 @@ grazing touch, a force that just reaches F_E, the late history of a lossless pai
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from math import ceil
 from typing import Any, NamedTuple
@@ -21,16 +21,8 @@ from pounding_risk.core.sweep import SIMULATED, sweep
 from pounding_risk.core.tally import COMPLETE, STATUS
 from pounding_risk.errors import PoundingError
 from pounding_risk.outputs import COLUMNS, run_outputs
+from pounding_risk.rechecked import COUNTED, RELATIVE, WORDS, tighter
 
-TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of the second run: so many times smaller, but never below
-# Relative changes, and plain differences of counts and flags.
-RELATIVE, COUNTED = ("peak_relative_displacement", "peak_contact_force"), ("impact_count", "yield_exceedance")
-WORDS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "yield_exceedance": "yield exceedance",
-}
 SEED = 20110314  # of the sample: the same cases for the same scene on any day
 
 
@@ -44,11 +36,6 @@ class RunGrid(NamedTuple):
     yield_forces: np.ndarray
     restitution: Any
     rtol: float
-
-
-def tighter(rtol: float) -> float:
-    """The tolerance of the second run."""
-    return max(rtol / TIGHTER, TIGHTEST)
 
 
 def check_share(fraction: float) -> None:
@@ -148,33 +135,3 @@ def as_variables(
         kind = "relative change" if name in RELATIVE else "change"
         variables[f"change_{name}"] = (whole, {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, made again"})
     return variables
-
-
-def findings(dataset: Any) -> Iterator[tuple[str, str]]:
-    """What was made again and what is sensitive, each with a sentence: how many, and how far the answers move."""
-    if "sensitive" not in dataset:
-        return
-    flags = dataset["sensitive"].values
-    checked, sensitive = int((flags >= 0).sum()), int((flags == 1).sum())
-    if not checked:
-        return
-    made, rtol = int((dataset["simulated"] == 1).sum()), float(dataset.attrs["rtol"])
-    yield "made again", f"{checked} of {made} runs at rtol {tighter(rtol):g}: " + "; ".join(_moves(dataset))
-    if sensitive:
-        yield (
-            "sensitive",
-            f"{sensitive} of these {checked}: an answer moves by more than rtol {rtol:g}, or a count changes; see the "
-            "variable 'sensitive', and whether a tighter rtol settles them",
-        )
-
-
-def _moves(dataset: Any) -> Iterator[str]:
-    for name in RELATIVE:
-        values = dataset[f"change_{name}"].values
-        values = values[np.isfinite(values)]
-        if values.size:
-            yield f"{WORDS[name]} moves by {np.median(values):.0e} (median), {values.max():.0e} (largest)"
-    for name in COUNTED:
-        values = dataset[f"change_{name}"].values
-        moved = int((np.nan_to_num(values) > 0.0).sum())
-        yield f"{WORDS[name]} changes in {moved or 'none'}"

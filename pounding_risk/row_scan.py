@@ -14,7 +14,8 @@ from pounding_risk import rows
 from pounding_risk.core.sweep import KNOWN, SIMULATED
 from pounding_risk.core.tally import COMPLETE
 from pounding_risk.motions import Motion, driven
-from pounding_risk.recheck import COUNTED, RELATIVE, as_variables, chosen, differences, tighter
+from pounding_risk.recheck import as_variables, chosen, differences
+from pounding_risk.rechecked import COUNTED, RELATIVE, tighter
 from pounding_risk.row_cases import Answered, Cases, Driven
 from pounding_risk.row_dataset import ScannedRow, labelled_row
 from pounding_risk.row_grid import row_grid

@@ -42,6 +42,8 @@ COMMANDS = (
     "report",
     "draw",
     "block",
+    "convert",
+    "summary",
 )
 SCENE = """\
 [scene]

@@ -9,7 +9,8 @@ from pounding_risk.core import tally
 from pounding_risk.ensemble import failures, scan, summary
 from pounding_risk.errors import PoundingError
 from pounding_risk.outputs import COLUMNS, HIGH
-from pounding_risk.recheck import changes, findings, is_sensitive, sample, tighter
+from pounding_risk.recheck import changes, is_sensitive, sample
+from pounding_risk.rechecked import findings, tighter
 from pounding_risk.scenario import parse_scene
 
 SCENE = """
