@@ -31,23 +31,27 @@ def tighter(rtol: float) -> float:
 def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     """What was made again and what is sensitive, each with a sentence: how many, and how far the answers move.
 
-    Read piece by piece: what memory holds is the changes of the runs made again.
+    Read piece by piece: what memory holds is the relative changes of the runs made again.
     """
     if "sensitive" not in dataset:
         return
     made, checked, sensitive = 0, 0, 0
-    changes: dict[str, list[np.ndarray]] = {name: [] for name in (*RELATIVE, *COUNTED)}
-    for piece in streamed(dataset, ("sensitive", "simulated", *(f"change_{name}" for name in changes))):
-        flags = piece["sensitive"]
+    changes: dict[str, list[np.ndarray]] = {name: [] for name in RELATIVE}
+    moved = dict.fromkeys(COUNTED, 0)
+    for piece in streamed(dataset, ("sensitive", "simulated", *(f"change_{name}" for name in (*RELATIVE, *COUNTED)))):
+        again = piece["sensitive"] >= 0
         made += int((piece["simulated"] == 1).sum())
-        checked += int((flags >= 0).sum())
-        sensitive += int((flags == 1).sum())
+        checked += int(again.sum())
+        sensitive += int((piece["sensitive"] == 1).sum())
         for name, found in changes.items():
-            found.append(piece[f"change_{name}"][flags >= 0])
+            values = piece[f"change_{name}"][again]
+            found.append(values[np.isfinite(values)])
+        for name in COUNTED:
+            moved[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
     if not checked:
         return
     rtol = float(dataset.attrs["rtol"])
-    moves = _moves({name: np.concatenate(found) for name, found in changes.items()})
+    moves = [*_moves(changes), *(f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items())]
     yield "made again", f"{checked} of {made} runs at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:
         yield (
@@ -57,11 +61,8 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         )
 
 
-def _moves(changes: dict[str, np.ndarray]) -> Iterator[str]:
-    for name in RELATIVE:
-        values = changes[name][np.isfinite(changes[name])]
+def _moves(changes: dict[str, list[np.ndarray]]) -> Iterator[str]:
+    for name, found in changes.items():
+        values = np.concatenate(found)
         if values.size:
             yield f"{WORDS[name]} moves by {np.median(values):.0e} (median), {values.max():.0e} (largest)"
-    for name in COUNTED:
-        moved = int((np.nan_to_num(changes[name]) > 0.0).sum())
-        yield f"{WORDS[name]} changes in {moved or 'none'}"
