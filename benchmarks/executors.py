@@ -27,10 +27,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.ensemble import scan, scan_shard, summary
+from pounding_risk.ensemble import scan, scan_shard
 from pounding_risk.executors import Executor, Threads
 from pounding_risk.jobs import never
 from pounding_risk.scenario import study_from
+from pounding_risk.summaries import counted
 
 PROCESSES, SHARDS = 2, 3
 LAWS = ("jankowski", "viscous_elastoplastic")
@@ -208,7 +209,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             ways[f"Dask, {PROCESSES} processes"] = lambda study: in_memory(study, cluster)
             ways[f"Dask, {PROCESSES} processes, on disk"] = lambda study: on_disk(study, cluster)
         measure(small, ways, 1)
-        counts = summary(scan(study, check_fraction=0.0))
+        counts = counted(scan(study, check_fraction=0.0))
         found = measure(study, ways, asked.repeats)
     print(f"{counts['cases']:,} cases, {counts['simulated']:,} with a run of their own; {asked.repeats} repeats\n")
     tell(found)

@@ -18,8 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pounding_risk.ensemble import scan, summary
+from pounding_risk.ensemble import scan
 from pounding_risk.scenario import read_scene
+from pounding_risk.summaries import counted
 
 LAWS = ("hertz", "hertz_damp", "hertz_damp_exact", "jankowski", "van_mier", "viscous_elastoplastic")
 THREADS = 2
@@ -43,7 +44,7 @@ def measure(folder: Path, screening: bool) -> dict[str, float]:
     wall, cpu = time.perf_counter(), time.process_time()
     dataset = scan(read_scene(scene, overrides(50, 20)), screening=screening, check_fraction=0.0, workers=THREADS)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    counts = summary(dataset)
+    counts = counted(dataset)
     failed = int((dataset["status"].values != 0).sum())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     return {"cases": counts["cases"], "runs": counts["simulated"], "failed": failed} | {

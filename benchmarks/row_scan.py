@@ -22,7 +22,7 @@ from pounding_risk import rows
 from pounding_risk.chains import chain_of
 from pounding_risk.contact_points import Point, automatic_points
 from pounding_risk.core.tally import COUNT
-from pounding_risk.ensemble import scan, summary
+from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import STYLES, blank, title
 from pounding_risk.models.contact import ViscousElastoplastic
@@ -33,6 +33,7 @@ from pounding_risk.results import told
 from pounding_risk.rows import Contacts
 from pounding_risk.scenario import study_from
 from pounding_risk.storeys import Storeys
+from pounding_risk.summaries import counted
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")
@@ -91,7 +92,7 @@ def time_block(count: int) -> None:
     begin, spent = time.perf_counter(), time.process_time()
     dataset = scan(block(count, asked), check_fraction=0.0, workers=THREADS)
     wall, cpu = time.perf_counter() - begin, time.process_time() - spent
-    counts = summary(dataset)
+    counts = counted(dataset)
     failed = int((dataset["status"].values != 0).sum())
     parts = told(dataset, "parts", {})
     print(f"{count} buildings, {dataset.sizes['contact_point']} contact points, under {words}:")

@@ -37,6 +37,8 @@ _HOMES = {
     "block": "blocks",
     "read_block": "blocks",
     "status": "study_status",
+    "convert": "conversion",
+    "summary": "summaries",
     "open_results": "results",
     "save": "results",
 }

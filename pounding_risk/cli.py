@@ -20,6 +20,7 @@ from typer.core import TyperGroup
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
 from pounding_risk.cli_cache import cache_told
+from pounding_risk.cli_convert import convert, summary
 from pounding_risk.cli_draw import draw as draw_row
 from pounding_risk.cli_histories import histories
 from pounding_risk.cli_input import (
@@ -274,9 +275,9 @@ def compare(
     from pounding_risk.cli_compare import print_comparison
     from pounding_risk.cli_output import Watch
     from pounding_risk.comparison import compare as run
-    from pounding_risk.ensemble import failures
     from pounding_risk.quantities import SPEED
     from pounding_risk.scenario import read_scene
+    from pounding_risk.summaries import failures
 
     fast = None if speed is None else read_option("--speed", speed, SPEED)
     study = read_scene(scene, overrides)
@@ -377,5 +378,19 @@ def stability(
         raise typer.Exit(RUN_FAILED)
 
 
-for command in (models, modes, separations, assess, view, report, rerun, histories, draw_row, block, status):
+for command in (
+    models,
+    modes,
+    separations,
+    assess,
+    view,
+    report,
+    rerun,
+    histories,
+    convert,
+    summary,
+    draw_row,
+    block,
+    status,
+):
     app.command()(command)

@@ -39,7 +39,9 @@ KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "pol
 
 
 def assess(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc).", show_default=False)],
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc or .zarr).", show_default=False)
+    ],
     gap: JudgedGap = None,
     percentile: Percentile = 84.0,
     confidence: Confidence = 0.95,

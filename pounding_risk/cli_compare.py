@@ -18,8 +18,8 @@ HEADS = {
 
 def print_comparison(dataset: Any) -> None:
     """Three tables of one line a law, and the finding."""
-    from pounding_risk.ensemble import failures
-    from pounding_risk.recheck import findings
+    from pounding_risk.rechecked import findings
+    from pounding_risk.summaries import failures
 
     facts = dataset.attrs
     also = ", and the same e" if facts["restitution_relation"] == "exact" else ""

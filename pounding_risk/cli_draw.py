@@ -15,7 +15,7 @@ Picture = ".png, .svg or .pdf"
 
 def draw(
     results: Annotated[
-        list[Path], typer.Argument(metavar="RESULTS...", help="What scan wrote (.nc).", show_default=False)
+        list[Path], typer.Argument(metavar="RESULTS...", help="What scan wrote (.nc or .zarr).", show_default=False)
     ],
     elevation: Annotated[
         Path | None, typer.Option(help=f"The row in elevation ({Picture}).", show_default=False)

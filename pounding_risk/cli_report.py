@@ -25,7 +25,9 @@ NONE: list[Path] = []
 
 
 def report(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="What scan wrote (.nc).", show_default=False)],
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS", help="What scan wrote (.nc or .zarr).", show_default=False)
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="The report (.html or .pdf).", show_default="RESULTS.html")
     ] = None,
@@ -37,7 +39,8 @@ def report(
     pga: Amplitude = None,
     hazard: Hazard = None,
     others: Annotated[
-        list[Path], typer.Option("--with", help="What compare, accuracy or effects wrote (.nc); repeat for several.")
+        list[Path],
+        typer.Option("--with", help="What compare, accuracy or effects wrote (.nc or .zarr); repeat for several."),
     ] = NONE,
 ) -> None:
     """Write a report of a scan: one HTML file, or a PDF."""

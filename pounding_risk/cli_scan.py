@@ -68,8 +68,8 @@ def scan(
         if shard is not None:
             return _work_on_shard(study, out_file, shard, new, how)
         from pounding_risk.cli_tables import print_scan
-        from pounding_risk.ensemble import failures
         from pounding_risk.ensemble import scan as run
+        from pounding_risk.summaries import failures
 
         start = perf_counter()
         dataset = run(study, out_file, new=new, **how)

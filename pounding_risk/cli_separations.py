@@ -24,7 +24,8 @@ SIDES = "left, then right"
 
 def separations(
     results: Annotated[
-        Path | None, typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc).", show_default="list the rules")
+        Path | None,
+        typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc or .zarr).", show_default="list the rules"),
     ] = None,
     percentile: Annotated[float, typer.Option(min=0.0, max=100.0, help="Percentile of the gap needed.")] = 84.0,
     height: Annotated[

@@ -147,10 +147,10 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
 
 def print_scan(dataset: Any, seconds: float, target: Path) -> None:
     """How many cases there were, how they ended, how long it took, and where the results are."""
-    from pounding_risk.ensemble import failures, summary
-    from pounding_risk.recheck import findings
+    from pounding_risk.rechecked import findings
+    from pounding_risk.summaries import counted, failures
 
-    counts = summary(dataset)
+    counts = counted(dataset)
     pairs = [(name, str(counts[name])) for name in COUNTS]
     pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
     rate = counts["cases"] / seconds

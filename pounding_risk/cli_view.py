@@ -14,7 +14,9 @@ NONE: list[str] = []
 
 
 def view(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results of a scan (.nc).", show_default=False)],
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS", help="Results of a scan (.nc or .zarr).", show_default=False)
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Write the page (.html).", show_default="RESULTS.html")
     ] = None,

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
-from pounding_risk.core.tally import COMPLETE, STATUS_SENTENCES
 from pounding_risk.errors import Stopped
 from pounding_risk.executors import Executor, Keep, Pending, Threads, read_shard, shard_lines
 from pounding_risk.gather import gathered
@@ -199,24 +198,3 @@ def scan_shard(
         done = folder.done()
     width = one.job.width
     return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)
-
-
-def failures(dataset: xr.Dataset) -> dict[str, int]:
-    """How many cases failed, by the sentence that says why."""
-    status = dataset["status"].values
-    counts = {sentence: int((status == code).sum()) for code, sentence in STATUS_SENTENCES.items() if code != COMPLETE}
-    return {sentence: count for sentence, count in counts.items() if count}
-
-
-def summary(dataset: xr.Dataset) -> dict[str, int]:
-    """Cases in all, those simulated, those known without a run, those found sensitive, those failed by sentence."""
-    status = dataset["status"].values
-    counts = {
-        "cases": int(status.size),
-        "simulated": int(dataset["simulated"].sum()),
-        "known without a run of their own": int((dataset["simulated"] == 0).sum()),
-    }
-    if "sensitive" in dataset:
-        counts["made again"] = int((dataset["sensitive"] >= 0).sum())
-        counts["of these sensitive"] = int((dataset["sensitive"] == 1).sum())
-    return counts | failures(dataset)

@@ -124,7 +124,9 @@ def form_of(dataset: xr.Dataset) -> Form:
     """
     dims = tuple(axis for axis in AXES if axis in dataset.sizes)
     cases = {
-        str(name): CaseVariable(tuple(map(str, variable.dims[len(dims) :])), variable.dtype, dict(variable.attrs))
+        str(name): CaseVariable(
+            tuple(map(str, variable.dims[len(dims) :])), variable.dtype.newbyteorder("="), dict(variable.attrs)
+        )
         for name, variable in dataset.data_vars.items()
         if dims and variable.dims[: len(dims)] == dims and variable.dtype.kind in "if"
     }
@@ -136,3 +138,13 @@ def values_at(dataset: xr.Dataset, form: Form, block: range, names: Iterable[str
     """Case variables of a dataset in a block of its form: (lines, cases in a line, extra sizes)."""
     where = place(form, block)
     return {name: dataset[name].isel(where).values.reshape(len(block), form.width, *form.extra(name)) for name in names}
+
+
+def streamed(dataset: xr.Dataset, names: Iterable[str]) -> Iterator[dict[str, np.ndarray]]:
+    """Variables of equal dimensions piece by piece: those of a scan's cases by block, of anything else at once."""
+    form, wanted = form_of(dataset), list(names)
+    if set(wanted) <= set(form.cases):
+        for block in blocks(form):
+            yield values_at(dataset, form, block, wanted)
+    else:
+        yield {name: dataset[name].values for name in wanted}

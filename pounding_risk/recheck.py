@@ -7,7 +7,7 @@ grazing touch, a force that just reaches F_E, the late history of a lossless pai
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import inf
 from typing import Any
 
@@ -19,23 +19,10 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.layout import CaseVariable
 from pounding_risk.outputs import run_outputs
 from pounding_risk.parts import Part
+from pounding_risk.rechecked import COUNTED, RELATIVE, WORDS, tighter
 
-TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of the second run: so many times smaller, but never below
-# Relative changes, and plain differences of counts and flags.
-RELATIVE, COUNTED = ("peak_relative_displacement", "peak_contact_force"), ("impact_count", "yield_exceedance")
-WORDS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "yield_exceedance": "yield exceedance",
-}
 SENSITIVE, CHANGE = "sensitive", "change_"
 SEED = 20110314  # of the sample: the same cases for the same grid on any day
-
-
-def tighter(rtol: float) -> float:
-    """The tolerance of the second run."""
-    return max(rtol / TIGHTER, TIGHTEST)
 
 
 def check_share(fraction: float) -> None:
@@ -143,33 +130,3 @@ class AtLeastOne:
     def missing(self) -> tuple[int, int] | None:
         """The line and place of the run to make again where none was; None where there is none to make."""
         return self._next if self._none_yet and self._least < inf else None
-
-
-def findings(dataset: Any) -> Iterator[tuple[str, str]]:
-    """What was made again and what is sensitive, each with a sentence: how many, and how far the answers move."""
-    if "sensitive" not in dataset:
-        return
-    flags = dataset["sensitive"].values
-    checked, sensitive = int((flags >= 0).sum()), int((flags == 1).sum())
-    if not checked:
-        return
-    made, rtol = int((dataset["simulated"] == 1).sum()), float(dataset.attrs["rtol"])
-    yield "made again", f"{checked} of {made} runs at rtol {tighter(rtol):g}: " + "; ".join(_moves(dataset))
-    if sensitive:
-        yield (
-            "sensitive",
-            f"{sensitive} of these {checked}: an answer moves by more than rtol {rtol:g}, or a count changes; see the "
-            "variable 'sensitive', and whether a tighter rtol settles them",
-        )
-
-
-def _moves(dataset: Any) -> Iterator[str]:
-    for name in RELATIVE:
-        values = dataset[f"change_{name}"].values
-        values = values[np.isfinite(values)]
-        if values.size:
-            yield f"{WORDS[name]} moves by {np.median(values):.0e} (median), {values.max():.0e} (largest)"
-    for name in COUNTED:
-        values = dataset[f"change_{name}"].values
-        moved = int((np.nan_to_num(values) > 0.0).sum())
-        yield f"{WORDS[name]} changes in {moved or 'none'}"

@@ -13,13 +13,16 @@ from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.placing import discard, move_into_place, moved_away, not_written, partial_of
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
-ZARR_MARK = "written_by_pounding_risk"  # attribute of a Zarr store that may be replaced; left out where it is opened
+# Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
+ZARR_MARK = "pounding_risk_variables"
+ONCE = 1 << 20  # bytes of each variable
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -121,7 +124,13 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
 
 def stream_results(path: str | Path) -> xr.Dataset:
     """As `open_results`, lazily and without Dask: for what reads block by block. Close it at the end."""
-    return _opened(Path(path), None)
+    usual = netCDF4.get_chunk_cache()
+    # Each piece of a variable is read once; the library would keep 16 MB of every variable.
+    netCDF4.set_chunk_cache(ONCE, *usual[1:])
+    try:
+        return _opened(Path(path), None)
+    finally:
+        netCDF4.set_chunk_cache(*usual)
 
 
 def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:

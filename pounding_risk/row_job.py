@@ -19,8 +19,6 @@ from pounding_risk.layout import CaseVariable, Form, Stretch, stretches
 from pounding_risk.motions import driven
 from pounding_risk.parts import RAGGED, Part
 from pounding_risk.recheck import (
-    COUNTED,
-    RELATIVE,
     SENSITIVE,
     AtLeastOne,
     check_variables,
@@ -28,8 +26,8 @@ from pounding_risk.recheck import (
     drawn,
     made_again,
     not_made_again,
-    tighter,
 )
+from pounding_risk.rechecked import COUNTED, RELATIVE, tighter
 from pounding_risk.results import as_text
 from pounding_risk.row_cases import Answered, Cases, Driven
 from pounding_risk.row_dataset import row_skeleton

@@ -43,7 +43,7 @@ class Zarr(OnDisk):
             empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=found.dtype, chunks=chunk)
             template = template.assign({name: (dims, empty, dict(found.attrs))})
             encoding[name] = {"chunks": chunk}
-        template = fixed_texts(template).assign_attrs({ZARR_MARK: 1})
+        template = fixed_texts(template).assign_attrs({ZARR_MARK: [str(name) for name in template.variables]})
         with zarr.config.set(EVERY_CHUNK):
             # Metadata and the skeleton; the cases' own values come block by block.
             template.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
@@ -103,5 +103,6 @@ def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
     for variable in dataset.variables.values():
         if "flag_values" in variable.attrs:  # JSON keeps no types, and CF wants the variable's own
             variable.attrs["flag_values"] = np.array(variable.attrs["flag_values"], dtype=variable.dtype)
-    dataset.attrs.pop(ZARR_MARK)
-    return dataset
+    ordered = {name: dataset.variables[name] for name in dataset.attrs.pop(ZARR_MARK)}
+    coords = {name: ordered.pop(name) for name in list(ordered) if name in dataset.coords}
+    return xr.Dataset(ordered, coords, dataset.attrs)

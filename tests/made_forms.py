@@ -25,6 +25,8 @@ def made_form(shape: tuple[int, ...] = SHAPE, variables: int = 4) -> Form:
         for axis, size in sizes.items()
         if axis != "pga" or size > 1
     }
+    if sizes["pga"] == 1:
+        coords["pga"] = ((), 4.9, {"units": "m/s2"})  # a label of all cases, as one amplitude is
     coords |= {
         "record_event": ("record", ["" if place % 2 else "Kobe" for place in range(sizes["record"])]),
         "building": ("building", ["left", "right"]),

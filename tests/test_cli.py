@@ -46,6 +46,8 @@ COMMANDS = (
     "histories",
     "block",
     "status",
+    "convert",
+    "summary",
 )
 SCENE = """\
 [scene]

@@ -17,7 +17,7 @@ from pounding_risk.stores import Memory
 shapes = st.tuples(*[st.integers(1, 7)] * 5, st.integers(1, 4))
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(shapes, st.integers(1, 40_000))
 def test_blocks_cover_every_line_once_as_boxes(shape, most):
     form = made_form(shape)
@@ -40,7 +40,7 @@ def test_blocks_cover_every_line_once_as_boxes(shape, most):
     )
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(shapes, st.integers(1, 40_000))
 def test_blocks_are_as_large_as_they_may_be(shape, most):
     """A larger block would be another box: the next axis out is not begun while one within is broken."""

@@ -8,11 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pounding_risk.core import tally
-from pounding_risk.ensemble import failures, scan, summary
+from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.outputs import COLUMNS, HIGH
-from pounding_risk.recheck import AtLeastOne, changes, drawn, draws, findings, is_sensitive, tighter
+from pounding_risk.recheck import AtLeastOne, changes, drawn, draws, is_sensitive
+from pounding_risk.rechecked import findings, tighter
 from pounding_risk.scenario import parse_scene
+from pounding_risk.summaries import counted, failures
 
 SCENE = """
 [scene]
@@ -146,7 +148,7 @@ def test_changes_are_those_of_two_scans():
 def test_only_the_sample_has_values():
     dataset = scan(study(), check_fraction=0.2)
     checked = dataset["sensitive"] >= 0
-    assert 1 <= int(checked.sum()) == summary(dataset)["made again"] < int(dataset["simulated"].sum())
+    assert 1 <= int(checked.sum()) == counted(dataset)["made again"] < int(dataset["simulated"].sum())
     assert not (checked & (dataset["simulated"] == 0)).any()
     least = scan(study(), check_fraction=1e-9)
     assert int((least["sensitive"] >= 0).sum()) == 1, "one at least"

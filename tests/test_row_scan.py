@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pounding_risk.ensemble import scan, summary
+from pounding_risk.ensemble import scan
 from pounding_risk.outputs import RUN
 from pounding_risk.results import open_results
 from pounding_risk.row_dataset import positions
 from pounding_risk.scenario import parse_scene
+from pounding_risk.summaries import counted
 
 SCENE = """
 [scene]
@@ -76,8 +77,8 @@ def same(one, other):
 def test_screening_changes_nothing(screened, simulated):
     """Array-equal in every variable: in parts, with what is known copied, against whole rows, every case run."""
     same(screened, simulated)
-    counts = summary(screened)
-    assert summary(simulated)["simulated"] == counts["cases"] > counts["simulated"] > 0
+    counts = counted(screened)
+    assert counted(simulated)["simulated"] == counts["cases"] > counts["simulated"] > 0
     assert int((screened["status"] != 0).sum()) == 0
     told = json.loads(screened.attrs["parts"])
     assert told["solved"] > 0 and told["known from a larger yield force"] > 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
+from pounding_risk.placing import checksum
 from pounding_risk.reports.content import amount
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
@@ -131,7 +131,7 @@ def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
         return results, ""
     dataset = open_results(results)
     _check(dataset, str(results))
-    return dataset, hashlib.sha256(Path(results).read_bytes()).hexdigest()
+    return dataset, checksum(Path(results))
 
 
 def _check(dataset: xr.Dataset, whose: str) -> None:
@@ -157,7 +157,7 @@ def kind_of(dataset: xr.Dataset) -> str:
 
 def _with_origin(path: Path) -> xr.Dataset:
     """A dataset from disk that knows its file and its checksum."""
-    return open_results(path).assign_attrs(file=str(path), sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+    return open_results(path).assign_attrs(file=str(path), sha256=checksum(path))
 
 
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
