@@ -19,6 +19,7 @@ from typer.core import TyperGroup
 
 from pounding_risk.cli_assess import assess
 from pounding_risk.cli_block import block
+from pounding_risk.cli_cache import cache_told
 from pounding_risk.cli_draw import draw as draw_row
 from pounding_risk.cli_histories import histories
 from pounding_risk.cli_input import (
@@ -58,7 +59,8 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run a command; bad input ends with status 2, Ctrl-C with 130."""
         try:
-            return super().invoke(ctx)
+            with cache_told():
+                return super().invoke(ctx)
         except PoundingError as error:
             typer.echo(f"pounding-risk: {error}", err=True)
             raise typer.Exit(BAD_INPUT) from None

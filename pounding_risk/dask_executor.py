@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 ALIKE = ("pounding-risk", "numpy", "numba")  # what numbers come from: of one version everywhere
 CONNECT, PATIENCE = 10.0, 60.0  # s, to the scheduler, and until a first worker is there
 LOOK = 2.0  # s, between looks at how many workers there are: they come and go
-AHEAD = 3  # chunks in flight for each thread of the cluster: one being solved, and the next ones on their way
+AHEAD = 2  # chunks in flight for each thread of the cluster: the one being solved, and the next
 JOBS = 2  # kept by a worker
 GO_ON = "what is done is kept; start the same command again and it goes on from there"
 
@@ -43,6 +43,14 @@ class Made(NamedTuple):
 
     job: Solver
     ready: set[int]
+
+
+class Back(NamedTuple):
+    """What a chunk gives."""
+
+    part: Part
+    seconds: float
+    tells: bool  # what other lines take: not where it compiled
 
 
 class Dask:
@@ -134,6 +142,10 @@ def _connected(address: str) -> Client:
         ) from None
 
 
+def _lost(why: str) -> PoundingError:
+    return PoundingError(f"the Dask scheduler was lost, or dropped the work (reason: {why}); {GO_ON}")
+
+
 class Flight:
     """The chunks on their way to the workers and back."""
 
@@ -163,6 +175,7 @@ class Flight:
         while self.chunks:
             self._keep_next()
             self._send()
+        assert not self.pending.left, "lines wait, and nothing is on its way"
 
     def keep_finished(self) -> None:
         """Keep what is back already; that whose keeping was interrupted once more."""
@@ -170,9 +183,8 @@ class Flight:
             self.keep(*self.in_hand)
         while self.landed is not None and self.landed.has_ready():
             future, found = next(self.landed)
-            if future.status == "finished":
-                part, seconds, _ = found
-                self.keep(self.chunks.pop(future), part, seconds)
+            if isinstance(found, Back):
+                self.keep(self.chunks.pop(future), found.part, found.seconds)
 
     def cancel(self) -> None:
         """Leave what is still on its way; the scheduler forgets the order too."""
@@ -185,7 +197,10 @@ class Flight:
     def _send(self) -> None:
         """Chunks for every thread of the cluster and some more, which wait for it there."""
         if monotonic() - self.looked > LOOK:
-            threads = max(1, sum(self.client.nthreads().values()))
+            try:
+                threads = max(1, sum(self.client.nthreads().values()))
+            except OSError as error:
+                raise _lost(str(error)) from None
             self.pending.shared_by(threads, compilers=threads)
             self.room, self.looked = AHEAD * threads, monotonic()
         while len(self.chunks) < self.room:
@@ -201,12 +216,12 @@ class Flight:
         assert self.landed is not None, "landed before take-off"
         future, found = next(self.landed)
         lines = self.chunks.pop(future)
-        if future.status != "finished":
+        # Not the future's status: a worker may be lost once its answer is here.
+        if not isinstance(found, Back):
             future.release()
             raise self._told_apart(lines, found)
-        part, seconds, tells = found
-        self.pending.took(lines, seconds if tells else None)
-        self.in_hand = lines, part, seconds
+        self.pending.took(lines, found.seconds if found.tells else None)
+        self.in_hand = lines, found.part, found.seconds
         self.keep(*self.in_hand)
         self.in_hand = None
 
@@ -215,8 +230,7 @@ class Flight:
         from distributed import KilledWorker
 
         if isinstance(found, CancelledError):
-            why = getattr(found, "reason", "unknown")
-            return PoundingError(f"the Dask scheduler was lost, or dropped the work (reason: {why}); {GO_ON}")
+            return _lost(getattr(found, "reason", "unknown"))
         _, error, trace = found
         if isinstance(error, KilledWorker):
             return PoundingError(
@@ -237,8 +251,8 @@ def _handed_over(payload: bytes) -> bytes:
     return payload
 
 
-def _solved(payload: bytes, told: Told, lines: range) -> tuple[Part, float, bool]:
-    """What lines give, the seconds it took, and whether these tell what others take: not where it compiled."""
+def _solved(payload: bytes, told: Told, lines: range) -> Back:
+    """What lines give."""
     from pounding_risk.jobs import never  # all that solves: the scheduler, which reads this file too, needs none of it
 
     made = _job(payload, told)
@@ -249,7 +263,7 @@ def _solved(payload: bytes, told: Told, lines: range) -> tuple[Part, float, bool
     assert part is not None, "nobody stops a chunk here: it is short"
     seconds = perf_counter() - start
     made.ready.update(laws)
-    return part, seconds, tells
+    return Back(part, seconds, tells)
 
 
 def _job(payload: bytes, told: Told) -> Made:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 HOW = 2  # bytes: how a case ended, and how it was answered
 MADE_AGAIN = 1 + 4 * 8  # bytes: whether a case is sensitive, and four changes
 READ_FOR = 60 * 8  # bytes a record: its spectrum
+WRITER = 40e6  # bytes, about, of the libraries that write a dataset, which a plan has no need of
 PARTS_IN_FLIGHT = 2  # a thread: one that it fills, one that waits to be kept
 
 
@@ -79,9 +80,12 @@ def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
     shape, is_row = plan.shape, plan.study.is_row
     responses = shape["record"] * shape["polarity"] * shape["pga"]
     kept = responses if is_row else min(responses, KEPT)
-    part = min(PART_BYTES, sizes(plan.study).part * plan.cases)
+    a_case = sizes(plan.study)
+    part = min(PART_BYTES, a_case.part * plan.cases)
+    # A block stands there as parts and as variables.
+    block = min(BLOCK_BYTES, plan.bytes) * (1.0 + a_case.part / a_case.case)
     records = sum(motion.acceleration.nbytes for motion in motions)
-    return int(resident() + records + kept * free + BLOCK_BYTES + PARTS_IN_FLIGHT * plan.threads * part)
+    return int(resident() + WRITER + records + kept * free + block + PARTS_IN_FLIGHT * plan.threads * part)
 
 
 def resident() -> int:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pounding_risk.plan import Plan
-    from pounding_risk.plan_kernels import Kernels
 
 HERE = "`scan --plan`"
+BESIDE = ", and the responses without contact"
 
 
 def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
@@ -19,7 +19,7 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     yield "dataset", f"{_bytes(plan.bytes)} before compression"
     if plan.chunks is not None:
         yield "chunks", f"about {plan.chunks}, each kept on disk as it is done"
-    yield "memory", f"about {_bytes(plan.memory)}" + ("" if plan.screened is not None else _unknown(plan.kernels))
+    yield "memory", f"about {_bytes(plan.memory)}" + ("" if plan.screened is not None else BESIDE)
     yield "compiling", _compiling(plan)
     yield "time", _time(plan)
     for sentence in plan.changes:
@@ -37,13 +37,9 @@ def _lines(plan: Plan) -> str:
     width = plan.shape["yield_force"]
     each = f"{plan.lines}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
     if plan.screened is None:
-        return f"{each}; how many of them touch is not known yet{_unknown(plan.kernels)}"
+        return f"{each}; how many of them touch is not known yet, {HERE} finds it"
     share = 100.0 * plan.screened / plan.lines
     return f"{each}; {plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
-
-
-def _unknown(kernels: Kernels) -> str:
-    return f"; {HERE} finds it" if not kernels.motion else ""
 
 
 def _compiling(plan: Plan) -> str:
@@ -67,12 +63,14 @@ def _joined(parts: list[str]) -> str:
 
 def _time(plan: Plan) -> str:
     if plan.seconds is None:
-        why = "kernels are interpreted" if plan.kernels.interpreted else "not all is compiled"
-        return f"not known, since {why}; {HERE} compiles and times a sample"
+        if plan.kernels.interpreted:
+            return f"not known, since nothing is compiled; {HERE} times a sample all the same"
+        return f"not known, since not all is compiled; {HERE} compiles and times a sample"
     threads = f"on {plan.threads} thread{'s' * (plan.threads > 1)}"
+    sample = f"{plan.sampled} line{'s' * (plan.sampled > 1)}"
     return (
-        f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {plan.sampled} lines solved "
-        "here; without compiling"
+        f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {sample} solved here; "
+        "without compiling and writing"
     )
 
 

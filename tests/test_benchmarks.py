@@ -113,3 +113,15 @@ def test_rows_are_timed(capsys):
     assert main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
     told = capsys.readouterr().out
     assert "| buildings of 4 storeys |" in told and "| storeys of a pair |" in told
+
+
+def test_executors_are_timed(capsys):
+    """Every way but the cluster's solves the grid, and is set beside two threads."""
+    from executors import main
+
+    assert main(["--repeats", "1", "--gaps", "2", "--no-dask"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("800 cases, ")
+    assert "| 3 shards, on disk | " in told
+    assert "| in one call | 1 | " in told
+    assert "By solving: chunks take " in told

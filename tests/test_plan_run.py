@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -217,6 +219,41 @@ def test_a_value_set_to_what_it_is_changes_nothing(tmp_path):
     assert validate(scene, ["building.frame.mass=50 t"]).changes == ()
 
 
+def test_a_plan_of_interpreted_kernels_says_so(changed):
+    """As under NUMBA_DISABLE_JIT."""
+    kernels = changed.kernels._replace(interpreted=True)
+    told = dict(replace(changed, kernels=kernels, screened=None, seconds=None).summary())
+    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+    assert told["time"] == "not known, since nothing is compiled; `scan --plan` times a sample all the same"
+    assert told["lines"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
+    assert "chunks" not in told
+
+
 def test_times_are_told_as_one_says_them():
     told = [duration(seconds) for seconds in (0.0, 0.84, 9.6, 42.0, 719.0, 12000.0, 1e6)]
     assert told == ["0.1 s", "0.8 s", "10 s", "42 s", "12 min", "3 h 20 min", "11.6 days"]
+
+
+MEMORY = """
+import json, sys
+from pounding_risk.ensemble import scan
+from pounding_risk.plan import plan
+told = plan("scene.toml", workers=2).memory
+scan("scene.toml", "results.nc", workers=2)
+peak = next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(json.dumps([told, 1024 * int(peak)]))
+"""
+
+
+@compiled
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the peak of a process is read as Linux tells it")
+def test_the_memory_of_a_plan_is_that_of_the_run(tmp_path):
+    """Within a third: of some 300 MB two thirds are libraries, which a system may load in whole or in part."""
+    plan(parse_scene(PAIR))  # compiles, where the child finds it
+    (tmp_path / "scene.toml").write_text(PAIR, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    command = [sys.executable, "-c", MEMORY]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    told, peak = json.loads(done.stdout)
+    assert 0.75 * peak < told < 1.33 * peak
