@@ -93,8 +93,8 @@ def _leaves(key: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _plain(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """As it comes back from a file: tuples are lists there."""
-    return json.loads(json.dumps(tables))
+    """As it comes back from a file: tuples are lists there, and numbers of NumPy's plain ones."""
+    return json.loads(json.dumps(tables, default=lambda number: number.item()))
 
 
 def _record(motion: Motion) -> dict[str, Any]:

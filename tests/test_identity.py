@@ -90,6 +90,17 @@ def test_what_asks_for_the_same_numbers_has_one_identity():
     assert told(asked('interface.gap="25 mm"'), asked()._replace(study=replace(study, gap=0.025))) == []
 
 
+def test_numbers_of_numpy_are_numbers():
+    """As a search hands them over that makes its studies in Python."""
+    study = asked().study
+    same = replace(
+        study, gap=np.float64(0.02), rtol=np.float64(1e-6), plastic_exponent=np.float64(study.plastic_exponent)
+    )
+    assert told(asked(), asked()._replace(study=same)) == []
+    assert told(asked(), asked(check_fraction=np.float64(0.0), screening=np.bool_(True))) == []
+    assert difference({"options": {"a": np.int64(1)}}, {"options": {"a": 1}}) == []
+
+
 @pytest.mark.parametrize(
     ("overrides", "sentences"),
     [
