@@ -69,7 +69,7 @@ def form_of_cases(cases: int) -> Form:
 
 
 def made_values(form: Form, lines: range) -> dict[str, np.ndarray]:
-    """Values of a run of lines, with a tenth of them missing: they do not repeat, so that compressing is real work."""
+    """Values of a run of lines that do not repeat, so that compressing is work; one run in a hundred made again."""
     random = np.random.default_rng(lines.start)
     found = {}
     for name, variable in form.cases.items():
@@ -79,6 +79,7 @@ def made_values(form: Form, lines: range) -> dict[str, np.ndarray]:
         else:
             found[name] = np.where(random.random(sizes) < 0.1, np.nan, random.lognormal(size=sizes))
     found["status"][:] = 0
+    found["sensitive"][:] = np.where(random.random(found["sensitive"].shape) < 0.01, found["sensitive"], -1)
     return found
 
 
