@@ -56,7 +56,7 @@ def scan(
     study = read_scene(scene, overrides)
     from pounding_risk.cli_output import Watch, command_line
 
-    with Watch("scan" if shard is None else f"shard {shard}") as watch:
+    with Watch("scan" if shard is None else f"shard {shard}", resumes=True) as watch:
         how: dict[str, Any] = {
             "screening": screening,
             "check_fraction": check_fraction,

@@ -68,7 +68,7 @@ class Scan:
         left = without(wanted, done)
         total = width * sum(map(len, wanted))
         solved = total - width * sum(map(len, left))
-        if self.progress and solved:
+        if self.progress:
             self.progress(solved, total)
 
         def kept(lines: range, part: Part, seconds: float) -> None:

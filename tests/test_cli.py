@@ -44,10 +44,11 @@ COMMANDS = (
     "report",
     "rerun",
     "histories",
-    "block",
-    "status",
     "convert",
     "summary",
+    "draw",
+    "block",
+    "status",
 )
 SCENE = """\
 [scene]
