@@ -103,6 +103,23 @@ def test_a_worker_killed_on_the_way_costs_nothing(client):
     client.wait_for_workers(2, timeout=30)
 
 
+def test_a_line_that_ends_every_worker_is_told(client):
+    """After one worker here, as the next takes a second to start; Dask itself tries four."""
+
+    def allow(failures, dask_scheduler):
+        dask_scheduler.allowed_failures = failures
+
+    client.run_on_scheduler(allow, 0)
+    job, kept = Numbers(Order(lines=60, laws=1, deadly=31)), Kept(60)
+    try:
+        with pytest.raises(PoundingError, match=r"ended 1 workers, one after.*more memory.*what is done is kept"):
+            Dask(client, counted).run(job, pending_of(job, length=5), kept)
+    finally:
+        client.run_on_scheduler(allow, 3)
+        client.wait_for_workers(2, timeout=60)
+    assert kept.times[31] == 0
+
+
 def test_an_interrupt_keeps_what_is_back_and_drops_the_rest(client):
     order = Order(lines=400, laws=1, seconds=2e-3)
     job, kept, tries = Numbers(order), Kept(order.lines), []
