@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
-from pounding_risk.core.tally import CONTACT_COLUMNS, FIRST_YIELD, STATUS, STATUS_SENTENCES, YIELDS, Log, make_log
+from pounding_risk.core.tally import (
+    COMPLETE,
+    CONTACT_COLUMNS,
+    FIRST_YIELD,
+    STATUS,
+    STATUS_SENTENCES,
+    YIELDS,
+    Log,
+    make_log,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
@@ -94,7 +103,10 @@ def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dat
     raw, log = logged(pair, free, interface, study.rtol)
     outputs = {key: float(value) for key, value in run_outputs(raw, interface.yield_force).items()}
     sides = building_outputs(raw, study.pair, motion.pga)
-    return _dataset(study, (pair, free, log, interface.gap)).assign_attrs(
+    told = _dataset(study, (pair, free, log, interface.gap))
+    if int(raw[STATUS]) != COMPLETE:
+        told = _until(told, _last(log))
+    return told.assign_attrs(
         title=study.name,
         gap=interface.gap,
         yield_force=interface.yield_force,
@@ -130,6 +142,20 @@ def logged(pair: Any, free: Free, interface: Interface, rtol: float) -> tuple[Ar
                 raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
             return raw, log
         contacts, steps = max(contacts, int(log.used[0])), max(steps, int(log.used[1]))
+
+
+def _last(log: Log) -> float:
+    """The end of the last step that a run made in contact."""
+    return float(log.steps[: log.used[1], 0].max(initial=0.0))
+
+
+def _until(run: xr.Dataset, last: float) -> xr.Dataset:
+    """A run that failed has no motion past its failure: NaN, where the buildings would swing on as if parted."""
+    known = run["time"] <= last
+    moved = [
+        name for name, found in run.data_vars.items() if "time" in found.dims and not str(name).startswith("ground")
+    ]
+    return run.assign({name: run[name].where(known).assign_attrs(run[name].attrs) for name in moved})
 
 
 def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:

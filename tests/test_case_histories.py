@@ -11,9 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk import layout
+from pounding_risk import history, layout
 from pounding_risk.case_histories import OF_A_PAIR, OF_A_ROW
 from pounding_risk.cli import app
+from pounding_risk.core.tally import STATUS, STATUS_SENTENCES
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.scenario import parse_scene
@@ -223,6 +224,30 @@ def test_what_is_not_there_is_refused_before_anything_is_written(results, study,
     with pytest.raises(PoundingError, match=r"20 from 1 mm to 20 mm \(next to it are 5 mm, 6 mm\)"):
         pr.histories(many, out, gaps=[5.5e-3])
     assert [path.name for path in tmp_path.iterdir()] == ["bare.nc"]
+
+
+def test_a_run_that_fails_has_no_motion_past_its_failure(study, tmp_path, monkeypatch):
+    """A run said to fail after its last contact: nobody swings on as if parted. (Real failures take a minute.)"""
+    whole = pr.simulate(study, gap=0.002, yield_force=inf, pga=0.5 * G)
+    real, failure = history.run, max(STATUS_SENTENCES)
+
+    def failing(*given):
+        raw = real(*given)
+        raw[STATUS] = failure
+        return raw
+
+    monkeypatch.setattr(history, "run", failing)
+    one = replace(study, records=study.records._replace(names=("RSN6-180",), polarities=("as recorded",)))
+    choice = {"gaps": [0.002], "yield_forces": [inf], "pgas": [0.5 * G], "laws": ["jankowski"]}
+    pr.histories(one, tmp_path / "failed.nc", **choice)
+    found = pr.open_results(tmp_path / "failed.nc").squeeze()
+    assert int(found["status"]) == failure
+    past = found["time"].values > float(whole["contact_end"].values.max())
+    assert 0 < past.sum() < past.size
+    for name in OF_A_PAIR:
+        told = found[name].values.reshape(-1, past.size)
+        np.testing.assert_array_equal(np.isnan(told), np.broadcast_to(past, told.shape), err_msg=name)
+    assert np.isfinite(found["ground_acceleration"].values).all()
 
 
 def test_an_interrupt_leaves_no_file(results, tmp_path):
