@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from functools import cached_property
 from hashlib import blake2b
 from typing import Any
@@ -239,7 +239,7 @@ class RowLabeller:
 
 def _own(answered: list[list[Answered]]) -> list[bool]:
     """Which cases of a line have a run that no larger yield force of the line has."""
-    seen: set[Hashable] = set()
+    seen: set[tuple[bytes, ...]] = set()
     own = []
     for found in reversed(answered):
         keys = {key for key, _ in found}
@@ -261,9 +261,12 @@ def _written(answers: list[list[list[Answered]]], width: int) -> Part:
     return {KEYS: keys, ANSWERS: known}
 
 
-def _number(key: Hashable) -> int:
+def _number(key: tuple[bytes, ...]) -> int:
     """A number that stands for a run's key in every process; two of a million keys are one in 4e7 studies."""
-    return int.from_bytes(blake2b(repr(key).encode(), digest_size=8).digest(), "little")
+    found = blake2b(digest_size=8)
+    for piece in key:
+        found.update(len(piece).to_bytes(8, "little") + piece)
+    return int.from_bytes(found.digest(), "little")
 
 
 def stacked(runs: list[RowRun]) -> RowRun:
