@@ -147,7 +147,7 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
 
 def print_scan(dataset: Any, seconds: float, target: Path) -> None:
     """How many cases there were, how they ended, how long it took, and where the results are."""
-    from pounding_risk.rechecked import findings
+    from pounding_risk.recheck_findings import findings
     from pounding_risk.summaries import counted, failures
 
     counts = counted(dataset)

@@ -21,7 +21,7 @@ from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import free_response, oscillators
 from pounding_risk.parts import Part
 from pounding_risk.recheck import AtLeastOne, changes, check_variables, drawn, made_again, not_made_again
-from pounding_risk.rechecked import tighter
+from pounding_risk.recheck_findings import tighter
 from pounding_risk.scan_dataset import amplitudes, pair_skeleton, pair_values, pair_variables
 from pounding_risk.scene_laws import laws_of
 from pounding_risk.shared_values import Shared

@@ -27,7 +27,7 @@ from pounding_risk.recheck import (
     made_again,
     not_made_again,
 )
-from pounding_risk.rechecked import COUNTED, RELATIVE, tighter
+from pounding_risk.recheck_findings import COUNTED, RELATIVE, tighter
 from pounding_risk.results import as_text
 from pounding_risk.row_cases import Answered, Cases, Driven
 from pounding_risk.row_dataset import row_skeleton

@@ -12,7 +12,7 @@ from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.outputs import COLUMNS, HIGH
 from pounding_risk.recheck import AtLeastOne, changes, drawn, draws, is_sensitive
-from pounding_risk.rechecked import findings, tighter
+from pounding_risk.recheck_findings import findings, tighter
 from pounding_risk.scenario import parse_scene
 from pounding_risk.summaries import counted, failures
 

@@ -172,9 +172,9 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
         keep(folder, range(0, 10), range(10, 20), range(20, 30))
     torn = path / "parts" / part_name(range(10, 20))
     torn.write_bytes(torn.read_bytes()[:-40])
-    aside = path / "parts" / f"{part_name(range(30, 40))}.elsewhere.123.partial"
+    aside = path / "parts" / f".{part_name(range(30, 40))}.elsewhere.123.partial"
     aside.write_bytes(b"half")
-    (path / "study.json.elsewhere.123.partial").write_bytes(b"half")
+    (path / ".study.json.elsewhere.123.partial").write_bytes(b"half")
     mine = path / "parts" / "notes.partial"
     mine.write_text("my own", encoding="utf-8")
     with opened(path, shared=True) as folder:
@@ -189,7 +189,7 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
             list(folder.parts([range(0, 10)]))
         assert folder.done() == [range(20, 30)]
     removed = [line["file"] for line in read_lines(path / "log.jsonl") if line["event"] == "removed"]
-    assert removed == ["study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
+    assert removed == [".study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
 
 
 def test_another_identity_is_refused_with_every_difference(path):
@@ -247,7 +247,7 @@ def test_a_file_or_no_folder_above_is_refused(path):
 def test_a_study_that_was_killed_as_it_began_begins_again(path):
     path.mkdir()
     (path / "lock").write_text("", encoding="utf-8")
-    (path / "study.json.here.12.partial").write_text("{", encoding="utf-8")
+    (path / ".study.json.here.12.partial").write_text("{", encoding="utf-8")
     with opened(path) as folder:
         keep(folder, range(0, 10))
         assert folder.done() == [range(0, 10)]
