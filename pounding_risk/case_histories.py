@@ -26,11 +26,11 @@ from pounding_risk.motions import Motion, driven
 from pounding_risk.pair import Interface
 from pounding_risk.progress import Progress
 from pounding_risk.recorded_scene import check_records, recorded
-from pounding_risk.results import RESULTS, as_text, check_target, open_results, versions
+from pounding_risk.results import RESULTS, check_target, open_results
 from pounding_risk.row_dataset import row_coordinates
 from pounding_risk.row_grid import row_grid
 from pounding_risk.row_history import Cell, row_histories
-from pounding_risk.scan_dataset import OUTCOME, case_coordinates, described, one_amplitude
+from pounding_risk.scan_dataset import CONVENTIONS, OUTCOME, case_coordinates, described, made_from, one_amplitude
 from pounding_risk.scenario import read_scene
 from pounding_risk.scene_laws import law_of
 from pounding_risk.signals import Samples
@@ -222,19 +222,12 @@ def _motions_of(choice: Choice) -> NDArray[np.int64]:
 
 def _attributes(cases: Cases) -> dict[str, Any]:
     study = cases.study
-    motions = [cases.motions[place] for place in cases.choice.records]
     return {
-        "Conventions": "CF-1.11",
+        "Conventions": CONVENTIONS,
         "title": f"{study.name}: time histories",
         "source": f"pounding_risk: event-driven {'row' if study.is_row else 'pair'} solver",
         "comment": COMMENT,
-        "scene": study.text or study.to_toml(),
-        "scene_resolved": study.to_toml(),
-        "overrides": as_text(list(study.overrides)),
-        "rtol": study.rtol,
-        "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
-        "processing": as_text({motion.name: list(motion.processing) for motion in motions}),
-        "versions": as_text(versions()),
+        **made_from(study, [cases.motions[place] for place in cases.choice.records]),
     }
 
 

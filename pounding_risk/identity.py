@@ -73,7 +73,7 @@ def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
 
 
 def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables as one: "interface[0].gap" → its value; a list of plain values stays one value.
+    """Nested tables as one, to compare: "interface[0].gap" → its value; a list of plain values stays one value.
 
     >>> flattened({"interface": [{"gap": "20 mm"}], "grid": {"gap": ["0 mm", "5 mm"]}})
     {'interface[0].gap': '20 mm', 'grid.gap': ['0 mm', '5 mm']}

@@ -25,7 +25,11 @@ def changes(before: Study, after: Study) -> tuple[str, ...]:
 
 
 def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Every value of nested tables by its dotted name; a table of several by its ``name``, or its number from 1."""
+    """Every value of nested tables by its dotted name; a table of several by its ``name``, or its number from 1.
+
+    These are the names that ``--set`` takes. `identity.flattened` counts tables instead, as no name can hide a
+    difference there, and tells values to the last digit, since two studies are kept apart by it.
+    """
     for key, value in tables.items():
         path = f"{above}{key}"
         if isinstance(value, Mapping):

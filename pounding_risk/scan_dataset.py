@@ -20,6 +20,7 @@ from pounding_risk.study import Study
 
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
+CONVENTIONS = "CF-1.11"  # that the datasets keep to
 
 
 def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
@@ -171,13 +172,11 @@ def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
 def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
     """What it takes to run the study again, and where its laws are from."""
     return {
-        "Conventions": "CF-1.11",
+        "Conventions": CONVENTIONS,
         "title": study.name,
         "source": "pounding_risk: event-driven pair solver",
         "references": "; ".join(sources_of(study, laws)),
-        "scene": study.text or study.to_toml(),
-        "scene_resolved": study.to_toml(),
-        "overrides": as_text(list(study.overrides)),
+        **made_from(study, motions),
         "stiffness": as_text(
             {
                 name: bare(law).stiffness
@@ -187,9 +186,18 @@ def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...])
         ),
         "restitution": study.restitution_words,
         "restitution_relation": study.relation,
+        "flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags}),
+    }
+
+
+def made_from(study: Study, motions: Iterable[Motion]) -> dict[str, Any]:
+    """What every dataset of a scene says of its origin: the scene, its motions, and the versions of what computed."""
+    return {
+        "scene": study.text or study.to_toml(),
+        "scene_resolved": study.to_toml(),
+        "overrides": as_text(list(study.overrides)),
         "rtol": study.rtol,
         "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
         "processing": as_text({motion.name: list(motion.processing) for motion in motions}),
-        "flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags}),
         "versions": as_text(versions()),
     }

@@ -8,6 +8,7 @@ from math import inf
 
 import numpy as np
 import pytest
+from test_rerun import ROW
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -44,39 +45,6 @@ gap = ["2 mm", "5 mm", "10 mm"]
 yield_force = ["200 kN", "inf"]
 contact_model = ["jankowski", "viscous_elastoplastic"]
 pga = ["0.2 g", "0.5 g"]
-"""
-ROW = """
-[[building]]
-name = "tall"
-storeys = 3
-floor_masses = "200 t"
-storey_stiffnesses = "180 MN/m"
-storey_heights = "3 m"
-[[building]]
-name = "shop"
-mass = "150 t"
-period = "0.25 s"
-height = "6 m"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "6 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-[[interface]]
-gap = "3 mm"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["1 s", "4 s"]
-[grid]
-gap = ["3 mm", "9 mm"]
-interface = "tall | shop"
-pga = ["0.1 g", "0.3 g"]
 """
 G = 9.80665
 
