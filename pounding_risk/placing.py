@@ -10,6 +10,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,12 +35,12 @@ def move_into_place(partial: Path, target: Path) -> None:
         _sync(target.parent)
         return
     older = target.with_name(f".{target.name}.{os.getpid()}.old")
-    if target.is_dir():
-        os.rename(target, older)
     try:
+        if target.is_dir():
+            os.rename(target, older)
         os.rename(partial, target)
-    except OSError:
-        if older.is_dir():
+    except BaseException:  # Ctrl-C as well
+        if older.is_dir() and not target.exists():
             os.rename(older, target)
         raise
     _sync(target.parent)
@@ -50,12 +51,14 @@ def moved_away(target: Path) -> Path | None:
     """The older store that a crash between two renames left, where there is none under the target's name."""
     if target.exists():
         return None
-    return next(iter(sorted(target.parent.glob(f".{target.name}.*.old"))), None)
+    return next(_left(target, "old"), None)
 
 
 def discard(path: Path) -> None:
     """Remove a file or a folder that may be there. What it holds on disk is given back even where it is still open."""
-    if path.is_dir():
+    if path.is_symlink():
+        path.unlink()  # where it points to is the user's own
+    elif path.is_dir():
         shutil.rmtree(path)
     elif path.exists():
         os.truncate(path, 0)
@@ -64,12 +67,18 @@ def discard(path: Path) -> None:
 
 def sweep(target: Path) -> list[Path]:
     """Remove what killed runs left of a target, and say what; the caller makes sure that nobody is writing it."""
-    left = sorted(target.parent.glob(f".{target.name}.*.partial"))
+    left = list(_left(target, "partial"))
     if target.exists():
-        left += sorted(target.parent.glob(f".{target.name}.*.old"))
+        left += _left(target, "old")
     for path in left:
         discard(path)
     return left
+
+
+def _left(target: Path, what: str) -> Iterator[Path]:
+    """What processes have left of a target, and of no other whose name begins as this one's."""
+    name = re.compile(rf"\.{re.escape(target.name)}\.\d+\.{what}")
+    return iter(sorted(each for each in target.parent.iterdir() if name.fullmatch(each.name)))
 
 
 def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> PoundingError:
