@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import random
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
@@ -141,6 +143,27 @@ def test_no_line_is_taken_twice(parts):
     block = range(7, 29)
     inside = [line for piece, home in pieces_of(block, chosen(parts)) for line in piece if line in home]
     assert inside == [line for line in lines if line in block]
+
+
+def test_ctrl_c_in_the_middle_of_a_part_is_ctrl_c(path, monkeypatch, capsys):
+    """Between an archive's opening of an entry and its use: the archive, which cannot be closed then, is not heard."""
+    opening = zipfile.ZipFile.open
+
+    def interrupted(archive, name, *choices, **more):
+        entry = opening(archive, name, *choices, **more)
+        if str(name).startswith("raw"):
+            raise KeyboardInterrupt
+        return entry
+
+    with opened(path) as folder:
+        monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            folder.keep(range(0, 5), part_of(range(0, 5)), 0.1)
+        monkeypatch.undo()
+        assert folder.done() == []
+        assert not list((path / "parts").iterdir())
+    gc.collect()
+    assert capsys.readouterr().err == ""
 
 
 def test_every_damage_is_seen(tmp_path):
