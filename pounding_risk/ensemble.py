@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -102,11 +103,17 @@ class Scan:
         return StudyFolder.open(folder_of(target), identity(self.job.order), about, new=new, shared=shared)
 
     def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
-        """Work on what the folder lacks; raises Stopped where Ctrl-C ends it."""
-        try:
-            self.work(wanted, folder.done(), folder.keep)
-        except KeyboardInterrupt:
-            raise Stopped(f"{folder.kept()} are kept in {folder.path}; the same command goes on from there") from None
+        """Work on what the folder lacks."""
+        self.work(wanted, folder.done(), folder.keep)
+
+
+@contextmanager
+def stoppable(folder: StudyFolder) -> Iterator[None]:
+    """While there are parts: Ctrl-C becomes Stopped, which says what is kept and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Stopped(f"{folder.kept()} are kept in {folder.path}; {folder.again} goes on from there") from None
 
 
 def scan(
@@ -158,8 +165,9 @@ def scan(
     with one.folder(target, new=new, shared=False) as folder:
         for path in sweep(target):  # whoever holds the folder is alone at the target
             folder.log("removed", file=path.name, why="a process was killed while it wrote this")
-        one.fill(folder, whole)
-        one.assemble(folder.parts, store_of(one.job.form, target))
+        with stoppable(folder):
+            one.fill(folder, whole)
+            one.assemble(folder.parts, store_of(one.job.form, target))
         folder.clear()
     form = one.job.form
     return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)
@@ -194,7 +202,8 @@ def scan_shard(
     wanted = merged(shard_lines(one.job.lines, which))
     with one.folder(target, new=False, shared=True) as folder:
         folder.log("shard", shard=shard)
-        one.fill(folder, wanted)
+        with stoppable(folder):
+            one.fill(folder, wanted)
         done = folder.done()
     width = one.job.width
     return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)

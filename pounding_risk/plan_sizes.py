@@ -72,9 +72,8 @@ def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
     What this process holds now, the records, the responses that are kept, a block of the dataset as it is written, and
     the parts that the threads are at.
     """
-    shape, is_row = plan.shape, plan.study.is_row
-    responses = shape["record"] * shape["polarity"] * shape["pga"]
-    kept = responses if is_row else min(responses, KEPT)
+    shape = plan.shape
+    kept = min(shape["record"] * shape["polarity"] * shape["pga"], KEPT)
     a_case = sizes(plan.study)
     part = min(PART_BYTES, a_case.part * plan.cases)
     # A block stands there as parts and as variables.

@@ -41,7 +41,7 @@ def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_f
     Together with ``scene_resolved``, ``records`` and ``versions`` they are what `recorded` reads.
     """
     return {
-        "scene_file": study.source,
+        "scene_file": study.source.encode(errors="backslashreplace").decode(),  # a name need not be text
         "scene_sha256": text_digest(study.to_toml()),
         "options": as_text({"screening": screening, "check_fraction": check_fraction}),
         "motions_sha256": as_text({motion.name: motion.digest for motion in motions}),

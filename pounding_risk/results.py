@@ -6,6 +6,7 @@ from a worker.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import platform
@@ -23,6 +24,7 @@ RESULTS = (".nc", ".zarr")  # how a dataset's name may end
 # Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
 ZARR_MARK = "pounding_risk_variables"
 ONCE = 1 << 20  # bytes of each variable
+LARGEST_PID = 4194304  # of Linux: no name that is written aside is longer
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -59,7 +61,22 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
         raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
     if not os.access(folder, os.W_OK):
         raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
+    _check_name(target)
     return target
+
+
+def _check_name(target: Path) -> None:
+    """Refuse a name under which nothing could be written when the work is done: raises PoundingError."""
+    try:
+        os.fspath(target.absolute()).encode()
+    except UnicodeEncodeError:
+        told = os.fsencode(target).decode(errors="backslashreplace")
+        raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
+    try:
+        os.lstat(target.with_name(f".{target.name}.{LARGEST_PID}.partial"))
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
 
 
 def is_zarr_of_ours(path: Path) -> bool:

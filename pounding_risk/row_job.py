@@ -38,7 +38,9 @@ from pounding_risk.scan_dataset import kept_as
 from pounding_risk.shared_values import Shared
 
 Place = tuple[int, ...]
+MOTIONS = 128  # responses without contact that are kept, each with its motion: some hundred kB
 KEPT = 16  # motions under a contact model, with the runs that their cases share
+NOTHING = np.zeros(0)
 # How the runs of a case's parts were found: what each is made of, zero beyond the last, and whether it is a known one.
 KEYS, ANSWERS = f"keys{RAGGED}", f"answers{RAGGED}"
 OWN, FROM_LARGER = 1, 2
@@ -57,7 +59,7 @@ class RowJob:
         self.shape = (*self.motions_shape, *self.grid.shape)
         self.lines, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
         self.bytes_a_line = self.width * bytes_a_case(row_variables(self.grid.frame), self.grid.frame.sizes)
-        self._driven: Shared[Driven] = Shared()
+        self._driven: Shared[Driven] = Shared(MOTIONS)
         self._cases: Shared[Cases] = Shared(KEPT)
 
     def driven(self, motion: Place) -> Driven:
@@ -165,7 +167,7 @@ class RowJob:
         """The dataset but for its cases."""
         places = np.empty(self.motions_shape, dtype=object)
         for motion in np.ndindex(self.motions_shape):
-            places[motion] = self.driven(motion)
+            places[motion] = self.driven(motion)._replace(acceleration=NOTHING)  # of every motion at once: too much
         checks = check_variables(self.grid.rtol) if self.order.check_fraction > 0.0 else {}
         skeleton = row_skeleton(self.study, self.order.motions, places, self.grid)
         return Form(skeleton, row_variables(self.grid.frame) | checks, self.shape)

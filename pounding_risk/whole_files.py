@@ -66,12 +66,12 @@ def move_into_place(partial: Path, target: Path) -> None:
         sync_folder(target.parent)
         return
     older = _aside(target, OLD)
-    if target.is_dir():
-        os.rename(target, older)
     try:
+        if target.is_dir():
+            os.rename(target, older)
         os.rename(partial, target)
-    except OSError:
-        if older.is_dir():
+    except BaseException:  # Ctrl-C as well
+        if older.is_dir() and not target.exists():
             os.rename(older, target)
         raise
     sync_folder(target.parent)
@@ -85,7 +85,9 @@ def moved_away(target: Path) -> Path | None:
 
 def discard(path: Path) -> None:
     """Remove a file or a folder that may be there. What it holds on disk is given back even where it is still open."""
-    if path.is_dir():
+    if path.is_symlink():
+        path.unlink()  # where it points to is the user's own
+    elif path.is_dir():
         shutil.rmtree(path)
     elif path.exists():
         os.truncate(path, 0)

@@ -327,6 +327,40 @@ def test_targets_are_checked(tmp_path):
         check_target(tmp_path / "a.zarr")
 
 
+def test_a_name_is_refused_before_the_work_that_it_would_lose(tmp_path):
+    """The names on the way are longer than the target's, and netCDF takes no name that is not text."""
+    for name, why in (
+        ("x" * 245 + ".nc", "choose a shorter name"),
+        (os.fsdecode(b"raw\xff.nc"), "is no text in UTF-8"),
+    ):
+        with pytest.raises(PoundingError, match=why):
+            check_target(tmp_path / name)
+    form, target = made_form(), tmp_path / f"{'x' * 230}.zarr"
+    write(store_of(form, target), form)
+    assert names(tmp_path) == [target.name]
+
+
+def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
+    """Names may hold what is a pattern elsewhere, and begin alike."""
+    theirs = (".b.nc.4711.partial", ".[ab].nc.old.nc.4711.partial", ".[ab].nc.mine.partial")
+    for name in (".[ab].nc.4711.partial", *theirs):
+        (tmp_path / name).write_bytes(b"half")
+    assert [path.name for path in sweep(tmp_path / "[ab].nc")] == [".[ab].nc.4711.partial"]
+    assert names(tmp_path) == sorted(theirs)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
+def test_a_link_to_a_store_is_replaced_and_the_store_stays(tmp_path):
+    form, real, link = made_form(), tmp_path / "real.zarr", tmp_path / "link.zarr"
+    write(store_of(form, real), form)
+    before = checksum(real)
+    link.symlink_to(real)
+    write(store_of(made_form((2, 1, 1, 1, 2, 2)), link), made_form((2, 1, 1, 1, 2, 2)))
+    assert open_results(link).sizes["record"] == 2
+    assert checksum(real) == before
+    assert names(tmp_path) == ["link.zarr", "real.zarr"]
+
+
 def test_a_crash_between_two_names_is_told(tmp_path):
     """The older store is whole under the name that the sentence gives."""
     form, target = made_form(), tmp_path / "results.zarr"

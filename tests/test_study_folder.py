@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import random
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
@@ -28,6 +30,7 @@ from pounding_risk.parts import chosen, merged, pieces_of
 from pounding_risk.study_folder import About, StudyFolder, folder_of, read_study
 from pounding_risk.study_log import read_lines, write_line
 from pounding_risk.study_parts import Damaged, lines_of, part_name, read_part, write_part
+from pounding_risk.study_status import STOPPED, status
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent.parent
 IDENTITY = {
@@ -143,6 +146,27 @@ def test_no_line_is_taken_twice(parts):
     assert inside == [line for line in lines if line in block]
 
 
+def test_ctrl_c_in_the_middle_of_a_part_is_ctrl_c(path, monkeypatch, capsys):
+    """Between an archive's opening of an entry and its use: the archive, which cannot be closed then, is not heard."""
+    opening = zipfile.ZipFile.open
+
+    def interrupted(archive, name, *choices, **more):
+        entry = opening(archive, name, *choices, **more)
+        if str(name).startswith("raw"):
+            raise KeyboardInterrupt
+        return entry
+
+    with opened(path) as folder:
+        monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            folder.keep(range(0, 5), part_of(range(0, 5)), 0.1)
+        monkeypatch.undo()
+        assert folder.done() == []
+        assert not list((path / "parts").iterdir())
+    gc.collect()
+    assert capsys.readouterr().err == ""
+
+
 def test_every_damage_is_seen(tmp_path):
     """Each byte of a part changed, and each length it may be cut to: the numbers are right, or it is told."""
     lines = range(3, 5)
@@ -202,7 +226,7 @@ def test_another_identity_is_refused_with_every_difference(path):
         '  - interface[0].gap: was "20 mm", is "25 mm"',
         '  - grid.gap: was ["0 mm", "5 mm"], is absent',
         "  - screening: was true, is false",
-        "put the scene back to go on with it, write --new to discard it, or write the results under another name (-o)",
+        "put that back to go on with it, write --new to discard it, or write the results under another name (-o)",
     ]
     with opened(path) as folder:
         assert folder.done() == [range(0, 10)]
@@ -462,6 +486,21 @@ def test_a_full_disk_is_told_and_the_study_goes_on_after_it(small_disk):
         assert folder.done() == kept
         folder.keep(range(90, 100), large, 0.1)
         assert folder.done() == [*kept, range(90, 100)]
+
+
+def test_the_state_of_a_study_on_a_disk_that_is_only_read(small_disk):
+    with opened(small_disk / "results.study") as folder:
+        keep(folder, range(0, 10))
+    subprocess.run(["mount", "-o", "remount,ro", str(small_disk)], check=True)
+    assert status(small_disk / "results.nc").state == STOPPED
+
+
+def test_after_new_the_same_command_would_discard_what_is_kept(small_disk):
+    with opened(small_disk / "results.study", new=True) as folder:
+        with pytest.raises(PoundingError, match="run the same command without --new again"):
+            folder.keep(range(0, 100), {"raw": np.ones((100, 3, 1000))}, 0.1)
+        # As many as there are files, whether or not anybody has looked into them yet.
+        assert folder.kept() == "0 of 300 cases"
 
 
 def test_no_space_to_begin_is_told(small_disk):
