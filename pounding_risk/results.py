@@ -24,7 +24,6 @@ RESULTS = (".nc", ".zarr")  # how a dataset's name may end
 # Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
 ZARR_MARK = "pounding_risk_variables"
 ONCE = 1 << 20  # bytes of each variable
-LARGEST_PID = 4194304  # of Linux: no name that is written aside is longer
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -73,7 +72,7 @@ def _check_name(target: Path) -> None:
         told = os.fsencode(target).decode(errors="backslashreplace")
         raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
     try:
-        os.lstat(target.with_name(f".{target.name}.{LARGEST_PID}.partial"))
+        os.lstat(partial_of(target))
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
