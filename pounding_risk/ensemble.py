@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -103,10 +104,17 @@ class Scan:
 
     def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
         """Work on what the folder lacks; raises Stopped where Ctrl-C ends it."""
-        try:
+        with resumable(folder):
             self.work(wanted, folder.done(), folder.keep)
-        except KeyboardInterrupt:
-            raise Stopped(f"{folder.kept()} are kept in {folder.path}; the same command goes on from there") from None
+
+
+@contextmanager
+def resumable(folder: StudyFolder) -> Iterator[None]:
+    """Ctrl-C says what is kept and how to go on: raises Stopped in its place."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Stopped(f"{folder.kept()} are kept in {folder.path}; the same command goes on from there") from None
 
 
 def scan(
@@ -159,7 +167,8 @@ def scan(
         for path in sweep(target):  # whoever holds the folder is alone at the target
             folder.log("removed", file=path.name, why="a process was killed while it wrote this")
         one.fill(folder, whole)
-        one.assemble(folder.parts, store_of(one.job.form, target))
+        with resumable(folder):
+            one.assemble(folder.parts, store_of(one.job.form, target))
         folder.clear()
     form = one.job.form
     return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)

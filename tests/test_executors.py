@@ -18,9 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pounding_risk
-from pounding_risk import ensemble
+from pounding_risk import ensemble, pair_job
 from pounding_risk.ensemble import scan_shard
-from pounding_risk.errors import PoundingError
+from pounding_risk.errors import PoundingError, Stopped
 from pounding_risk.executors import (
     GROWTH,
     LEAST,
@@ -292,6 +292,22 @@ def test_what_is_finished_is_kept_when_a_run_is_interrupted():
     assert len(kept.chunks) >= 2 + 5  # room for two threads is five
     found = kept.times > 0
     assert np.array_equal(kept.value[found], serial(order)[found])
+
+
+def test_ctrl_c_while_the_file_is_written_says_how_to_go_on(in_one_go, tmp_path, monkeypatch):
+    """All is solved then, and nothing is solved again."""
+    out = tmp_path / "results.nc"
+
+    def interrupted(labeller):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(pair_job.PairLabeller, "finish", interrupted)
+        with pytest.raises(Stopped, match=r"156 of 156 cases are kept in \S+; the same command goes on from there"):
+            scanned(out=out)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["results.study"]
+    monkeypatch.setattr(pair_job.PairJob, "solve", None)
+    assert scanned(out=out).identical(in_one_go)
 
 
 IN_A_KERNEL = """
