@@ -106,8 +106,9 @@ class Watch:
         self._bar: Any = None
         self._task: Any = None
         self._tells_kept = resumes
-        self._kept = 0
-        self._first: tuple[float, int] | None = None
+        self.kept = 0  # cases, from before
+        self._first: tuple[float, int] | None = None  # time and cases of the first report of work
+        self._last = 0, 0  # cases done and in all
         self._words = f"{what}: reading, compiling"
         self._said = self._began = monotonic()
         self._saying = Lock()
@@ -134,21 +135,27 @@ class Watch:
 
     def __call__(self, done: int, total: int) -> None:
         if self._tells_kept:
-            self._tells_kept, self._kept = False, done
+            self._tells_kept, self.kept = False, done
             if done:
                 self._tell(f"{self.what}: {done} of {total} {self.unit} are kept from before")
             self._update(done, total, "")
             return
-        now = monotonic()
         # The first report stands for reading and compiling, which say nothing about the rest.
-        first, before = self._first = self._first or (now, done)
-        speed = (done - before) / (now - first) if now > first else 0.0
-        self._update(done, total, pace(speed, total - done))
+        self._last = done, total
+        self._first = self._first or (monotonic(), done)
+        self._update(done, total, self._pace())
         if done < total:
             self._say()
 
+    def _pace(self) -> str:
+        """Speed and time left as they are by now: where nothing comes any more they say so."""
+        if self._first is None:
+            return ""
+        (first, before), (done, total), now = self._first, self._last, monotonic()
+        return pace((done - before) / (now - first) if now > first else 0.0, total - done)
+
     def _update(self, done: int, total: int, words: str) -> None:
-        self._words = f"{self.what}: {done} of {total} {self.unit} ({100 * done // max(total, 1)} %){words}"
+        self._words = f"{self.what}: {done} of {total} {self.unit} ({100 * done // max(total, 1)} %)"
         if self._bar is not None:
             self._bar.update(self._task, description=self.what, completed=done, total=total, pace=words.lstrip(", "))
 
@@ -166,8 +173,8 @@ class Watch:
             if now - self._said < EVERY:
                 return
             self._said = now
-            so_far = "" if self._first else f", {span_words(now - self._began)} so far"
-            print(self._words + so_far, file=sys.stderr, flush=True)
+            words = self._pace() if self._first else f", {span_words(now - self._began)} so far"
+            print(self._words + words, file=sys.stderr, flush=True)
 
     def _tell(self, words: str) -> None:
         if self._bar is not None:

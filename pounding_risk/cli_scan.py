@@ -52,6 +52,9 @@ def scan(
         from pounding_risk.plan import plan as planned
 
         return print_plan(planned(scene, overrides, workers=workers))
+    if shard is not None and (figure is not None or strict):
+        option = "--strict" if figure is None else "--figure"
+        raise PoundingError(f"{option} and --shard: a shard writes no results; give it to the scan without --shard")
     out_file, figure_file = results_file(scene, out), writable("--figure", figure, FIGURES)
     study = read_scene(scene, overrides)
     from pounding_risk.cli_output import Watch, command_line
@@ -73,7 +76,7 @@ def scan(
 
         start = perf_counter()
         dataset = run(study, out_file, new=new, **how)
-    print_scan(dataset, perf_counter() - start, out_file)
+    print_scan(dataset, perf_counter() - start, out_file, watch.kept)
     if figure_file is not None:
         from pounding_risk.figures import scan_figure
 
@@ -97,7 +100,9 @@ def _work_on_shard(study: Any, out: Path, shard: str, new: bool, how: dict[str, 
     from pounding_risk.ensemble import scan_shard
 
     if new:
-        raise PoundingError("--new and --shard: shards share what is kept; begin anew without --shard, or remove it")
+        raise PoundingError(
+            f"--new and --shard: shards share what is kept; remove the folder {out.with_suffix('.study')} to begin anew"
+        )
     found = scan_shard(study, out, shard, **how)
     typer.echo(f"shard {shard}: {found.cases} cases done; {found.done} of {found.total} in {found.folder}")
     if found.done == found.total:

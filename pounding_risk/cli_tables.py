@@ -145,16 +145,20 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
         )
 
 
-def print_scan(dataset: Any, seconds: float, target: Path) -> None:
-    """How many cases there were, how they ended, how long it took, and where the results are."""
-    from pounding_risk.rechecked import findings
+def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> None:
+    """How many cases there were, how they ended, how long it took, and where the results are.
+
+    ``kept`` of them were there when it started.
+    """
+    from pounding_risk.recheck_findings import findings
     from pounding_risk.summaries import counted, failures
 
     counts = counted(dataset)
     pairs = [(name, str(counts[name])) for name in COUNTS]
     pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
-    rate = counts["cases"] / seconds
-    pairs.append(("time", f"{seconds:.3g} s, {rate:.3g} cases a second with reading and compiling"))
+    rate = (counts["cases"] - kept) / seconds
+    speed = f"{rate:.0f}" if rate >= 100.0 else f"{rate:.3g}"
+    pairs.append(("time", f"{seconds:.3g} s, {speed} cases a second with reading and compiling"))
     print_pairs([*pairs, ("written", str(target))])
     _print_flags(json.loads(dataset.attrs.get("flags", "{}")))
     for sentence in json.loads(dataset.attrs.get("left_out", "[]")):

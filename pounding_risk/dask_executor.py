@@ -9,8 +9,9 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
 from importlib import metadata
+from math import inf
 from threading import Lock
-from time import monotonic, perf_counter
+from time import monotonic, perf_counter, sleep
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
@@ -23,9 +24,10 @@ if TYPE_CHECKING:
 ALIKE = ("pounding-risk", "numpy", "numba")  # what numbers come from: of one version everywhere
 CONNECT, PATIENCE = 10.0, 60.0  # s, to the scheduler, and until a first worker is there
 LOOK = 2.0  # s, between looks at how many workers there are: they come and go
+TICK = 0.01  # s, between looks at whether a chunk is back
 AHEAD = 2  # chunks in flight for each thread of the cluster: the one being solved, and the next
 JOBS = 2  # kept by a worker
-GO_ON = "what is done is kept; start the same command again and it goes on from there"
+GO_ON = "what is done is kept; start the same command again, without --new, and it goes on from there"
 
 Make = Callable[[Any], Solver]  # a job from its order
 
@@ -81,9 +83,11 @@ class Dask:
     def run(self, job: Solver, pending: Pending, keep: Keep) -> None:
         """As `Executor.run`; a worker that is lost costs the time of its chunks.
 
-        Raises PoundingError where the scheduler is lost, or workers die one after the other.
+        Raises PoundingError where the scheduler is lost, workers die one after the other, or a scheduler that was
+        named by its address has none any more.
         """
-        flight = Flight(self._client, pending, keep)
+        # A client's own cluster may be one that grows when a queue lets it; an address has what was started there.
+        flight = Flight(self._client, pending, keep, PATIENCE if self._own else inf)
         try:
             flight.take_off(job.order, self._make)
             flight.land()
@@ -129,11 +133,13 @@ def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) 
 def _connected(address: str) -> Client:
     try:
         from distributed import Client
+        from distributed.comm import get_address_host
     except ImportError:
         raise PoundingError(
             "a Dask cluster needs the extra [cluster]: pip install 'pounding-risk[cluster]'; threads need nothing more"
         ) from None
     try:
+        get_address_host(address)  # a client of no address cannot be closed any more, and tells so for 20 s
         return Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise PoundingError(
@@ -149,8 +155,9 @@ def _lost(why: str) -> PoundingError:
 class Flight:
     """The chunks on their way to the workers and back."""
 
-    def __init__(self, client: Client, pending: Pending, keep: Keep):
+    def __init__(self, client: Client, pending: Pending, keep: Keep, patience: float = inf):
         self.client, self.pending, self.keep = client, pending, keep
+        self.patience, self.manned = patience, monotonic()  # s without a worker, and when there was one
         self.chunks: dict[Future, range] = {}
         self.landed: as_completed | None = None
         self.in_hand: tuple[range, Part, float] | None = None
@@ -197,12 +204,7 @@ class Flight:
     def _send(self) -> None:
         """Chunks for every thread of the cluster and some more, which wait for it there."""
         if monotonic() - self.looked > LOOK:
-            try:
-                threads = max(1, sum(self.client.nthreads().values()))
-            except OSError as error:
-                raise _lost(str(error)) from None
-            self.pending.shared_by(threads, compilers=threads)
-            self.room, self.looked = AHEAD * threads, monotonic()
+            self._look()
         while len(self.chunks) < self.room:
             lines = self.pending.next()
             if lines is None:
@@ -212,8 +214,30 @@ class Flight:
             assert self.landed is not None, "sent before take-off"
             self.landed.add(future)
 
+    def _look(self) -> None:
+        """See how many threads there are; raises PoundingError where there was none for too long."""
+        try:
+            threads = sum(self.client.nthreads().values())
+        except OSError as error:
+            raise _lost(str(error)) from None
+        self.looked = monotonic()
+        if threads:
+            self.manned = self.looked
+        elif self.looked - self.manned > self.patience:
+            raise PoundingError(
+                f"the Dask scheduler has had no workers for {self.patience:g} s: they have ended, or were killed; "
+                f"start some again; {GO_ON}"
+            )
+        threads = max(1, threads)
+        self.pending.shared_by(threads, compilers=threads)
+        self.room = AHEAD * threads
+
     def _keep_next(self) -> None:
         assert self.landed is not None, "landed before take-off"
+        while not self.landed.has_ready():
+            sleep(TICK)
+            if monotonic() - self.looked > LOOK:
+                self._look()
         future, found = next(self.landed)
         lines = self.chunks.pop(future)
         # Not the future's status: a worker may be lost once its answer is here.

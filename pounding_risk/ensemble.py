@@ -16,17 +16,17 @@ from pounding_risk.gather import gathered
 from pounding_risk.jobs import Order, job_of
 from pounding_risk.layout import blocks
 from pounding_risk.parts import InMemory, Part, merged, without
-from pounding_risk.placing import sweep
-from pounding_risk.provenance import provenance
+from pounding_risk.progress import Progress
 from pounding_risk.recheck import check_share
+from pounding_risk.recorded_scene import provenance
 from pounding_risk.results import RESULTS, as_text, check_target, open_results
 from pounding_risk.stores import Blockwise, Memory, store_of
 from pounding_risk.study import Study, as_study
+from pounding_risk.whole_files import sweep
 
 if TYPE_CHECKING:
     from pounding_risk.study_folder import StudyFolder
 
-Progress = Callable[[int, int], None]
 LAZY = 1e9  # bytes: a larger dataset is not read whole when it has been written
 
 
@@ -103,18 +103,17 @@ class Scan:
         return StudyFolder.open(folder_of(target), identity(self.job.order), about, new=new, shared=shared)
 
     def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
-        """Work on what the folder lacks; raises Stopped where Ctrl-C ends it."""
-        with resumable(folder):
-            self.work(wanted, folder.done(), folder.keep)
+        """Work on what the folder lacks."""
+        self.work(wanted, folder.done(), folder.keep)
 
 
 @contextmanager
-def resumable(folder: StudyFolder) -> Iterator[None]:
-    """Ctrl-C says what is kept and how to go on: raises Stopped in its place."""
+def stoppable(folder: StudyFolder) -> Iterator[None]:
+    """While there are parts: Ctrl-C becomes Stopped, which says what is kept and how to go on."""
     try:
         yield
     except KeyboardInterrupt:
-        raise Stopped(f"{folder.kept()} are kept in {folder.path}; the same command goes on from there") from None
+        raise Stopped(f"{folder.kept()} are kept in {folder.path}; {folder.again} goes on from there") from None
 
 
 def scan(
@@ -166,8 +165,8 @@ def scan(
     with one.folder(target, new=new, shared=False) as folder:
         for path in sweep(target):  # whoever holds the folder is alone at the target
             folder.log("removed", file=path.name, why="a process was killed while it wrote this")
-        one.fill(folder, whole)
-        with resumable(folder):
+        with stoppable(folder):
+            one.fill(folder, whole)
             one.assemble(folder.parts, store_of(one.job.form, target))
         folder.clear()
     form = one.job.form
@@ -203,7 +202,8 @@ def scan_shard(
     wanted = merged(shard_lines(one.job.lines, which))
     with one.folder(target, new=False, shared=True) as folder:
         folder.log("shard", shard=shard)
-        one.fill(folder, wanted)
+        with stoppable(folder):
+            one.fill(folder, wanted)
         done = folder.done()
     width = one.job.width
     return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)

@@ -18,7 +18,7 @@ import netCDF4
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.placing import discard, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.whole_files import discard, move_into_place, moved_away, not_written, partial_of
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
 # Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.

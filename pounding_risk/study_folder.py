@@ -40,8 +40,13 @@ class About(NamedTuple):
 
 
 def folder_of(results: str | Path) -> Path:
-    """Where the study of a results file is kept: beside it, ``results.study`` for ``results.nc``."""
+    """Where the study of a results file is kept: beside it, ``results.study`` for ``results.nc``.
+
+    Raises PoundingError for what names no file, such as "." for this folder.
+    """
     path = Path(results)
+    if path.name in ("", ".."):
+        raise PoundingError(f'"{results}" is a folder; name the results, such as {path / "results.nc"}')
     return path if path.suffix == SUFFIX else path.with_suffix(SUFFIX)
 
 
@@ -75,6 +80,7 @@ class StudyFolder:
     def __init__(self, path: Path, lock: Lock, alone: bool, about: About, digest: str):
         self.path, self.about = path, about
         self._lock, self._alone, self._digest = lock, alone, digest
+        self.again = "the same command"  # goes on with what is kept
         self._sound: dict[range, tuple[int, int]] = {}  # lines of the parts that were verified, and size and time
 
     @classmethod
@@ -114,6 +120,8 @@ class StudyFolder:
             if isinstance(error, OSError):
                 raise _unwritable(folder, error, "") from None
             raise
+        if new:
+            found.again += " without --new"
         found.log("start", shared=shared, command=about.command)
         return found
 
@@ -132,7 +140,7 @@ class StudyFolder:
         if kept and not new and self._files():
             raise PoundingError(
                 f"{self.path}: holds {_cases(self._files(), kept['width'])} cases of a study that was another:"
-                f"{_differences(kept, identity, same)}\nput the scene back to go on with it, write --new to discard "
+                f"{_differences(kept, identity, same)}\nput that back to go on with it, write --new to discard "
                 "it, or write the results under another name (-o)"
             )
         self._discard()
@@ -179,7 +187,7 @@ class StudyFolder:
             write_part(self.path / PARTS, lines, part, self._digest)
             state = self._state(lines)
         except OSError as error:
-            raise _unwritable(self.path, error, f"{self.kept()} are kept; ") from None
+            raise _unwritable(self.path, error, f"{self.kept()} are kept; ", self.again) from None
         if state is not None:
             self._sound[lines] = state
         self.log("kept", start=lines.start, stop=lines.stop, seconds=round(seconds, 3))
@@ -289,8 +297,8 @@ class StudyFolder:
         (self.path / LOG).unlink(missing_ok=True)
 
     def kept(self) -> str:
-        """How many of the study's cases have a part, in words."""
-        return f"{_cases(self._sound, self.about.width)} of {self.about.lines * self.about.width} cases"
+        """How many of the study's cases have a part, in words; told without a look into the parts."""
+        return f"{_cases(self._files(), self.about.width)} of {self.about.lines * self.about.width} cases"
 
 
 def _cases(parts: Iterable[range], width: int) -> int:
@@ -339,10 +347,10 @@ def _held(folder: Path, held: Held) -> PoundingError:
     )
 
 
-def _unwritable(folder: Path, error: OSError, kept: str) -> PoundingError:
+def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
     """What is told where the system refuses to write."""
     if error.errno in FULL:
         return PoundingError(
-            f"{folder}: no space is left there ({error.strerror}); {kept}free space and run the same command again"
+            f"{folder}: no space is left there ({error.strerror}); {kept}free space and run {again} again"
         )
     return PoundingError(f"{folder}: cannot be written ({error.strerror}); {kept}choose another place (-o)")

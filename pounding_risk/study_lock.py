@@ -18,6 +18,7 @@ from pounding_risk.whole_files import host
 
 PATIENCE = {False: 1.0, True: 5.0}  # s, of a run alone and of a shard: another shard may be beginning the study
 PAUSE = 0.02  # s
+READ_ONLY = {errno.EACCES, errno.EPERM, errno.EROFS}  # another user's study, or a disk that is only read
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, getattr(errno, "ENOTSUP", errno.ENOSYS)}
 
 
@@ -131,7 +132,9 @@ def running(path: Path) -> list[Holder]:
         handle = os.open(path, os.O_RDWR)
     except FileNotFoundError:
         return []
-    except PermissionError:  # another user's study
+    except OSError as error:
+        if error.errno not in READ_ONLY:
+            raise
         handle = os.open(path, os.O_RDONLY)
     try:
         if _locked(handle, exclusive=True):

@@ -95,8 +95,10 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
     if not parts and _is_complete(log):
         gone = f"its results are not beside {folder.name} any more: moved, or removed"
         return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
-    every = "every case is kept, and the results are still to be written" if cases == total else ""
-    return Status(asked, STOPPED, cases=cases, **facts, go_on=_command(study, folder), note=every)
+    note = f"{results[0].name} is of an earlier run, and whole" if results else ""
+    if cases == total:
+        note = "every case is kept, and the results are still to be written"
+    return Status(asked, STOPPED, cases=cases, **facts, go_on=_command(study, folder), note=note)
 
 
 def _parts(folder: Path) -> tuple[list[range], int]:

@@ -224,6 +224,10 @@ REFUSED = [
         'equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows',
     ),
     (
+        "scan scene.toml --shard 1/2 --strict",
+        "--strict and --shard: a shard writes no results; give it to the scan without --shard",
+    ),
+    (
         "impact --law distributed_mass",
         'distributed_mass needs the length of the floors; write --floor-length "20 m"',
     ),
@@ -447,6 +451,19 @@ def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsy
     with cli_output.Watch("scan", resumes=True) as watch:
         watch(0, 1000)
     assert capsys.readouterr().err == ""
+
+
+def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
+    """The last worker of a cluster died: the speed of better times is no longer told."""
+    clock = Clock(monkeypatch)
+    monkeypatch.setattr(cli_output, "EVERY", 1e9)
+    with cli_output.Watch("scan") as watch:
+        for clock.now, done in ((10.0, 0), (20.0, 500)):
+            watch(done, 1000)
+        clock.now = 110.0
+        monkeypatch.setattr(cli_output, "EVERY", 30.0)
+        watch._say()
+    assert capsys.readouterr().err == "scan: 500 of 1000 cases (50 %), 5 a second, about 100 s left\n"
 
 
 def lines_said(capsys, count: int) -> list[str]:

@@ -232,6 +232,32 @@ def test_a_scheduler_that_goes_away_is_told(apart):
     assert np.array_equal(kept.value[found], expected(order)[found])
 
 
+def test_workers_that_are_all_gone_are_told(apart, monkeypatch):
+    """Where somebody started them by hand nobody starts others: a scan that waits for ever helps no one."""
+    address, _ = apart(1)
+    job, kept = Numbers(Order(lines=300, laws=1, seconds=2e-3)), Kept(300)
+    cluster = Dask(address, counted)
+    monkeypatch.setattr(dask_executor, "PATIENCE", 0.3)
+    monkeypatch.setattr(dask_executor, "LOOK", 0.1)
+
+    async def gone(dask_scheduler):
+        for worker in list(dask_scheduler.workers):
+            await dask_scheduler.remove_worker(worker, stimulus_id="gone")
+
+    def keep(lines, part, seconds):
+        kept(lines, part, seconds)
+        if len(kept.chunks) == 5:
+            cluster._client.run_on_scheduler(gone)
+
+    try:
+        with pytest.raises(
+            PoundingError, match=r"has had no workers for 0\.3 s: .*start some again; what is done is kept"
+        ):
+            cluster.run(job, pending_of(job, length=10), keep)
+    finally:
+        cluster.close()
+
+
 def test_a_scheduler_without_workers_is_told(apart, monkeypatch):
     monkeypatch.setattr(dask_executor, "PATIENCE", 0.3)
     address, _ = apart(0)
@@ -251,3 +277,10 @@ def test_a_missing_extra_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(PoundingError, match=r"pip install 'pounding-risk\[cluster\]'"):
         Dask("tcp://127.0.0.1:8786")
+
+
+def test_an_address_that_is_none_is_told_before_a_client_is_made(monkeypatch):
+    """A client of no address cannot be closed: it printed a traceback, after 20 s."""
+    monkeypatch.setattr(distributed, "Client", None)
+    with pytest.raises(PoundingError, match=r'no Dask scheduler answers at "head" \(missing port number'):
+        Dask("head")

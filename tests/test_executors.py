@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pounding_risk
-from pounding_risk import ensemble, pair_job
+from pounding_risk import ensemble
 from pounding_risk.ensemble import scan_shard
 from pounding_risk.errors import PoundingError, Stopped
 from pounding_risk.executors import (
@@ -33,6 +33,7 @@ from pounding_risk.executors import (
     shard_lines,
 )
 from pounding_risk.scenario import parse_scene
+from pounding_risk.stores import Netcdf
 
 
 def pending_of(job, lines=None, **more):
@@ -199,6 +200,27 @@ def test_a_scan_has_the_same_bits_in_shards(in_one_go, tmp_path):
     assert sharded.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.parametrize(("new", "again"), [(False, "the same command"), (True, "the same command without --new")])
+def test_ctrl_c_while_results_are_written_says_what_is_kept(in_one_go, monkeypatch, tmp_path, new, again):
+    """All is solved by then; and after --new the same command would throw it away."""
+    target, cases = tmp_path / "r.nc", in_one_go["status"].size
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Netcdf, "finish", interrupted)
+        with pytest.raises(Stopped) as stop:
+            scanned(out=target, new=new)
+    assert str(stop.value) == (
+        f"{cases} of {cases} cases are kept in {tmp_path / 'r.study'}; {again} goes on from there"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["r.study"]
+    told = []
+    scanned(out=target, progress=lambda *counts: told.append(counts))
+    assert told == [(cases, cases)] and target.exists()
+
+
 def test_no_law_compiles_on_two_threads():
     """Other laws go on meanwhile."""
     begun, over = [], []
@@ -292,22 +314,6 @@ def test_what_is_finished_is_kept_when_a_run_is_interrupted():
     assert len(kept.chunks) >= 2 + 5  # room for two threads is five
     found = kept.times > 0
     assert np.array_equal(kept.value[found], serial(order)[found])
-
-
-def test_ctrl_c_while_the_file_is_written_says_how_to_go_on(in_one_go, tmp_path, monkeypatch):
-    """All is solved then, and nothing is solved again."""
-    out = tmp_path / "results.nc"
-
-    def interrupted(labeller):
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patched:
-        patched.setattr(pair_job.PairLabeller, "finish", interrupted)
-        with pytest.raises(Stopped, match=r"156 of 156 cases are kept in \S+; the same command goes on from there"):
-            scanned(out=out)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["results.study"]
-    monkeypatch.setattr(pair_job.PairJob, "solve", None)
-    assert scanned(out=out).identical(in_one_go)
 
 
 IN_A_KERNEL = """

@@ -143,7 +143,7 @@ def test_validate_compiles_nothing(tmp_path):
 
 PROBE = """
 import json, sys
-from pounding_risk.compiled import is_compiled
+from pounding_risk.plan_kernels import is_compiled
 from pounding_risk.core.collide import depth_of
 from pounding_risk.models.contact import Hertz, Linear
 call = Hertz(1e9), 1234.5, 1e-6

@@ -149,6 +149,19 @@ def test_shards_are_counted():
         assert told("results.nc")["state"].endswith("; 2 shards so far")
 
 
+def test_a_study_that_is_done_again_says_that_the_results_beside_it_are_whole():
+    begun().close()
+    assert pr.status("results.nc").note == ""
+    Path("results.nc").touch()
+    assert told("results.nc")["note"] == "results.nc is of an earlier run, and whole"
+
+
+@pytest.mark.parametrize("name", [".", "..", "/"])
+def test_a_folder_that_has_no_name_is_told(name):
+    with pytest.raises(PoundingError, match=r"is a folder; name the results, such as .*results\.nc"):
+        pr.status(name)
+
+
 def test_a_folder_of_the_users_own_is_no_study():
     Path("results.study").mkdir()
     Path("results.study/thesis.tex").touch()

@@ -20,10 +20,10 @@ from made_forms import SHAPE, made_form, pieces, values_of
 from pounding_risk import layout
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import block_shape, blocks, form_of, values_at
-from pounding_risk.placing import checksum, sweep
 from pounding_risk.results import check_target, open_results, save
 from pounding_risk.scenario import parse_scene
 from pounding_risk.stores import Memory, Netcdf, store_of
+from pounding_risk.whole_files import checksum, host, sweep
 
 SUFFIXES = (".nc", ".zarr")
 LATER = {"command": "pounding-risk scan é", "parts": 3, "share": 0.5}
@@ -184,7 +184,7 @@ def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
         with pytest.raises(PoundingError, match="no such results file"):
             open_results(target)
     (left,) = sweep(target)
-    assert left.name == f".{target.name}.{run.pid}.partial"
+    assert left.name == f".{target.name}.{host()}.{run.pid}.partial"
     assert names(tmp_path) == [target.name] * older
 
 
@@ -365,11 +365,11 @@ def test_a_crash_between_two_names_is_told(tmp_path):
     """The older store is whole under the name that the sentence gives."""
     form, target = made_form(), tmp_path / "results.zarr"
     write(store_of(form, target), form)
-    target.rename(tmp_path / ".results.zarr.4711.old")
-    with pytest.raises(PoundingError, match=r"rename \S+\.results\.zarr\.4711\.old, the results of before"):
+    target.rename(tmp_path / ".results.zarr.here.4711.old")
+    with pytest.raises(PoundingError, match=r"rename \S+\.results\.zarr\.here\.4711\.old, the results of before"):
         open_results(target)
     write(store_of(form, target), form)
-    assert [path.name for path in sweep(target)] == [".results.zarr.4711.old"]
+    assert [path.name for path in sweep(target)] == [".results.zarr.here.4711.old"]
     assert names(tmp_path) == ["results.zarr"]
 
 

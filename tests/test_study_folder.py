@@ -30,6 +30,7 @@ from pounding_risk.parts import chosen, merged, pieces_of
 from pounding_risk.study_folder import About, StudyFolder, folder_of, read_study
 from pounding_risk.study_log import read_lines, write_line
 from pounding_risk.study_parts import Damaged, lines_of, part_name, read_part, write_part
+from pounding_risk.study_status import STOPPED, status
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent.parent
 IDENTITY = {
@@ -195,9 +196,9 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
         keep(folder, range(0, 10), range(10, 20), range(20, 30))
     torn = path / "parts" / part_name(range(10, 20))
     torn.write_bytes(torn.read_bytes()[:-40])
-    aside = path / "parts" / f"{part_name(range(30, 40))}.elsewhere.123.partial"
+    aside = path / "parts" / f".{part_name(range(30, 40))}.elsewhere.123.partial"
     aside.write_bytes(b"half")
-    (path / "study.json.elsewhere.123.partial").write_bytes(b"half")
+    (path / ".study.json.elsewhere.123.partial").write_bytes(b"half")
     mine = path / "parts" / "notes.partial"
     mine.write_text("my own", encoding="utf-8")
     with opened(path, shared=True) as folder:
@@ -212,7 +213,7 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
             list(folder.parts([range(0, 10)]))
         assert folder.done() == [range(20, 30)]
     removed = [line["file"] for line in read_lines(path / "log.jsonl") if line["event"] == "removed"]
-    assert removed == ["study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
+    assert removed == [".study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
 
 
 def test_another_identity_is_refused_with_every_difference(path):
@@ -225,7 +226,7 @@ def test_another_identity_is_refused_with_every_difference(path):
         '  - interface[0].gap: was "20 mm", is "25 mm"',
         '  - grid.gap: was ["0 mm", "5 mm"], is absent',
         "  - screening: was true, is false",
-        "put the scene back to go on with it, write --new to discard it, or write the results under another name (-o)",
+        "put that back to go on with it, write --new to discard it, or write the results under another name (-o)",
     ]
     with opened(path) as folder:
         assert folder.done() == [range(0, 10)]
@@ -270,7 +271,7 @@ def test_a_file_or_no_folder_above_is_refused(path):
 def test_a_study_that_was_killed_as_it_began_begins_again(path):
     path.mkdir()
     (path / "lock").write_text("", encoding="utf-8")
-    (path / "study.json.here.12.partial").write_text("{", encoding="utf-8")
+    (path / ".study.json.here.12.partial").write_text("{", encoding="utf-8")
     with opened(path) as folder:
         keep(folder, range(0, 10))
         assert folder.done() == [range(0, 10)]
@@ -485,6 +486,21 @@ def test_a_full_disk_is_told_and_the_study_goes_on_after_it(small_disk):
         assert folder.done() == kept
         folder.keep(range(90, 100), large, 0.1)
         assert folder.done() == [*kept, range(90, 100)]
+
+
+def test_the_state_of_a_study_on_a_disk_that_is_only_read(small_disk):
+    with opened(small_disk / "results.study") as folder:
+        keep(folder, range(0, 10))
+    subprocess.run(["mount", "-o", "remount,ro", str(small_disk)], check=True)
+    assert status(small_disk / "results.nc").state == STOPPED
+
+
+def test_after_new_the_same_command_would_discard_what_is_kept(small_disk):
+    with opened(small_disk / "results.study", new=True) as folder:
+        with pytest.raises(PoundingError, match="run the same command without --new again"):
+            folder.keep(range(0, 100), {"raw": np.ones((100, 3, 1000))}, 0.1)
+        # As many as there are files, whether or not anybody has looked into them yet.
+        assert folder.kept() == "0 of 300 cases"
 
 
 def test_no_space_to_begin_is_told(small_disk):
