@@ -87,6 +87,9 @@ def main() -> None:
     except SystemExit as end:
         _leave(end)
         raise
+    except KeyboardInterrupt:  # before a command is reached, or a second one on the way out
+        _leave(SystemExit(INTERRUPTED))
+        sys.exit(INTERRUPTED)
 
 
 def _leave(end: SystemExit) -> None:

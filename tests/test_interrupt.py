@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import pounding_risk
+from pounding_risk import cli
 from pounding_risk.study_status import status
 
 # A weak motion that closes no gap and is done at once; then lines of 10,000 runs of a stiff pair over 150 s, each of
@@ -83,3 +84,16 @@ def test_ctrl_c_waits_for_no_kernel_and_keeps_what_is_done(tmp_path):
     told = status(tmp_path / "r.nc")
     assert told.state == "stopped" and 0 < told.cases < told.total
     assert f"{told.cases} of {told.total} cases are kept" in err
+
+
+def test_ctrl_c_before_a_command_is_reached_shows_no_traceback(monkeypatch):
+    """While typer still builds the commands, which takes some tenths of a second."""
+
+    def interrupted(**_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "app", interrupted)
+    monkeypatch.setattr(cli, "_leave", lambda end: None)  # other tests' threads may live here
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    assert end.value.code == 130
