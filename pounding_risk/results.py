@@ -1,7 +1,7 @@
 """Datasets on disk: netCDF-4 or Zarr that is whole or not there, and the provenance that goes with it.
 
 One thread of a process may touch netCDF at a time: the libraries below crash otherwise. Nothing here is called
-from a worker.
+from a worker; a user may call from several threads.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import os
 import platform
 from importlib import import_module, metadata
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 import netCDF4
@@ -23,6 +24,7 @@ from pounding_risk.whole_files import discard, move_into_place, moved_away, not_
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
 # Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
 ZARR_MARK = "pounding_risk_variables"
+NETCDF = RLock()  # held by whoever touches it
 ONCE = 1 << 20  # bytes of each variable
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
@@ -116,7 +118,8 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     target = check_target(path)
     partial = partial_of(target)
     try:
-        dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
+        with NETCDF:
+            dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
         move_into_place(partial, target)
     except (OSError, RuntimeError) as error:  # netCDF raises both where the disk is full
         raise not_written(target, error) from None
@@ -133,20 +136,22 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
     Raises PoundingError where the file is missing or is none of these.
     """
     if not lazy:
-        with _opened(Path(path), None) as dataset:
+        with NETCDF, _opened(Path(path), None) as dataset:
             return dataset.load()
-    return _opened(Path(path), {})
+    with NETCDF:
+        return _opened(Path(path), {})
 
 
 def stream_results(path: str | Path) -> xr.Dataset:
     """As `open_results`, lazily and without Dask: for what reads block by block. Close it at the end."""
-    usual = netCDF4.get_chunk_cache()
-    # Each piece of a variable is read once; the library would keep 16 MB of every variable.
-    netCDF4.set_chunk_cache(ONCE, *usual[1:])
-    try:
-        return _opened(Path(path), None)
-    finally:
-        netCDF4.set_chunk_cache(*usual)
+    with NETCDF:
+        usual = netCDF4.get_chunk_cache()
+        # Each piece of a variable is read once; the library would keep 16 MB of every variable.
+        netCDF4.set_chunk_cache(ONCE, *usual[1:])
+        try:
+            return _opened(Path(path), None)
+        finally:
+            netCDF4.set_chunk_cache(*usual)
 
 
 def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:

@@ -4,16 +4,17 @@ A store is made of a dataset's form and takes the values of its lines; whole blo
 they come, parts of a block are gathered until another block is touched. Blocks are written whole and in chunks of their
 own, so that the bytes on disk follow from the values and from the order of the calls alone.
 
-One thread of a process may touch netCDF: the caller's.
+One thread of a process may touch netCDF, the caller's, and one at a time where several call.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import wraps
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar, cast
 
 import netCDF4
 import numpy as np
@@ -21,7 +22,7 @@ import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import Form, blocks, place
-from pounding_risk.results import RESULTS, check_target, netcdf_encoding, zarr_store
+from pounding_risk.results import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
 from pounding_risk.whole_files import discard, move_into_place, not_written, partial_of
 
 KEPT = "free space and run the same command again, without --new: the parts are kept"
@@ -211,11 +212,26 @@ class OnDisk(Blockwise):
     def _begin(self) -> None: ...
 
 
+Act = TypeVar("Act", bound=Callable[..., Any])
+
+
+def _one_at_a_time(act: Act) -> Act:
+    """What touches netCDF waits for other threads that do."""
+
+    @wraps(act)
+    def alone(*args: Any) -> Any:
+        with NETCDF:
+            return act(*args)
+
+    return cast(Act, alone)
+
+
 class Netcdf(OnDisk):
     """A netCDF-4 file. Raises PoundingError where it cannot be written."""
 
     _file: Any = None
 
+    @_one_at_a_time
     def _begin(self) -> None:
         skeleton = self.form.skeleton
         skeleton.to_netcdf(self.partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(skeleton))
@@ -268,19 +284,23 @@ class Netcdf(OnDisk):
         else:
             del self._file.coordinates
 
+    @_one_at_a_time
     def _put(self, block: range, name: str, values: np.ndarray) -> None:
         slices, sizes = self._where(block, name)
         self._file[name][slices] = values.reshape(sizes)
 
+    @_one_at_a_time
     def _get(self, block: range, name: str) -> np.ndarray:
         slices, _ = self._where(block, name)
         return np.asarray(self._file[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
 
+    @_one_at_a_time
     def _complete(self, attrs: Mapping[str, Any]) -> None:
         self._file.setncatts(dict(attrs))
         self._file.close()
         move_into_place(self.partial, self.target)
 
+    @_one_at_a_time
     def _remove(self) -> None:
         discard(self.partial)  # before closing, which on a full disk cannot succeed until it is
         if self._file is not None and self._file.isopen():

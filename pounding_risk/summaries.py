@@ -62,6 +62,8 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
         raise PoundingError(
             f"{whose}: is no dataset of a scan; name what `pounding-risk scan SCENE -o results.nc` wrote"
         )
+    if "rtol" not in dataset.attrs:
+        raise PoundingError(f"{whose}: its attributes are lost; name the file that the scan wrote, before any change")
     spreads = _spreads(dataset, form)
     units = {name: str(form.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))

@@ -425,3 +425,38 @@ def test_without_the_extra_it_is_named(tmp_path):
     command = [sys.executable, "-c", code, str(tmp_path / "results.zarr")]
     run = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert run.stdout.count('pip install "pounding-risk[cluster]"') == 2, run.stderr
+
+
+THREADS = """
+import sys
+sys.path.insert(0, {tests!r})
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from made_forms import made_form, pieces
+from pounding_risk.results import open_results, save
+from pounding_risk.stores import Netcdf
+
+form = made_form()
+written = list(pieces(form))
+
+def write(number):
+    target = Path(f"{{number}}.nc")
+    with Netcdf(form, target) as store:
+        for block, values in written:
+            store.write(block, values)
+        store.finish({{}})
+    save(open_results(target), f"{{number}}-copy.nc")
+    return open_results(f"{{number}}-copy.nc")
+
+with ThreadPoolExecutor(8) as threads:
+    found = list(threads.map(write, range(16)))
+assert all(each.identical(found[0]) for each in found)
+"""
+
+
+def test_threads_of_a_user_take_turns_at_netcdf(tmp_path):
+    """Without turns the process ends by a signal: of the first run of three threads, each with a scan of its own."""
+    code = THREADS.format(tests=str(Path(__file__).parent))
+    environment = {**os.environ, "PYTHONPATH": str(Path(layout.__file__).parent.parent)}
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr

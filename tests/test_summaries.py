@@ -150,6 +150,8 @@ def test_rechecks_need_no_whole_dataset(files, small_blocks, name):
 def test_a_summary_is_of_a_scan_only(files):
     with pytest.raises(PoundingError, match="is no dataset of a scan"):
         summary(files / "history.nc")
+    with pytest.raises(PoundingError, match="the dataset: its attributes are lost; name the file that the scan wrote"):
+        summary(open_results(files / "pair.nc").drop_attrs())
 
 
 def test_the_commands_print_and_write(files, tmp_path):
