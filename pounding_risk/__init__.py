@@ -26,6 +26,8 @@ _HOMES = {
     "stability": "hard",
     "effects": "effect_costs",
     "modes": "modal",
+    "PoundingError": "errors",
+    "Stopped": "errors",
     "read_scene": "scenario",
     "read_motion": "motions",
     "code_table": "separations",

@@ -100,7 +100,8 @@ class Scan:
         from pounding_risk.study_folder import About, StudyFolder, folder_of
 
         about = About(self.job.lines, self.job.width, self.study.name, self.command)
-        return StudyFolder.open(folder_of(target), identity(self.job.order), about, new=new, shared=shared)
+        known = identity(self.job.order, self.job.prepared)
+        return StudyFolder.open(folder_of(target), known, about, new=new, shared=shared)
 
     def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
         """Work on what the folder lacks."""

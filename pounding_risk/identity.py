@@ -42,14 +42,16 @@ class Asked(Protocol):
         """The part of the runs that is made again."""
 
 
-def identity(order: Asked) -> dict[str, Any]:
-    """All that the numbers of a study depend on, in types that JSON has."""
+def identity(order: Asked, prepared: str = "") -> dict[str, Any]:
+    """All that the numbers of a study depend on, in types that JSON has; ``prepared`` as a job says it."""
     tables = {
-        "scene": order.study.resolved(),
+        # A title changes no number.
+        "scene": {key: table for key, table in order.study.resolved().items() if key != "scene"},
         "records": [_record(motion) for motion in order.motions],
         "options": {"screening": bool(order.screening), "check_fraction": float(order.check_fraction)},
         "program": _program(),
         "laws": _own_laws(order.study),
+        "prepared": prepared,
     }
     return _plain(tables)
 
@@ -63,13 +65,19 @@ def digest(identity: Mapping[str, Any]) -> str:
 def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     """One sentence for each thing in which two identities differ: 'interface[0].gap: was "20 mm", is "25 mm"'."""
     old, new = _plain(old), _plain(new)
-    return [
+    found = [
         *_changed(old.get("scene", {}), new.get("scene", {})),
         *_changed_records(old.get("records", []), new.get("records", [])),
         *_changed(old.get("options", {}), new.get("options", {})),
         *_changed_program(old.get("program", {}), new.get("program", {})),
         *_changed_laws(old.get("laws", {}), new.get("laws", {})),
     ]
+    if not found and old.get("prepared") != new.get("prepared"):
+        found.append(
+            "the last digits of what is computed before the runs: another kind of processor, for which libraries "
+            "compute in other ways; set the same OPENBLAS_CORETYPE on all machines, or use machines of one kind"
+        )
+    return found
 
 
 def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:

@@ -51,6 +51,10 @@ class Job(Protocol):
     width: int  # cases in a line
     bytes_a_line: int  # of a part
 
+    @property
+    def prepared(self) -> str:
+        """Digest of what runs are made of and what is computed before them, by libraries that choose by processor."""
+
     def law_at(self, line: int) -> int:
         """Which of the grid's contact models a line needs, compiled."""
 

@@ -50,7 +50,7 @@ def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, f
     )
 
 
-def _maps(pair: tuple[Oscillator, Oscillator], time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def vibration_maps(pair: tuple[Oscillator, Oscillator], time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """`_vibration_map` of both buildings."""
     return _vibration_map(pair[0], time), _vibration_map(pair[1], time)
 
@@ -90,11 +90,14 @@ def at_rest(
     passage: Together | Passing = Together()
     if wave is not None:
         passing = wave.grounds(ground, step)
-        ground, passage = passing.left, passing._replace(maps=_maps(pair, step - passing.first))
+        ground, passage = passing.left, passing._replace(maps=vibration_maps(pair, step - passing.first))
     states = np.zeros((ground.size, 4))
     blocks = ceil((ground.size - 1) / BLOCK)
     extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
-    node_map, block_map = _maps(pair, passage.width(step, 0)), _maps(pair, passage.moment(step, BLOCK))
+    node_map, block_map = (
+        vibration_maps(pair, passage.width(step, 0)),
+        vibration_maps(pair, passage.moment(step, BLOCK)),
+    )
     return Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from pounding_risk.layout import Form, Stretch, bytes_a_case, stretches
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
-from pounding_risk.pair import free_response, oscillators
+from pounding_risk.pair import free_response, oscillators, vibration_maps
 from pounding_risk.parts import Part
 from pounding_risk.recheck import AtLeastOne, changes, check_variables, drawn, made_again, not_made_again
 from pounding_risk.recheck_findings import tighter
@@ -57,6 +58,13 @@ class PairJob:
             return free_response(self.pair, found.acceleration, found.dt, wave_of(study.effects))
 
         return self._free.of(motion, respond)
+
+    @cached_property
+    def prepared(self) -> str:
+        """Of the pair, its laws, and the maps over a step of each record."""
+        steps = sorted({motion.dt for motion in self.order.motions})
+        maps = [vibration_maps(self.pair, step) for step in steps]
+        return blake2b(repr((self.pair, self.laws, maps)).encode(), digest_size=16).hexdigest()
 
     def law_at(self, line: int) -> int:
         """The contact model's place in the grid."""

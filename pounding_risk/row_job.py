@@ -78,6 +78,15 @@ class RowJob:
         """The cases of one motion under one contact model."""
         return Cases(self.grid.model, self.grid.mechanics[law], self.driven(motion), rtol)
 
+    @cached_property
+    def prepared(self) -> str:
+        """Of the laws, and of every matrix of the row over a step of each record."""
+        found = blake2b(repr([each.laws for each in self.grid.mechanics]).encode(), digest_size=16)
+        for step in sorted({motion.dt for motion in self.order.motions}):
+            for array in self.grid.model.row(step).row:
+                found.update(np.ascontiguousarray(array).tobytes())
+        return found.hexdigest()
+
     def law_at(self, line: int) -> int:
         """The contact model's place in the grid."""
         return line // self.shape[-2] % self.shape[-3]
