@@ -22,9 +22,9 @@ import xarray as xr
 
 from pounding_risk.ensemble import scan
 from pounding_risk.layout import Form, blocks, form_of
-from pounding_risk.placing import AGAIN
 from pounding_risk.results import netcdf_encoding
 from pounding_risk.scenario import parse_scene
+from pounding_risk.whole_files import AGAIN
 
 SCENE = """
 [[building]]

@@ -6,8 +6,9 @@ kernel by its address, and the wrapper takes its share of compiling).
 
 Cache: numba stamps a compiled function with the text of its own file only, so an edited contact law would go
 on answering with its old numbers. The cache folder therefore carries a digest of every source file that kernels
-are made of, `core/`, `models/` and `methods/`: any edit starts a new folder. A cache that cannot be written or read
-is left unused. Of a class from anywhere else, a user's own law, nothing is kept: its source has no digest.
+are made of, `core/`, `models/` and `methods/`: any edit starts a new folder. Where the package is installed does not
+count, so that machines may share one. A cache that can only be read is read; where none can be, nothing is kept. Of a
+class from anywhere else, a user's own law, nothing is kept: its source has no digest.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from threading import Lock
 import numba
 from numba import config, njit, types
 from numba.core import cgutils
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.extending import intrinsic, overload, overload_method
 from numba.np.arrayobj import make_array, populate_array
 
@@ -50,10 +51,11 @@ def source_digest() -> str:
 
 
 def cache_folder() -> str | None:
-    """A folder for compiled kernels that can be written, or None: then nothing is cached.
+    """A folder for compiled kernels, or None: then nothing is cached.
 
-    ``NUMBA_CACHE_DIR`` wins; otherwise the user's cache folder. A read-only home, or none, falls back to a
-    private folder under the system's temporary one.
+    ``NUMBA_CACHE_DIR`` wins; otherwise the user's cache folder. One that holds compiled kernels will do if it can be
+    read, as on the nodes of a cluster; else it must be one that can be written. A read-only home, or none, falls back
+    to a private folder under the system's temporary one.
     """
     for root in _cache_roots():
         folder = root / "pounding_risk" / source_digest()
@@ -62,8 +64,16 @@ def cache_folder() -> str | None:
             with tempfile.NamedTemporaryFile(dir=folder):
                 return str(folder)
         except OSError:
-            continue
+            if _is_filled(folder):
+                return str(folder)
     return None
+
+
+def _is_filled(folder: Path) -> bool:
+    """True for a folder in which compiled kernels can be read."""
+    with suppress(OSError):
+        return os.access(folder, os.R_OK | os.X_OK) and any(folder.rglob("*.nbi"))
+    return False
 
 
 def _cache_roots() -> Iterator[Path]:
@@ -89,6 +99,47 @@ def _is_mine_alone(folder: Path) -> bool:
     return stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.getuid() and not facts.st_mode & 0o077
 
 
+class Shelf:
+    """Where the compiled forms of one kernel stand: in a folder named after its module, whose place on disk is nothing.
+
+    Numba's own names the folder after that place, stamps it with the file's text, which our folder's name covers, and
+    takes none that cannot be written.
+    """
+
+    def __init__(self, function, file):
+        self._py_file = file
+        self._path = os.path.join(CACHE or "", *function.__module__.split(".")[1:-1])
+        self._line = function.__code__.co_firstlineno
+
+    @classmethod
+    def from_function(cls, function, file):
+        """As numba asks for it."""
+        return cls(function, file)
+
+    def get_cache_path(self):
+        """The folder."""
+        return self._path
+
+    def ensure_cache_path(self):
+        """Have the folder; raises OSError where it cannot be written, before anything is."""
+        os.makedirs(self._path, exist_ok=True)
+        tempfile.TemporaryFile(dir=self._path).close()
+
+    def get_source_stamp(self):
+        """What a compiled form was made of: the name of the cache folder says it."""
+        return ""
+
+    def get_disambiguator(self):
+        """What tells functions of one name apart."""
+        return str(self._line)
+
+
+class OnShelf(CompileResultCacheImpl):
+    """Compiled forms on their `Shelf`."""
+
+    _locator_classes = (Shelf,)
+
+
 class ForgivingCache(FunctionCache):
     """The compiled forms of one kernel on disk, where nothing that is wrong with a file is an error.
 
@@ -96,6 +147,8 @@ class ForgivingCache(FunctionCache):
     types than asked: two processes that compile one kernel for two laws at once may give both the same file
     (numba issue 4807), and the other law would answer without a word.
     """
+
+    _impl_class = OnShelf
 
     def load_overload(self, sig, target_context):
         """The compiled form for these types, or None."""
@@ -137,14 +190,10 @@ def kernel(function):
     """Compile ``function``: the one decorator of every jitted function of the package."""
     if INTERPRETED:
         return function
-    kept, config.CACHE_DIR = config.CACHE_DIR, CACHE or ""
-    try:
-        compiled = by_type_alone(njit(**FLAGS)(function))
-        if CACHE is not None:
-            compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
-        return compiled
-    finally:
-        config.CACHE_DIR = kept
+    compiled = by_type_alone(njit(**FLAGS)(function))
+    if CACHE is not None:
+        compiled._cache = ForgivingCache(function)  # what njit(cache=True) does, with numba's own class
+    return compiled
 
 
 def small(function):

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from pounding_risk.case_choice import LAW, Asked, Choice, chosen, largest, values_of
 from pounding_risk.core.tally import STATUS_SENTENCES
-from pounding_risk.ensemble import Progress
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.history import pair_histories
 from pounding_risk.layout import AXES, CaseVariable, Form, blocks
 from pounding_risk.motions import Motion, driven
 from pounding_risk.pair import Interface
-from pounding_risk.placing import AGAIN
+from pounding_risk.progress import Progress
 from pounding_risk.recorded_scene import check_records, recorded
 from pounding_risk.results import RESULTS, as_text, check_target, open_results, versions
 from pounding_risk.row_dataset import row_coordinates
@@ -37,6 +36,7 @@ from pounding_risk.scene_laws import law_of
 from pounding_risk.signals import Samples
 from pounding_risk.stores import store_of
 from pounding_risk.study import Study
+from pounding_risk.whole_files import AGAIN
 
 MOST = 1000  # cases, unless more are asked for: some tens of seconds, and a gigabyte
 OF_A_PAIR = {
@@ -148,19 +148,6 @@ def histories(
         say(f"{count:,} case{'s' * (count != 1)}, {cases.samples:,} samples: about {size} before compression")
     _write(cases, form, target, workers or cpu_count() or 1, progress)
     return target
-
-
-def counter(total: int, progress: Progress | None) -> Callable[[int], None]:
-    """What tells ``progress`` how many of the ``total`` cases are done."""
-    done = 0
-
-    def advance(size: int) -> None:
-        nonlocal done
-        done += size
-        if progress:
-            progress(done, total)
-
-    return advance
 
 
 def _chosen_cases(source: Study | str | Path, asked: Asked, output: str | None, folder: str | Path | None) -> Cases:

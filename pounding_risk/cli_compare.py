@@ -18,7 +18,7 @@ HEADS = {
 
 def print_comparison(dataset: Any) -> None:
     """Three tables of one line a law, and the finding."""
-    from pounding_risk.rechecked import findings
+    from pounding_risk.recheck_findings import findings
     from pounding_risk.summaries import failures
 
     facts = dataset.attrs

@@ -73,11 +73,12 @@ def _show(table: Any, wraps: bool) -> None:
 def command_line(aside: Mapping[str, bool] | None = None) -> str:
     """What was typed, for the results, without the options ``aside``, each of which takes a value or does not.
 
-    Nothing where the command was called from another program.
+    Nothing where the command was called from another program. Bytes that are no text are told by their numbers.
     """
     program = Path(sys.argv[0])
     ours = program.stem == "pounding-risk" or (program.name, program.parent.name) == ("__main__.py", "pounding_risk")
-    return shlex.join(["pounding-risk", *_without(sys.argv[1:], aside or {})]) if ours else ""
+    typed = shlex.join(["pounding-risk", *_without(sys.argv[1:], aside or {})]) if ours else ""
+    return typed.encode(errors="backslashreplace").decode()
 
 
 def _without(words: Sequence[str], aside: Mapping[str, bool]) -> list[str]:

@@ -150,7 +150,7 @@ def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> Non
 
     ``kept`` of them were there when it started.
     """
-    from pounding_risk.rechecked import findings
+    from pounding_risk.recheck_findings import findings
     from pounding_risk.summaries import counted, failures
 
     counts = counted(dataset)

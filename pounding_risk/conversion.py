@@ -6,9 +6,9 @@ from pathlib import Path
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import blocks, form_of, values_at
-from pounding_risk.placing import AGAIN
 from pounding_risk.results import RESULTS, check_target, stream_results
 from pounding_risk.stores import store_of
+from pounding_risk.whole_files import AGAIN
 
 
 def convert(source: str | Path, target: str | Path) -> Path:

@@ -243,6 +243,7 @@ class Flight:
         # Not the future's status: a worker may be lost once its answer is here.
         if not isinstance(found, Back):
             future.release()
+            self.keep_finished()
             raise self._told_apart(lines, found)
         self.pending.took(lines, found.seconds if found.tells else None)
         self.in_hand = lines, found.part, found.seconds

@@ -16,17 +16,17 @@ from pounding_risk.gather import gathered
 from pounding_risk.jobs import Order, job_of
 from pounding_risk.layout import blocks
 from pounding_risk.parts import InMemory, Part, merged, without
-from pounding_risk.placing import sweep
-from pounding_risk.provenance import provenance
+from pounding_risk.progress import Progress
 from pounding_risk.recheck import check_share
+from pounding_risk.recorded_scene import provenance
 from pounding_risk.results import RESULTS, as_text, check_target, open_results
 from pounding_risk.stores import Blockwise, Memory, store_of
 from pounding_risk.study import Study, as_study
+from pounding_risk.whole_files import sweep
 
 if TYPE_CHECKING:
     from pounding_risk.study_folder import StudyFolder
 
-Progress = Callable[[int, int], None]
 LAZY = 1e9  # bytes: a larger dataset is not read whole when it has been written
 
 

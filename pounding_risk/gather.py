@@ -6,7 +6,7 @@ pattern, a folder and a file of several components stand for their horizontals; 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isclose, isfinite
 from pathlib import Path
@@ -20,6 +20,7 @@ from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import Motion, read_motion
 from pounding_risk.noise import shared_corners
 from pounding_risk.processing import DEFAULT_CHAIN
+from pounding_risk.progress import Progress
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.record_request import RecordRequest, Spectral, matching
 from pounding_risk.recordings import recording
@@ -38,7 +39,6 @@ from pounding_risk.study import Study
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
-Progress = Callable[[int, int], None]
 
 
 class Gathered(NamedTuple):

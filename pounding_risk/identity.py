@@ -98,12 +98,10 @@ def _plain(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _record(motion: Motion) -> dict[str, Any]:
-    samples = hashlib.sha256(f"{motion.dt.hex()} {motion.acceleration.dtype.str}".encode())
-    samples.update(motion.acceleration.tobytes())
     return {
         "name": motion.name,
         "sha256": str(motion.record.get("sha256", "")),
-        "samples": samples.hexdigest(),
+        "samples": motion.digest,
         "processing": list(motion.processing),
     }
 
@@ -113,10 +111,10 @@ def _program() -> dict[str, str]:
 
     found = versions()
     python = ".".join(platform.python_version_tuple()[:2])
-    return {"python": python, **{name: found[name] for name in LIBRARIES}, "source": source_digest()}
+    return {"python": python, **{name: found[name] for name in LIBRARIES}, "source": package_digest()}
 
 
-def source_digest() -> str:
+def package_digest() -> str:
     """Digest of the package's own source: all of it but commands and figures, which compute nothing."""
     package = Path(__file__).parent
     found = hashlib.sha256()

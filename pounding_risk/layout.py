@@ -27,6 +27,11 @@ class CaseVariable(NamedTuple):
     attrs: Mapping[str, Any]
 
 
+def bytes_a_case(variables: Mapping[str, CaseVariable], sizes: Mapping[Any, int]) -> int:
+    """Of a case with these variables, before compression; ``sizes`` are those of their own dimensions."""
+    return sum(found.dtype.itemsize * prod(sizes[dim] for dim in found.dims) for found in variables.values())
+
+
 class Form(NamedTuple):
     """A dataset without the values of its cases."""
 
@@ -56,7 +61,7 @@ class Form(NamedTuple):
     @property
     def bytes_a_case(self) -> int:
         """Of all variables, before compression."""
-        return sum(variable.dtype.itemsize * prod(self.extra(name)) for name, variable in self.cases.items())
+        return bytes_a_case(self.cases, self.skeleton.sizes)
 
 
 def block_shape(form: Form) -> tuple[int, ...]:

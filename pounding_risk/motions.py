@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
+from hashlib import sha256
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,6 +78,11 @@ class Motion:
     def times(self) -> Samples:
         """When each sample is [s], from zero, shape (n,)."""
         return np.arange(len(self.acceleration)) * self.dt
+
+    @property
+    def digest(self) -> str:
+        """sha256 of what runs see: every sample [m/s²], then ``dt`` [s], as 8 bytes each, least significant first."""
+        return sha256(np.append(self.acceleration, self.dt).astype("<f8").tobytes()).hexdigest()
 
     def reversed(self) -> Motion:
         """The motion with the other sign: a pair is not symmetric, so both directions are worth a run."""

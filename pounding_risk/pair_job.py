@@ -14,17 +14,18 @@ from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.sweep import SIMULATED, sweep
 from pounding_risk.core.tally import COMPLETE, STATUS
 from pounding_risk.jobs import Finish, Order, never
-from pounding_risk.layout import Form, Stretch, stretches
+from pounding_risk.layout import Form, Stretch, bytes_a_case, stretches
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import free_response, oscillators
 from pounding_risk.parts import Part
 from pounding_risk.recheck import AtLeastOne, changes, check_variables, drawn, made_again, not_made_again
-from pounding_risk.rechecked import tighter
-from pounding_risk.scan_dataset import amplitudes, pair_skeleton, pair_values, pair_variables
+from pounding_risk.recheck_findings import tighter
+from pounding_risk.scan_dataset import OUTCOME, amplitudes, pair_skeleton, pair_values, pair_variables
 from pounding_risk.scene_laws import laws_of
 from pounding_risk.shared_values import Shared
+from pounding_risk.study import Study
 
 AT_ONCE = 8  # lines in one call: what Ctrl-C waits for
 KEPT = 128  # responses without contact, some hundred kB each
@@ -43,7 +44,7 @@ class PairJob:
         self.motions_shape = (len(order.motions), len(study.records.polarities), len(study.grid.pgas))
         self.shape = (*self.motions_shape, len(self.laws), self.gaps.size, self.yield_forces.size)
         self.lines, self.width = int(np.prod(self.shape[:-1])), self.yield_forces.size
-        self.bytes_a_line = self.width * (8 * COLUMNS + 34)  # with how it was answered, and what a second run told
+        self.bytes_a_line = self.width * part_bytes(study)
         self._free: Shared[Free] = Shared(KEPT)
 
     def free(self, motion: tuple[int, ...]) -> Free:
@@ -139,6 +140,11 @@ class PairJob:
     def labeller(self) -> PairLabeller:
         """From raw columns to outputs."""
         return PairLabeller(self)
+
+
+def part_bytes(study: Study) -> int:
+    """Of a case of a part: raw columns, how it was answered, and what a second run told."""
+    return 8 * COLUMNS + bytes_a_case({HOW: OUTCOME[HOW], **check_variables(study.rtol)}, {})
 
 
 class PairLabeller:

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from pounding_risk.motions import Motion
-from pounding_risk.plan_scene_words import scene_words
-from pounding_risk.plan_words import run_words
+from pounding_risk.plan_words import run_words, scene_words
 from pounding_risk.quantities import PGA, TIME, say
 from pounding_risk.study import Study
 
@@ -161,7 +160,7 @@ def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | 
 
 def _changes(before: Study | None, study: Study, records: int) -> tuple[str, ...]:
     """What the overrides change, and what becomes of the number of cases."""
-    from pounding_risk.scene_changes import changes
+    from pounding_risk.plan_changes import changes
 
     if before is None:
         return ()

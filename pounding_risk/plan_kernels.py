@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pounding_risk import rows
-from pounding_risk._jit import INTERPRETED, lowered
+from pounding_risk._jit import INTERPRETED, ForgivingCache, is_foreign, lowered
 from pounding_risk.collision import meeting
-from pounding_risk.compiled import is_compiled
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.pound import pound
 from pounding_risk.core.rows import laws as rows_laws
@@ -103,3 +103,26 @@ def _calibrates(study: Study, name: str) -> bool:
     blow = 1.0, 1.0, 1.0, 1e-12
     # A model without a force has no stiffness to find, so that each of these meets in a contact of finite force.
     return all(is_compiled(pound, meeting(law, study.restitution, 1.0, blow)) for law in laws)
+
+
+def is_compiled(kernel: Any, arguments: Iterable[Any]) -> bool:
+    """True where a call of ``kernel`` with these very arguments would compile nothing.
+
+    False of a kernel that is interpreted: calls of it are never fast.
+    """
+    if not hasattr(kernel, "typeof_pyval"):
+        return False
+    kinds = tuple(map(kernel.typeof_pyval, arguments))
+    return kinds in kernel.overloads or _is_kept(kernel, kinds)
+
+
+def _is_kept(kernel: Any, kinds: tuple[Any, ...]) -> bool:
+    """True where the cache has code for these types that can be read; numba itself asks by compiling."""
+    cache = kernel._cache
+    if not isinstance(cache, ForgivingCache) or any(map(is_foreign, kinds)):
+        return False
+    try:
+        key = cache._index_key(kinds, kernel.targetctx.codegen())
+        return cache._cache_file.load(key) is not None
+    except Exception:  # unpickling a damaged file may raise anything: such code is compiled anew
+        return False

@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.executors import PART_BYTES
-from pounding_risk.layout import BLOCK_BYTES
+from pounding_risk.layout import BLOCK_BYTES, bytes_a_case
 from pounding_risk.motions import Motion
-from pounding_risk.pair_job import KEPT
+from pounding_risk.pair_job import KEPT, part_bytes
+from pounding_risk.recheck import check_variables
 from pounding_risk.study import Study
 
 if TYPE_CHECKING:
     from pounding_risk.plan import Plan
 
-HOW = 2  # bytes: how a case ended, and how it was answered
-MADE_AGAIN = 1 + 4 * 8  # bytes: whether a case is sensitive, and four changes
 READ_FOR = 60 * 8  # bytes a record: its spectrum
 WRITER = 40e6  # bytes, about, of the libraries that write a dataset, which a plan has no need of
 PARTS_IN_FLIGHT = 2  # a thread: one that it fills, one that waits to be kept
@@ -42,33 +41,29 @@ class Sizes(NamedTuple):
 
 def sizes(study: Study) -> Sizes:
     """Of the dataset that `scan` makes of a study."""
-    return _of_row(study) if study.is_row else _of_pair()
+    return _of_row(study) if study.is_row else _of_pair(study)
 
 
-def _of_pair() -> Sizes:
-    from pounding_risk.outputs import BUILDING, COLUMNS, RUN
+def _of_pair(study: Study) -> Sizes:
+    from pounding_risk.outputs import BUILDING
+    from pounding_risk.scan_dataset import pair_variables
 
-    sides = 2 * 8 * len(BUILDING)
-    outputs = sum(4 if output.whole else 8 for output in RUN.values())
-    return Sizes(outputs + sides + HOW + MADE_AGAIN, sides + 8, 8 * COLUMNS + HOW + MADE_AGAIN)
+    along = {"building": 2}
+    case = bytes_a_case(pair_variables() | check_variables(study.rtol), along)
+    closing = 8
+    return Sizes(case, 8 * along["building"] * len(BUILDING) + closing, part_bytes(study))
 
 
 def _of_row(study: Study) -> Sizes:
+    from pounding_risk.row_dataset import case_variables, row_variables
     from pounding_risk.row_grid import model_of
-    from pounding_risk.row_outputs import frame_of, moving_variables, variables
+    from pounding_risk.row_outputs import frame_of, moving_variables
 
-    model = model_of(study)
-    frame = frame_of(model)
-    buildings, storeys = frame.storeys.shape
-    along = {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": len(model.points)}
-
-    def size(variable: Any) -> int:
-        return (4 if variable.whole else 8) * prod(along[dim] for dim in variable.dims)
-
-    moving = sum(map(size, moving_variables(frame).values()))
+    frame = frame_of(model_of(study))
+    along = frame.sizes
+    case = bytes_a_case(row_variables(frame) | check_variables(study.rtol), along)
     closing = 8 * (along["interface"] + along["contact_point"])
-    case = sum(map(size, variables(frame).values())) + HOW + MADE_AGAIN
-    return Sizes(case, moving + closing, case)
+    return Sizes(case, bytes_a_case(case_variables(moving_variables(frame)), along) + closing, case)
 
 
 def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
@@ -77,9 +72,8 @@ def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
     What this process holds now, the records, the responses that are kept, a block of the dataset as it is written, and
     the parts that the threads are at.
     """
-    shape, is_row = plan.shape, plan.study.is_row
-    responses = shape["record"] * shape["polarity"] * shape["pga"]
-    kept = responses if is_row else min(responses, KEPT)
+    shape = plan.shape
+    kept = min(shape["record"] * shape["polarity"] * shape["pga"], KEPT)
     a_case = sizes(plan.study)
     part = min(PART_BYTES, a_case.part * plan.cases)
     # A block stands there as parts and as variables.

@@ -1,15 +1,196 @@
-"""What a run takes in words: cases, lines, chunks, bytes, memory, compiling and time."""
+"""A plan in words: the scene as an engineer reads it, and what its run takes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import inf, isnan
 from typing import TYPE_CHECKING
+
+from pounding_risk.contact_points import COLUMN, FLOOR
+from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.instant import is_instant
+from pounding_risk.models.structures import Building
+from pounding_risk.quantities import (
+    DAMPING,
+    FLOOR_LENGTH,
+    GAP,
+    HEIGHT,
+    MASS,
+    PERIOD,
+    PGA,
+    RTOL,
+    STOREY_HEIGHT,
+    TAIL,
+    WAVE_SPEED,
+    YIELD_FORCE,
+    Quantity,
+    say,
+)
+from pounding_risk.record_request import Spectral
+from pounding_risk.relations import AS_PUBLISHED
+from pounding_risk.storeys import Storeys
+from pounding_risk.study import Effect, Study, known_law
 
 if TYPE_CHECKING:
     from pounding_risk.plan import Plan
 
 HERE = "`scan --plan`"
 BESIDE = ", and the responses without contact"
+
+
+def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
+    """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+    return [
+        ("scene", study.name),
+        *(_of_row(study) if study.is_row else _of_pair(study)),
+        *(("effect", _effect(effect)) for effect in study.effects),
+        ("records", _amplitude(study, records)),
+        ("polarity", " and ".join(study.records.polarities)),
+        *_grid(study),
+        ("tolerance", f"rtol {say(study.rtol, RTOL)}"),
+    ]
+
+
+def _of_pair(study: Study) -> list[tuple[str, str]]:
+    """Buildings, interface and contact models of two single masses."""
+    sides = zip(("left", "right"), study.buildings, strict=True)
+    return [
+        *((f"{side} building", _building(building)) for side, building in sides),
+        ("interface", _interface(study)),
+        *(("contact model", words) for words in _laws(study)),
+        ("restitution", _restitution(study)),
+    ]
+
+
+def _of_row(study: Study) -> list[tuple[str, str]]:
+    """Buildings from left to right, contact models, and each interface with its contact points."""
+    rows = [("building", _building(building)) for building in study.buildings]
+    rows += [("contact model", words) for words in _laws(study)]
+    for place, name in enumerate(study.interfaces):
+        here = study.at(place)
+        quantity = stiffness_quantity(known_law(study.stiff_name))
+        stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
+        rows.append(("interface", f"{name}: gap {say(here.gap, GAP)}{stiffness}, restitution {_restitution(here)}"))
+        rows += [("contact points", words) for words in _points(here)]
+    return rows
+
+
+def _points(here: Study) -> list[str]:
+    """Where two neighbours meet, floor to floor and floor to column, with the yield force of each kind."""
+    told = []
+    (neighbour,), (left, right) = here.neighbours, here.buildings
+    for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
+        places = [
+            f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
+            + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
+            for point in neighbour.points
+            if point.kind == kind
+        ]
+        strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
+        told += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
+    return told
+
+
+def _place(floor: float) -> str:
+    return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
+
+
+def _building(building: Building | Storeys) -> str:
+    if isinstance(building, Storeys):
+        count = len(building.masses)
+        yields = ", with yield shears" if building.strengths else ""
+        return (
+            f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
+            f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
+            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
+        )
+    height = f", height {say(building.height, HEIGHT)}" if building.height else ""
+    mass = say(building.mass, MASS) if building.mass < inf else "any mass"
+    if building.is_rigid:
+        return f"{building.name}: {mass}, rigid (moves with the ground){height}"
+    floor = (
+        f", floor {say(building.floor_length, FLOOR_LENGTH)} at {say(building.wave_speed, WAVE_SPEED)}"
+        if building.floor_length
+        else ""
+    )
+    return (
+        f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
+        f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
+    )
+
+
+def _interface(study: Study) -> str:
+    strength = "no yielding" if study.yield_force == inf else f"yield force {say(study.yield_force, YIELD_FORCE)}"
+    return f"gap {say(study.gap, GAP)}, {strength}"
+
+
+def _laws(study: Study) -> list[str]:
+    """Each contact model that the grid runs, with where its stiffness is from."""
+    terms = study.equal_terms
+    found = []
+    for name in study.grid.contact_models:
+        if study.is_row and not study.needs_equal_terms(name):
+            stiffness = "stiffness of each interface"
+        elif is_instant(known_law(name)) or study.stiffness is None:
+            stiffness = "no stiffness: the velocities jump at a touch"
+        elif study.needs_equal_terms(name) and terms:
+            stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
+        else:
+            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
+        found.append(f"{name}, {stiffness}")
+    return found
+
+
+def _restitution(study: Study) -> str:
+    rule = study.restitution
+    exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
+    if rule.c1 == rule.c2 == rule.c3 == 0.0:
+        return f"{study.restitution_words}{exact}"
+    held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
+    return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
+
+
+def _effect(effect: Effect) -> str:
+    options = ", ".join(f"{key} {value}" for key, value in effect.written().items())
+    return f"{effect.name}: {options}" if options else effect.name
+
+
+def _amplitude(study: Study, count: int) -> str:
+    asked, pgas = study.records, study.grid.pgas
+    scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
+    if asked.manifest:
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each times its factor of {asked.manifest}{common}"
+    if asked.sa is not None and asked.sa.value is not None:
+        scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
+    if asked.to_median is not None:
+        measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each scaled to the median {measure}{common}"
+    if pgas != (None,):
+        scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
+    part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
+    tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
+    turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
+    return f"{count}{turned}{part}, {scaled}{tail}"
+
+
+def _spectral(asked: Spectral) -> str:
+    return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
+
+
+def _grid(study: Study) -> list[tuple[str, str]]:
+    """The dimensions that have more than one value."""
+    gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
+    axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
+    return [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
+
+
+def _span(values: Sequence[float], quantity: Quantity) -> str:
+    """All values where they are few, otherwise the ends and how many."""
+    if len(values) <= 6:
+        return ", ".join(say(value, quantity) for value in values)
+    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
 def run_words(plan: Plan) -> Iterator[tuple[str, str]]:

@@ -19,7 +19,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.layout import CaseVariable
 from pounding_risk.outputs import run_outputs
 from pounding_risk.parts import Part
-from pounding_risk.rechecked import COUNTED, RELATIVE, WORDS, tighter
+from pounding_risk.recheck_findings import COUNTED, RELATIVE, WORDS, tighter
 
 SENSITIVE, CHANGE = "sensitive", "change_"
 SEED = 20110314  # of the sample: the same cases for the same grid on any day

@@ -1,19 +1,20 @@
-"""The scene of a results file, ready to run again: parsed from what the file carries, its records found and checked."""
+"""What a results file carries of how it was made, written and read: its scene, options, and digests of its records."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk._jit import source_digest
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.motions import Motion
-from pounding_risk.provenance import digest_of, text_digest
 from pounding_risk.recheck import check_share
-from pounding_risk.results import told
+from pounding_risk.results import as_text, told
 from pounding_risk.scenario import parse_scene
 from pounding_risk.scene_records import missing_files
 from pounding_risk.scene_text import as_list, table, tables
@@ -32,6 +33,25 @@ class Recorded(NamedTuple):
     study: Study
     screening: bool
     check_fraction: float
+
+
+def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_fraction: float) -> dict[str, str]:
+    """Attributes of a dataset: scene file, digest of the resolved scene, options, digests of motions and kernels.
+
+    Together with ``scene_resolved``, ``records`` and ``versions`` they are what `recorded` reads.
+    """
+    return {
+        "scene_file": study.source.encode(errors="backslashreplace").decode(),  # a name need not be text
+        "scene_sha256": text_digest(study.to_toml()),
+        "options": as_text({"screening": screening, "check_fraction": check_fraction}),
+        "motions_sha256": as_text({motion.name: motion.digest for motion in motions}),
+        "kernels_digest": source_digest(),
+    }
+
+
+def text_digest(text: str) -> str:
+    """sha256 of a text in UTF-8."""
+    return sha256(text.encode()).hexdigest()
 
 
 def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) -> Recorded:
@@ -126,9 +146,9 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
     processed = told(results, "motions_sha256", {})
     return [
         f"{motion.name}: the same record, but another motion after its processing: was {digest[:SHOWN]}, is "
-        f"{digest_of(motion)[:SHOWN]}"
+        f"{motion.digest[:SHOWN]}"
         for motion in motions
-        if (digest := str(processed.get(motion.name, ""))) != digest_of(motion)
+        if (digest := str(processed.get(motion.name, ""))) != motion.digest
     ]
 
 

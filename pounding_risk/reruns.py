@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from pounding_risk.ensemble import Progress, scan
+from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.layout import AXES
+from pounding_risk.progress import Progress
 from pounding_risk.recorded_scene import check_records, recorded
 from pounding_risk.results import open_results, told, versions
 

@@ -6,6 +6,7 @@ from a worker; a user may call from several threads.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import platform
@@ -18,7 +19,7 @@ import netCDF4
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.placing import discard, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.whole_files import discard, move_into_place, moved_away, not_written, partial_of
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
 # Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
@@ -61,7 +62,22 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
         raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
     if not os.access(folder, os.W_OK):
         raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
+    _check_name(target)
     return target
+
+
+def _check_name(target: Path) -> None:
+    """Refuse a name under which nothing could be written when the work is done: raises PoundingError."""
+    try:
+        os.fspath(target.absolute()).encode()
+    except UnicodeEncodeError:
+        told = os.fsencode(target).decode(errors="backslashreplace")
+        raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
+    try:
+        os.lstat(partial_of(target))
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
 
 
 def is_zarr_of_ours(path: Path) -> bool:

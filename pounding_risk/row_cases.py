@@ -6,7 +6,7 @@ laws and restitutions; so it is where its yield forces lie above the largest for
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from hashlib import blake2b
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -53,7 +53,7 @@ class Limits(NamedTuple):
 class Answered(NamedTuple):
     """How the run of a part was found: the run's key, and whether it is that of larger yield forces."""
 
-    key: Hashable
+    key: tuple[bytes, ...]
     known: bool
 
 
@@ -63,6 +63,7 @@ class Cases:
     def __init__(self, model: RowModel, mechanics: Mechanics, driven: Driven, rtol: float):
         self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
         self._runs: Shared[RowRun] = Shared()
+        self._met: dict[Span, bytes] = {}
 
     def whole(self, limits: Limits) -> RowRun:
         """The case with all buildings solved at once, whatever is known."""
@@ -111,14 +112,20 @@ class Cases:
         run, key = self._shared(span, limits.gaps, limits.yield_forces)
         return self._levelled(run, given), Answered(key, False)
 
-    def _shared(self, span: Span, gaps: Array, yield_forces: Array) -> tuple[RowRun, Hashable]:
+    def _shared(self, span: Span, gaps: Array, yield_forces: Array) -> tuple[RowRun, tuple[bytes, ...]]:
         """The run of a part, from an equal one where there is one, and its key."""
         part = self._part(span)
         within = np.arange(part.points.start, part.points.stop)[~part.watched]
-        used = tuple((self.mechanics.laws[place], self.mechanics.restitutions[place]) for place in within)
         strengths = yield_forces[within].tobytes() if self.mechanics.capped else b""
-        key = (part.structure, gaps[part.points].tobytes(), strengths, used)
+        key = (part.structure, gaps[part.points].tobytes(), strengths, self._meeting(span, within))
         return self._runs.of(key, lambda: self._run(span, gaps, yield_forces)), key
+
+    def _meeting(self, span: Span, within: NDArray[np.int64]) -> bytes:
+        """Laws and restitutions at the contact points of a part, all numbers of them; kept for the next time."""
+        if span not in self._met:
+            used = [(self.mechanics.laws[place], self.mechanics.restitutions[place]) for place in within]
+            self._met[span] = blake2b(repr(used).encode(), digest_size=16).digest()
+        return self._met[span]
 
     def _run(self, span: Span, gaps: Array, yield_forces: Array, *, histories: bool = False) -> RowRun:
         part, mechanics = self._part(span), self.mechanics

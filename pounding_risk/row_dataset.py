@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import accumulate
 from typing import Any
 
@@ -9,16 +10,28 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.contact_points import Point
+from pounding_risk.layout import CaseVariable
 from pounding_risk.models.effects import bare
 from pounding_risk.motions import Motion
 from pounding_risk.results import as_text
 from pounding_risk.row_grid import RowGrid
-from pounding_risk.row_outputs import AT_STOREYS, POINT, closing, moving_outputs, moving_variables
+from pounding_risk.row_outputs import (
+    AT_STOREYS,
+    POINT,
+    Frame,
+    Variable,
+    closing,
+    moving_outputs,
+    moving_variables,
+    variables,
+)
 from pounding_risk.scan_dataset import (
     MOTIONS,
+    OUTCOME,
     attributes,
     case_coordinates,
     described,
+    kept_as,
     motion_spectra,
     one_amplitude,
 )
@@ -36,6 +49,18 @@ def row_skeleton(study: Study, motions: tuple[Motion, ...], driven: np.ndarray, 
     }
     coords = case_coordinates(study, motions) | row_coordinates(study, grid)
     return one_amplitude(xr.Dataset(found, coords=coords, attrs=attrs), study)
+
+
+def row_variables(frame: Frame) -> dict[str, CaseVariable]:
+    """Every variable of a row's case, but those of `recheck`."""
+    return case_variables(variables(frame)) | OUTCOME
+
+
+def case_variables(found: Mapping[str, Variable]) -> dict[str, CaseVariable]:
+    """As the dataset has them."""
+    return {
+        name: CaseVariable(one.dims, kept_as(one.whole), described(one.unit, one.words)) for name, one in found.items()
+    }
 
 
 def _free(driven: np.ndarray, grid: RowGrid) -> dict[str, Any]:

@@ -43,7 +43,7 @@ class RowGrid(NamedTuple):
 
 
 def row_grid(study: Study) -> RowGrid:
-    """The grid of a study; raises as `chain_of` and as `ensemble.law_of`."""
+    """The grid of a study; raises as `chain_of` and as `scene_laws.law_of`."""
     model = model_of(study)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
     # A grid of one yield force leaves every interface its own.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from functools import cached_property
 from hashlib import blake2b
 from typing import Any
@@ -15,7 +15,7 @@ from pounding_risk import rows
 from pounding_risk.core.sweep import KNOWN, SIMULATED
 from pounding_risk.core.tally import COMPLETE
 from pounding_risk.jobs import Finish, Order, never
-from pounding_risk.layout import CaseVariable, Form, Stretch, stretches
+from pounding_risk.layout import Form, Stretch, bytes_a_case, stretches
 from pounding_risk.motions import driven
 from pounding_risk.parts import RAGGED, Part
 from pounding_risk.recheck import (
@@ -27,18 +27,20 @@ from pounding_risk.recheck import (
     made_again,
     not_made_again,
 )
-from pounding_risk.rechecked import COUNTED, RELATIVE, tighter
+from pounding_risk.recheck_findings import COUNTED, RELATIVE, tighter
 from pounding_risk.results import as_text
 from pounding_risk.row_cases import Answered, Cases, Driven
-from pounding_risk.row_dataset import row_skeleton
+from pounding_risk.row_dataset import row_skeleton, row_variables
 from pounding_risk.row_grid import row_grid
 from pounding_risk.row_outputs import Outputs, outputs, variables
 from pounding_risk.rows import RowRun
-from pounding_risk.scan_dataset import OUTCOME, described, kept_as
+from pounding_risk.scan_dataset import kept_as
 from pounding_risk.shared_values import Shared
 
 Place = tuple[int, ...]
+MOTIONS = 128  # responses without contact that are kept, each with its motion: some hundred kB
 KEPT = 16  # motions under a contact model, with the runs that their cases share
+NOTHING = np.zeros(0)
 # How the runs of a case's parts were found: what each is made of, zero beyond the last, and whether it is a known one.
 KEYS, ANSWERS = f"keys{RAGGED}", f"answers{RAGGED}"
 OWN, FROM_LARGER = 1, 2
@@ -56,8 +58,8 @@ class RowJob:
         self.motions_shape = (len(order.motions), len(study.records.polarities), len(study.grid.pgas))
         self.shape = (*self.motions_shape, *self.grid.shape)
         self.lines, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
-        self.bytes_a_line = sum(array.nbytes for array in self._empty(1).values())
-        self._driven: Shared[Driven] = Shared()
+        self.bytes_a_line = self.width * bytes_a_case(row_variables(self.grid.frame), self.grid.frame.sizes)
+        self._driven: Shared[Driven] = Shared(MOTIONS)
         self._cases: Shared[Cases] = Shared(KEPT)
 
     def driven(self, motion: Place) -> Driven:
@@ -103,19 +105,12 @@ class RowJob:
 
     def _empty(self, count: int) -> Part:
         """The arrays of so many lines."""
-        sizes = self._sizes()
+        sizes = self.grid.frame.sizes
         part: Part = {
             name: np.zeros((count, self.width, *(sizes[dim] for dim in variable.dims)), kept_as(variable.whole))
             for name, variable in self.variables.items()
         }
         return part | {STATUS: np.zeros((count, self.width), np.int8)}
-
-    def _sizes(self) -> dict[str, int]:
-        """Of the dimensions beside those of the cases."""
-        frame = self.grid.frame
-        buildings, storeys = frame.storeys.shape
-        points = len(frame.model.points)
-        return {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": points}
 
     def _solved(self, stretch: Stretch, part: Part, stop: Callable[[], bool]) -> list[list[Answered]] | None:
         """Solve one line into its place in ``part``; how the parts of its cases were answered."""
@@ -170,16 +165,12 @@ class RowJob:
     @cached_property
     def form(self) -> Form:
         """The dataset but for its cases."""
-        cases = {
-            name: CaseVariable(variable.dims, kept_as(variable.whole), described(variable.unit, variable.words))
-            for name, variable in self.variables.items()
-        }
         places = np.empty(self.motions_shape, dtype=object)
         for motion in np.ndindex(self.motions_shape):
-            places[motion] = self.driven(motion)
+            places[motion] = self.driven(motion)._replace(acceleration=NOTHING)  # of every motion at once: too much
         checks = check_variables(self.grid.rtol) if self.order.check_fraction > 0.0 else {}
         skeleton = row_skeleton(self.study, self.order.motions, places, self.grid)
-        return Form(skeleton, cases | OUTCOME | checks, self.shape)
+        return Form(skeleton, row_variables(self.grid.frame) | checks, self.shape)
 
     def labeller(self) -> RowLabeller:
         """Says which cases had a run of their own."""
@@ -239,7 +230,7 @@ class RowLabeller:
 
 def _own(answered: list[list[Answered]]) -> list[bool]:
     """Which cases of a line have a run that no larger yield force of the line has."""
-    seen: set[Hashable] = set()
+    seen: set[tuple[bytes, ...]] = set()
     own = []
     for found in reversed(answered):
         keys = {key for key, _ in found}
@@ -261,9 +252,12 @@ def _written(answers: list[list[list[Answered]]], width: int) -> Part:
     return {KEYS: keys, ANSWERS: known}
 
 
-def _number(key: Hashable) -> int:
+def _number(key: tuple[bytes, ...]) -> int:
     """A number that stands for a run's key in every process; two of a million keys are one in 4e7 studies."""
-    return int.from_bytes(blake2b(repr(key).encode(), digest_size=8).digest(), "little")
+    found = blake2b(digest_size=8)
+    for piece in key:
+        found.update(len(piece).to_bytes(8, "little") + piece)
+    return int.from_bytes(found.digest(), "little")
 
 
 def stacked(runs: list[RowRun]) -> RowRun:

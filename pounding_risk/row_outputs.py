@@ -109,6 +109,13 @@ class Frame(NamedTuple):
     yield_drifts: Array  # m, by mass; NaN where a storey stays elastic
 
     @property
+    def sizes(self) -> dict[str, int]:
+        """Of the dimensions of its variables."""
+        buildings, storeys = self.storeys.shape
+        points = len(self.model.points)
+        return {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": points}
+
+    @property
     def yields(self) -> bool:
         """True where some storey can yield."""
         return bool(np.isfinite(self.yield_drifts).any())

@@ -22,8 +22,8 @@ import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import Form, blocks, place
-from pounding_risk.placing import discard, move_into_place, not_written, partial_of
 from pounding_risk.results import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
+from pounding_risk.whole_files import discard, move_into_place, not_written, partial_of
 
 KEPT = "free space and run the same command again, without --new: the parts are kept"
 

@@ -150,7 +150,7 @@ class StudyFolder:
         begun = datetime.now(UTC).isoformat(timespec="seconds")
         facts = {"format": FORMAT, "begun": begun, "digest": self._digest, **self.about._asdict()}
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
-        write_whole(self.path / STUDY, lambda file: file.write(text.encode()))
+        write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
         (self.path / PARTS).mkdir(exist_ok=True)
         sync_folder(self.path)
         self.log("begin", **self.about._asdict())

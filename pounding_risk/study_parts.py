@@ -12,7 +12,7 @@ import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,14 +49,25 @@ def write_part(folder: Path, lines: range, part: Mapping[str, NDArray[Any]], dig
                 f"{name}: {array.dtype} of shape {array.shape} is not one row of numbers a line of {lines}"
             )
 
-    def write(file: BinaryIO) -> None:
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+    packed = _packed(lines, arrays, digest)
+    write_whole(folder / part_name(lines), lambda file: file.write(packed))
+
+
+def _packed(lines: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> memoryview:
+    """The bytes of a part's file, made in memory: what a full disk says is then said of one plain write."""
+    found = io.BytesIO()
+    try:
+        with zipfile.ZipFile(found, "w", zipfile.ZIP_STORED) as archive:
             archive.writestr(MARK, json.dumps(_mark(lines, arrays, digest)))
             for name, array in arrays.items():
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
                     np.lib.format.write_array(entry, array, allow_pickle=False)
-
-    write_whole(folder / part_name(lines), write)
+    except ValueError as error:
+        # An archive with an open entry cannot be closed, and says so in place of the Ctrl-C that left it open.
+        if isinstance(error.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        raise
+    return found.getbuffer()
 
 
 def read_part(path: Path, digest: str) -> tuple[range, Part]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import AXES, Form, blocks, form_of, streamed, values_at
-from pounding_risk.rechecked import findings
+from pounding_risk.recheck_findings import findings
 from pounding_risk.results import stream_results
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Summary(NamedTuple):
 
     title: str
     counts: dict[str, int]  # see `counted`
-    rechecks: dict[str, str]  # see `rechecked.findings`
+    rechecks: dict[str, str]  # see `recheck_findings.findings`
     units: dict[str, str]  # by variable
     spreads: dict[str, dict[str, Spread]]  # by variable and contact model
 

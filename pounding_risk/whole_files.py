@@ -1,26 +1,51 @@
-"""Files that are whole or not there: written aside, synced, moved into place, and the folder synced too.
+"""Files and stores that are whole or not there: written aside, synced, moved into place, and the folder synced too.
 
-After that a file outlives a kill and a power cut; before that nobody finds it under its name.
+After that they outlive a kill and a power cut; before that nobody finds them under their names. A Zarr store is a
+folder, which cannot take the place of another in one step: the older store is moved away first, to
+``.NAME.HOST.PID.old``, and removed when the new one is in place. A crash between the two leaves the older store, whole,
+under that name, and none under the target's.
 """
 
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import platform
 import re
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from pounding_risk.errors import PoundingError
+
+AGAIN = "free space or choose another place"
+PIECE = 1 << 20  # bytes read at a time
 # No space, no quota, or a file larger than the process may write: free space helps, another try does not.
 FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 NOT_SYNCED = {errno.EINVAL, getattr(errno, "ENOTSUP", errno.EINVAL)}  # file systems that sync no folders
+PARTIAL, OLD = "partial", "old"  # how the names aside of a target end
+
+
+def host() -> str:
+    """This machine's name, of letters that any file system takes."""
+    return re.sub(r"[^\w-]+", "-", platform.node(), flags=re.ASCII) or "unknown"
+
+
+def partial_of(target: Path) -> Path:
+    """Where this process writes a target until it is whole; no other has that name, on any machine."""
+    return _aside(target, PARTIAL)
+
+
+def is_partial_of(name: str, pattern: str) -> bool:
+    """True for the name by `partial_of` of a target whose name fits a regular expression."""
+    return _is_aside(name, pattern, PARTIAL)
 
 
 def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Let ``write`` fill a file that then appears under its name at once; raises OSError and leaves nothing aside."""
-    partial = path.with_name(partial_name(path.name))
+    partial = partial_of(path)
     try:
         with open(partial, "wb") as file:
             write(file)
@@ -32,30 +57,112 @@ def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
         partial.unlink(missing_ok=True)
 
 
-def partial_name(name: str) -> str:
-    """What this process calls a file while it writes it; no other process has that name, on any machine."""
-    return f"{name}.{host()}.{os.getpid()}.partial"
+def move_into_place(partial: Path, target: Path) -> None:
+    """Sync a file or a folder and give it its final name, in place of an older one. Raises OSError."""
+    for path in _tree(partial):
+        _sync(path)
+    if not partial.is_dir():
+        os.replace(partial, target)
+        sync_folder(target.parent)
+        return
+    older = _aside(target, OLD)
+    try:
+        if target.is_dir():
+            os.rename(target, older)
+        os.rename(partial, target)
+    except BaseException:  # Ctrl-C as well
+        if older.is_dir() and not target.exists():
+            os.rename(older, target)
+        raise
+    sync_folder(target.parent)
+    discard(older)
 
 
-def is_partial_of(name: str, pattern: str) -> bool:
-    """True for a name by `partial_name` of a file whose name fits a regular expression."""
-    return re.fullmatch(rf"(?:{pattern})\.[\w-]+\.\d+\.partial", name) is not None
+def moved_away(target: Path) -> Path | None:
+    """The older store that a crash between two renames left, where there is none under the target's name."""
+    return None if target.exists() else next(_asides(target, OLD), None)
 
 
-def host() -> str:
-    """This machine's name, of letters that any file system takes."""
-    return re.sub(r"[^\w-]+", "-", platform.node(), flags=re.ASCII) or "unknown"
+def discard(path: Path) -> None:
+    """Remove a file or a folder that may be there. What it holds on disk is given back even where it is still open."""
+    if path.is_symlink():
+        path.unlink()  # where it points to is the user's own
+    elif path.is_dir():
+        shutil.rmtree(path)
+    elif path.exists():
+        os.truncate(path, 0)
+        path.unlink()
+
+
+def sweep(target: Path) -> list[Path]:
+    """Remove what killed runs left of a target, and say what; the caller makes sure that nobody is writing it."""
+    left = list(_asides(target, PARTIAL))
+    if target.exists():
+        left += _asides(target, OLD)
+    for path in left:
+        discard(path)
+    return left
+
+
+def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> PoundingError:
+    """What to raise where writing failed. The space that is left is told too: netCDF calls a full disk many names."""
+    told = getattr(error, "strerror", None) or str(error)
+    if getattr(error, "errno", None) != errno.ENOSPC:
+        told += f", with {shutil.disk_usage(target.parent).free / 1e6:.1f} MB free"
+    return PoundingError(f"{target}: cannot be written ({told}); {repair}")
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of a file, or of the names and contents of a folder's files."""
+    found = hashlib.sha256()
+    for each in sorted(_files(path)):
+        if path.is_dir():
+            found.update(each.relative_to(path).as_posix().encode() + b"\0")
+        with open(each, "rb") as file:
+            while piece := file.read(PIECE):
+                found.update(piece)
+    return found.hexdigest()
 
 
 def sync_folder(folder: Path) -> None:
     """Have a folder's names on disk, where the system can be asked for it."""
-    if os.name != "posix":  # Windows opens no folders
+    _sync(folder)
+
+
+def _aside(target: Path, ending: str) -> Path:
+    return target.with_name(f".{target.name}.{host()}.{os.getpid()}.{ending}")
+
+
+def _is_aside(name: str, pattern: str, ending: str) -> bool:
+    return re.fullmatch(rf"\.(?:{pattern})\.[\w-]+\.\d+\.{ending}", name) is not None
+
+
+def _asides(target: Path, ending: str) -> Iterator[Path]:
+    """What any process, on any machine, has named so beside a target."""
+    names = sorted(os.listdir(target.parent)) if target.parent.is_dir() else []
+    return (target.with_name(name) for name in names if _is_aside(name, re.escape(target.name), ending))
+
+
+def _files(path: Path) -> Iterator[Path]:
+    return (each for each in path.rglob("*") if each.is_file()) if path.is_dir() else iter((path,))
+
+
+def _tree(path: Path) -> Iterator[Path]:
+    """A file, or everything in a folder and the folder last."""
+    if path.is_dir():
+        yield from path.rglob("*")
+    yield path
+
+
+def _sync(path: Path) -> None:
+    is_folder = path.is_dir()
+    if is_folder and os.name != "posix":  # Windows opens no folders
         return
-    handle = os.open(folder, os.O_RDONLY)
+    handle = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
     try:
         os.fsync(handle)
     except OSError as error:
-        if error.errno not in NOT_SYNCED:
+        if not is_folder or error.errno not in NOT_SYNCED:
             raise
     finally:
         os.close(handle)

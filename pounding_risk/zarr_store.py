@@ -17,9 +17,9 @@ import zarr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import place
-from pounding_risk.placing import discard, move_into_place
 from pounding_risk.results import ZARR_MARK, is_zarr_of_ours
 from pounding_risk.stores import OnDisk
+from pounding_risk.whole_files import discard, move_into_place
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
 
@@ -27,7 +27,7 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 class Zarr(OnDisk):
     """A Zarr store. Raises PoundingError where it cannot be written.
 
-    A store that stands under the target's name is replaced in two steps, see `placing`.
+    A store that stands under the target's name is replaced in two steps, see `whole_files`.
     """
 
     _group: Any = None

@@ -171,7 +171,7 @@ DRAWN = [
     name
     for name in NAMES
     if re.fullmatch(
-        rf"figures.*|results\.py|placing\.py|layout\.py|stores\.py|zarr_store\.py|summaries\.py|rechecked\.py|conversion\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}",
+        rf"figures.*|results\.py|whole_files\.py|layout\.py|stores\.py|zarr_store\.py|summaries\.py|recheck_findings\.py|conversion\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}",
         name,
     )
 ]

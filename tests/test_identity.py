@@ -155,22 +155,22 @@ def test_options_and_program_count(monkeypatch):
         "check_fraction: was 0.0, is 0.01",
     ]
     old = identity(asked())
-    monkeypatch.setattr(identities, "source_digest", lambda: "another")
+    monkeypatch.setattr(identities, "package_digest", lambda: "another")
     assert difference(old, identity(asked())) == ["pounding_risk: its source was changed since"]
     newer = {**old, "program": {**old["program"], "numba": "9.0"}}
     assert difference(old, newer) == [f'numba: was "{old["program"]["numba"]}", is "9.0"']
 
 
-def test_the_source_digest_covers_what_computes(tmp_path, monkeypatch):
+def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):
     """An edited command changes nothing, an edited kernel and an edited scan do."""
     for name in ("identity.py", "cli_new.py", "row_scan.py", "core/sweep.py"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("before", encoding="utf-8")
     monkeypatch.setattr(identities, "__file__", str(tmp_path / "identity.py"))
-    digests = [identities.source_digest()]
+    digests = [identities.package_digest()]
     for name in ("cli_new.py", "row_scan.py", "core/sweep.py"):
         (tmp_path / name).write_text("after", encoding="utf-8")
-        digests.append(identities.source_digest())
+        digests.append(identities.package_digest())
     assert digests[0] == digests[1] and len(set(digests)) == 3
 
 

@@ -25,6 +25,7 @@ from pounding_risk.pair import Interface, solve
 
 compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 PACKAGE = Path(_jit.__file__).resolve().parent
+CAN_BE_ANOTHER_USER = getattr(os, "geteuid", int)() == 0 and shutil.which("setpriv") is not None
 
 # A kernel that calls, through a law of another file, a helper beside that law: what numba's own stamp misses.
 PROBE = """
@@ -202,6 +203,35 @@ def test_without_any_place_nothing_is_cached(blocked, filled):
     found = run(PROBE, NUMBA_CACHE_DIR=blocked)
     assert (found["cache"], found["hits"]) == (None, 0)
     assert found["values"] == filled[1]["values"]
+
+
+@compiled
+def test_a_cache_is_read_from_wherever_the_package_is_installed(copy, filled):
+    """Machines of a cluster may share a cache: it knows kernels by their module and the digest of all of them."""
+    folder, first = filled
+    found = run(PROBE, copy, NUMBA_CACHE_DIR=str(folder))
+    assert Path(found["file"]).is_relative_to(copy)
+    assert (found["hits"], found["misses"], found["values"]) == (2, 0, first["values"])
+
+
+@compiled
+@pytest.mark.skipif(
+    getattr(os, "geteuid", int)() != 0 or shutil.which("setpriv") is None, reason="takes another user to be kept out"
+)
+def test_a_cache_that_can_be_read_only_is_read(filled, tmp_path):
+    """As on a node whose homes are read-only."""
+    folder, first = filled
+    for each in (folder, *folder.parents):
+        if each.stat().st_uid == os.getuid() and not each.stat().st_mode & 0o005:
+            each.chmod(each.stat().st_mode | 0o005)
+    environment = bare_environment(
+        PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(folder), MPLCONFIGDIR=str(tmp_path)
+    )
+    command = ["setpriv", "--reuid", "65534", "--regid", "65534", "--clear-groups", sys.executable, "-c", PROBE]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert (found["cache"], found["hits"], found["values"]) == (first["cache"], 2, first["values"])
 
 
 @compiled

@@ -8,14 +8,15 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import pytest
 from test_jit import PACKAGE, bare_environment, compiled
 from test_row_scan import SCENE as ROW
 
+from pounding_risk import plan_work
 from pounding_risk.ensemble import scan
+from pounding_risk.pair_job import PairJob
 from pounding_risk.plan import Plan, plan, validate
 from pounding_risk.plan_words import duration
 from pounding_risk.scenario import parse_scene
@@ -67,23 +68,29 @@ def test_a_plan_counts_what_the_run_makes(name):
 
 
 @compiled
-def test_the_time_of_a_plan_is_that_of_the_run():
-    """CPU seconds of this process, which other work on the machine hardly moves.
+def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
+    """A clock on which a line takes a hundredth of a second for each of its contacts: the plan's time is that of all.
 
-    Within a factor of three: a sample of a skewed cost, of a tenth of a second each way, and the run's own labelling.
+    Within four standard errors, which are the plan's own: the sample is a random one.
     """
     study = parse_scene(PAIR)
-    plan(study)  # compiles
+    touches = scan(study, check_fraction=0.0)["impact_count"].sum("yield_force").values.ravel() / 100.0
+    now, solve = [0.0], PairJob.solve
+
+    def timed(job, lines, stop):
+        now[0] += touches[lines.start : lines.stop].sum()
+        return solve(job, lines, stop)
+
+    monkeypatch.setattr(PairJob, "solve", timed)
+    monkeypatch.setattr(plan_work, "thread_time", lambda: now[0])
     made = plan(study, workers=2)
-    start = process_time()
-    scan(study, check_fraction=0.0, workers=2)
-    taken = process_time() - start
     assert made.seconds is not None
     assert made.error is not None
-    assert taken / 3.0 < 2 * made.seconds < 3.0 * taken
+    assert 2 < made.sampled < made.lines, "a second is over before all lines are solved"
+    assert abs(2 * made.seconds - touches.sum()) < 4.0 * 2 * made.error
     assert made.error < made.seconds
-    assert 0 < made.sampled <= made.lines
-    assert plan(study, workers=4).seconds == pytest.approx(0.5 * made.seconds, rel=0.5)  # the same work on more threads
+    now[0] = 0.0
+    assert plan(study, workers=4).seconds == pytest.approx(0.5 * made.seconds, rel=1e-12)  # the same sample
 
 
 @compiled
@@ -143,7 +150,7 @@ def test_validate_compiles_nothing(tmp_path):
 
 PROBE = """
 import json, sys
-from pounding_risk.compiled import is_compiled
+from pounding_risk.plan_kernels import is_compiled
 from pounding_risk.core.collide import depth_of
 from pounding_risk.models.contact import Hertz, Linear
 call = Hertz(1e9), 1234.5, 1e-6

@@ -12,7 +12,7 @@ from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.outputs import COLUMNS, HIGH
 from pounding_risk.recheck import AtLeastOne, changes, drawn, draws, is_sensitive
-from pounding_risk.rechecked import findings, tighter
+from pounding_risk.recheck_findings import findings, tighter
 from pounding_risk.scenario import parse_scene
 from pounding_risk.summaries import counted, failures
 
@@ -180,7 +180,7 @@ def test_a_share_outside_its_range_is_refused(fraction):
 
 def test_failed_runs_are_counted_and_not_made_again():
     stiff = SCENE.replace("2.75e9", "1e30").format(
-        rtol=1e-6, law="jankowski", damping=0.05, left="0.5 s", e="restitution = 0.65", forces="", length="8 s"
+        rtol=1e-6, law="jankowski", damping=0.05, left="0.5 s", e="restitution = 0.65", forces="", length="2 s"
     )
     dataset = scan(parse_scene(stiff), check_fraction=1.0)
     failed = failures(dataset)

@@ -17,7 +17,7 @@ from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.manifest import write_manifest
 from pounding_risk.motions import Motion, read_motion
-from pounding_risk.provenance import digest_of, text_digest
+from pounding_risk.recorded_scene import text_digest
 from pounding_risk.scenario import parse_scene, read_scene
 
 SCENE = """
@@ -281,7 +281,7 @@ def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
 def test_digests_follow_what_was_used(folder):
     """The same for the same, another one for another sample or step; the sample's bytes and the step's, in order."""
     made = Motion("made", np.array([0.0, 1.5, -2.0]), 0.01, {})
-    assert digest_of(made) == sha256(struct.pack("<4d", 0.0, 1.5, -2.0, 0.01)).hexdigest()
+    assert made.digest == sha256(struct.pack("<4d", 0.0, 1.5, -2.0, 0.01)).hexdigest()
     one = pr.open_results(folder / "results.nc")
     digests = json.loads(one.attrs["motions_sha256"])
     assert list(digests) == ["one", "two"] and len(set(digests.values())) == 2

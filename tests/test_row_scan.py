@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from pounding_risk import ensemble, row_job
 from pounding_risk.ensemble import scan
 from pounding_risk.outputs import RUN
 from pounding_risk.results import open_results
@@ -87,6 +89,16 @@ def test_screening_changes_nothing(screened, simulated):
 def test_the_number_of_threads_changes_nothing(screened):
     again = scan(parse_scene(SCENE), check_fraction=0.02, workers=3)
     assert screened.identical(again)
+
+
+def test_motions_that_are_let_go_come_back_to_the_same_bits(screened, monkeypatch):
+    """Memory holds one motion of the grid, where threads and a form of all of them ask for four."""
+    monkeypatch.setattr(row_job, "MOTIONS", 1)
+    monkeypatch.setattr(row_job, "KEPT", 1)
+    jobs = []
+    monkeypatch.setattr(ensemble, "job_of", lambda order: jobs.append(row_job.RowJob(order)) or jobs[-1])
+    xr.testing.assert_identical(scan(parse_scene(SCENE), check_fraction=0.02, workers=2), screened)
+    assert len(jobs[0]._driven._found) == len(jobs[0]._cases._found) == 1
 
 
 def test_contact_is_where_the_gap_is_smaller_than_the_motion_needs_or_pounding_pushes(screened):

@@ -20,10 +20,10 @@ from made_forms import SHAPE, made_form, pieces, values_of
 from pounding_risk import layout
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import block_shape, blocks, form_of, values_at
-from pounding_risk.placing import checksum, sweep
 from pounding_risk.results import check_target, open_results, save
 from pounding_risk.scenario import parse_scene
 from pounding_risk.stores import Memory, Netcdf, store_of
+from pounding_risk.whole_files import checksum, host, partial_of, sweep
 
 SUFFIXES = (".nc", ".zarr")
 LATER = {"command": "pounding-risk scan é", "parts": 3, "share": 0.5}
@@ -184,7 +184,7 @@ def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
         with pytest.raises(PoundingError, match="no such results file"):
             open_results(target)
     (left,) = sweep(target)
-    assert left.name == f".{target.name}.{run.pid}.partial"
+    assert left.name == f".{target.name}.{host()}.{run.pid}.partial"
     assert names(tmp_path) == [target.name] * older
 
 
@@ -327,15 +327,50 @@ def test_targets_are_checked(tmp_path):
         check_target(tmp_path / "a.zarr")
 
 
+def test_a_name_is_refused_before_the_work_that_it_would_lose(tmp_path):
+    """The names on the way are longer than the target's, and netCDF takes no name that is not text."""
+    for name, why in (
+        ("x" * 245 + ".nc", "choose a shorter name"),
+        (os.fsdecode(b"raw\xff.nc"), "is no text in UTF-8"),
+    ):
+        with pytest.raises(PoundingError, match=why):
+            check_target(tmp_path / name)
+    room = 255 - len(partial_of(tmp_path / ".zarr").name)  # letters, in most file systems; a pid may have one more
+    form, target = made_form(), tmp_path / f"{'x' * (room - 4)}.zarr"
+    write(store_of(form, target), form)
+    assert names(tmp_path) == [target.name]
+
+
+def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
+    """Names may hold what is a pattern elsewhere, and begin alike."""
+    theirs = (".b.nc.node1.4711.partial", ".[ab].nc.old.nc.node1.4711.partial", ".[ab].nc.mine.partial")
+    for name in (".[ab].nc.node1.4711.partial", *theirs):
+        (tmp_path / name).write_bytes(b"half")
+    assert [path.name for path in sweep(tmp_path / "[ab].nc")] == [".[ab].nc.node1.4711.partial"]
+    assert names(tmp_path) == sorted(theirs)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
+def test_a_link_to_a_store_is_replaced_and_the_store_stays(tmp_path):
+    form, real, link = made_form(), tmp_path / "real.zarr", tmp_path / "link.zarr"
+    write(store_of(form, real), form)
+    before = checksum(real)
+    link.symlink_to(real)
+    write(store_of(made_form((2, 1, 1, 1, 2, 2)), link), made_form((2, 1, 1, 1, 2, 2)))
+    assert open_results(link).sizes["record"] == 2
+    assert checksum(real) == before
+    assert names(tmp_path) == ["link.zarr", "real.zarr"]
+
+
 def test_a_crash_between_two_names_is_told(tmp_path):
     """The older store is whole under the name that the sentence gives."""
     form, target = made_form(), tmp_path / "results.zarr"
     write(store_of(form, target), form)
-    target.rename(tmp_path / ".results.zarr.4711.old")
-    with pytest.raises(PoundingError, match=r"rename \S+\.results\.zarr\.4711\.old, the results of before"):
+    target.rename(tmp_path / ".results.zarr.here.4711.old")
+    with pytest.raises(PoundingError, match=r"rename \S+\.results\.zarr\.here\.4711\.old, the results of before"):
         open_results(target)
     write(store_of(form, target), form)
-    assert [path.name for path in sweep(target)] == [".results.zarr.4711.old"]
+    assert [path.name for path in sweep(target)] == [".results.zarr.here.4711.old"]
     assert names(tmp_path) == ["results.zarr"]
 
 

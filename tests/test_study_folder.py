@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import random
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
@@ -144,6 +146,27 @@ def test_no_line_is_taken_twice(parts):
     assert inside == [line for line in lines if line in block]
 
 
+def test_ctrl_c_in_the_middle_of_a_part_is_ctrl_c(path, monkeypatch, capsys):
+    """Between an archive's opening of an entry and its use: the archive, which cannot be closed then, is not heard."""
+    opening = zipfile.ZipFile.open
+
+    def interrupted(archive, name, *choices, **more):
+        entry = opening(archive, name, *choices, **more)
+        if str(name).startswith("raw"):
+            raise KeyboardInterrupt
+        return entry
+
+    with opened(path) as folder:
+        monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            folder.keep(range(0, 5), part_of(range(0, 5)), 0.1)
+        monkeypatch.undo()
+        assert folder.done() == []
+        assert not list((path / "parts").iterdir())
+    gc.collect()
+    assert capsys.readouterr().err == ""
+
+
 def test_every_damage_is_seen(tmp_path):
     """Each byte of a part changed, and each length it may be cut to: the numbers are right, or it is told."""
     lines = range(3, 5)
@@ -173,9 +196,9 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
         keep(folder, range(0, 10), range(10, 20), range(20, 30))
     torn = path / "parts" / part_name(range(10, 20))
     torn.write_bytes(torn.read_bytes()[:-40])
-    aside = path / "parts" / f"{part_name(range(30, 40))}.elsewhere.123.partial"
+    aside = path / "parts" / f".{part_name(range(30, 40))}.elsewhere.123.partial"
     aside.write_bytes(b"half")
-    (path / "study.json.elsewhere.123.partial").write_bytes(b"half")
+    (path / ".study.json.elsewhere.123.partial").write_bytes(b"half")
     mine = path / "parts" / "notes.partial"
     mine.write_text("my own", encoding="utf-8")
     with opened(path, shared=True) as folder:
@@ -190,7 +213,7 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
             list(folder.parts([range(0, 10)]))
         assert folder.done() == [range(20, 30)]
     removed = [line["file"] for line in read_lines(path / "log.jsonl") if line["event"] == "removed"]
-    assert removed == ["study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
+    assert removed == [".study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
 
 
 def test_another_identity_is_refused_with_every_difference(path):
@@ -248,7 +271,7 @@ def test_a_file_or_no_folder_above_is_refused(path):
 def test_a_study_that_was_killed_as_it_began_begins_again(path):
     path.mkdir()
     (path / "lock").write_text("", encoding="utf-8")
-    (path / "study.json.here.12.partial").write_text("{", encoding="utf-8")
+    (path / ".study.json.here.12.partial").write_text("{", encoding="utf-8")
     with opened(path) as folder:
         keep(folder, range(0, 10))
         assert folder.done() == [range(0, 10)]

@@ -21,13 +21,13 @@ from pounding_risk.conversion import convert
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.explorer import view
-from pounding_risk.placing import checksum
-from pounding_risk.rechecked import findings
+from pounding_risk.recheck_findings import findings
 from pounding_risk.reports import report
 from pounding_risk.results import open_results, save
 from pounding_risk.row_pictures import draw
 from pounding_risk.scenario import parse_scene
 from pounding_risk.summaries import counted, failures, summary
+from pounding_risk.whole_files import checksum
 
 PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
 PAIR = PAIR.replace("[grid]", '[grid]\nyield_force = ["100 kN", "inf"]')

@@ -219,7 +219,8 @@ def test_a_scene_with_a_wave(tmp_path):
     plain = pr.scan(study_from(scene(effects={})), check_fraction=0.0)
     every = pr.scan(study, screening=False, check_fraction=0.0)
     assert int(found.simulated.sum()) < int(every.simulated.sum())
-    assert found.drop_vars("simulated").identical(every.drop_vars("simulated"))
+    one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (found, every))
+    assert one.identical(other)
     touched = {"gap": 0, "contact_model": 0, "record": 0, "polarity": 0, "yield_force": 0}
     assert float(found.impulse[touched]) != float(plain.impulse[touched])
     # Without contact the left building knows nothing of the wave, the right one has it later.

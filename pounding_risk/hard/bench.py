@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from math import nan
 from time import perf_counter
 
@@ -13,10 +13,9 @@ from pounding_risk.hard.table import CASES
 from pounding_risk.hard.trial import Trial
 from pounding_risk.models.contact import SHIPPED
 from pounding_risk.models.instant import INSTANT_LAWS
+from pounding_risk.progress import Progress
 from pounding_risk.quantities import RTOL
 from pounding_risk.study import known_law
-
-Progress = Callable[[int, int], None]
 
 
 def stability(

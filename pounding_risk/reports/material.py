@@ -13,11 +13,11 @@ import numpy as np
 
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
-from pounding_risk.placing import checksum
 from pounding_risk.reports.content import amount
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
 from pounding_risk.separations import code_table
+from pounding_risk.whole_files import checksum
 
 if TYPE_CHECKING:
     import xarray as xr
