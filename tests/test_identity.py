@@ -16,7 +16,9 @@ import pytest
 
 import pounding_risk as pr
 from pounding_risk import identity as identities
+from pounding_risk.gather import gathered
 from pounding_risk.identity import difference, digest, flattened, identity
+from pounding_risk.jobs import Order, job_of
 from pounding_risk.models import contact
 from pounding_risk.models.contact import LAWS
 from pounding_risk.motions import Motion
@@ -159,6 +161,30 @@ def test_options_and_program_count(monkeypatch):
     assert difference(old, identity(asked())) == ["pounding_risk: its source was changed since"]
     newer = {**old, "program": {**old["program"], "numba": "9.0"}}
     assert difference(old, newer) == [f'numba: was "{old["program"]["numba"]}", is "9.0"']
+
+
+def test_another_kind_of_processor_is_told_where_nothing_else_differs():
+    """Libraries that choose their ways by processor give other last digits: parts of both would not fit together."""
+    old, new = identity(asked(), "one"), identity(asked(), "another")
+    (sentence,) = difference(old, new)
+    assert "OPENBLAS_CORETYPE" in sentence and digest(old) != digest(new)
+
+
+def test_a_title_counts_for_nothing():
+    renamed = replace(parse_scene(SCENE), name="another title")
+    assert told(asked(), asked()._replace(study=renamed)) == []
+
+
+@pytest.mark.parametrize("effects", ["", 'soil_flexibility = {shear_wave_velocity = "200 m/s", radius = "8 m"}'])
+def test_what_is_prepared_is_told_to_the_last_digit(effects):
+    """One unit in the last place of one damping ratio is another preparation."""
+    study = parse_scene(f"{SCENE}[effects]\n{effects}\n")  # an effect on buildings makes a row of a pair
+    first, *others = study.buildings
+    motions = gathered(study).motions
+    once, again = (job_of(Order(study, motions)).prepared for _ in range(2))
+    assert once == again
+    changed = first._replace(damping=float(np.nextafter(first.damping, 1.0)))
+    assert job_of(Order(replace(study, buildings=(changed, *others)), motions)).prepared != once
 
 
 def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):

@@ -86,7 +86,9 @@ def _call(name: str, function: Any) -> str:
 
 
 def signature(function: Any) -> str:
-    """The parameters and what is returned; on several lines where they are long."""
+    """The parameters and what is returned; on several lines where they are long. An exception is caught, not made."""
+    if isinstance(function, type) and issubclass(function, BaseException):
+        return ""
     told = inspect.signature(function)
     pieces, named = [], False
     for each in told.parameters.values():
