@@ -27,7 +27,7 @@ from pounding_risk.whole_files import sweep
 if TYPE_CHECKING:
     from pounding_risk.study_folder import StudyFolder
 
-LAZY = 1e9  # bytes: a larger dataset is not read whole when it has been written
+LAZY = 1e8  # bytes: a larger dataset is not read whole when it has been written
 
 
 class ShardDone(NamedTuple):
@@ -140,7 +140,7 @@ def scan(
     on it.
 
     What is solved on the way to an ``out`` (.nc or .zarr) is kept in a folder beside it: a second start goes on from
-    there, unless ``new`` discards it. A dataset of more than a gigabyte comes back lazy. ``command`` is the command
+    there, unless ``new`` discards it. A dataset of more than 100 MB comes back lazy. ``command`` is the command
     line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
 
     Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
