@@ -48,6 +48,11 @@ def scan(
     from pounding_risk.scenario import read_scene
 
     if plan:
+        given = {"--shard": shard, "--scheduler": scheduler, "--no-screening": not screening, "--new": new}
+        if aside := [option for option, value in given.items() if value]:
+            raise PoundingError(
+                f"--plan and {aside[0]}: a plan is of the whole scan, screened, on this machine; leave one out"
+            )
         from pounding_risk.cli_tables import print_plan
         from pounding_risk.plan import plan as planned
 

@@ -38,6 +38,7 @@ class Told(NamedTuple):
     digest: str  # of the order
     make: Make | None
     versions: dict[str, str]
+    prepared: str  # as the job here says it, see `jobs.Job`
 
 
 class Made(NamedTuple):
@@ -89,7 +90,7 @@ class Dask:
         # A client's own cluster may be one that grows when a queue lets it; an address has what was started there.
         flight = Flight(self._client, pending, keep, PATIENCE if self._own else inf)
         try:
-            flight.take_off(job.order, self._make)
+            flight.take_off(job, self._make)
             flight.land()
         except KeyboardInterrupt:
             flight.keep_finished()
@@ -164,12 +165,12 @@ class Flight:
         self.order: Future | None = None
         self.room, self.looked = 0, -LOOK
 
-    def take_off(self, order: Any, make: Make | None) -> None:
+    def take_off(self, job: Solver, make: Make | None) -> None:
         """Hand the order over, once for all chunks: a task of its own, so that no worker's loss loses it."""
         from distributed import as_completed
 
-        payload = pickle.dumps(order)
-        self.told = Told(hashlib.sha256(payload).hexdigest(), make, _versions())
+        payload = pickle.dumps(job.order)
+        self.told = Told(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job))
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
@@ -298,11 +299,23 @@ def _job(payload: bytes, told: Told) -> Made:
     with _making:
         if told.digest not in _made:
             check_alike(_address(), _versions(), told.versions)
-            _made[told.digest] = Made((told.make or job_of)(pickle.loads(payload)), set())
+            job = (told.make or job_of)(pickle.loads(payload))
+            if _prepared(job) != told.prepared:
+                raise PoundingError(
+                    f"the worker {_address()} would give other last digits: another kind of processor, for which "
+                    "libraries compute in other ways; set the same OPENBLAS_CORETYPE on all machines, or use machines "
+                    "of one kind"
+                )
+            _made[told.digest] = Made(job, set())
             while len(_made) > JOBS:
                 _made.popitem(last=False)
         _made.move_to_end(told.digest)
         return _made[told.digest]
+
+
+def _prepared(job: Solver) -> str:
+    """What the job says of its preparation; nothing where it has none."""
+    return getattr(job, "prepared", "")
 
 
 def _address() -> str:

@@ -158,6 +158,14 @@ def test_options_are_the_arguments_of_the_call(name):
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
 
+@pytest.mark.parametrize(
+    "option", [["--no-screening"], ["--shard", "1/2"], ["--scheduler", "tcp://127.0.0.1:1"], ["--new"]]
+)
+def test_a_plan_is_of_the_whole_scan(folder, option):
+    found = run("scan", str(folder / "scene.toml"), "--plan", *option)
+    assert found.exit_code == 2 and f"--plan and {option[0]}: a plan is of the whole scan" in found.stderr
+
+
 def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
     before = sorted(path.name for path in folder.iterdir())
     for words in (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"]):

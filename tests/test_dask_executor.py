@@ -170,6 +170,11 @@ def test_workers_of_other_versions_are_refused(client, monkeypatch):
         PoundingError, match=r"worker tcp://127.*other numbers: kernels \w+ there, edited here; install"
     ):
         cluster.run(job, pending_of(job), Kept(20))
+    monkeypatch.setattr(dask_executor, "_versions", lambda: ours)
+    monkeypatch.setattr(dask_executor, "_prepared", lambda job: "by another processor")
+    with pytest.raises(PoundingError, match=r"worker tcp://127.*other last digits: .*OPENBLAS_CORETYPE"):
+        cluster.run(job, pending_of(job), Kept(20))
+    monkeypatch.undo()
     told = client.get_versions(packages=list(dask_executor.ALIKE))
     next(iter(told["workers"].values()))["packages"]["numba"] = "0.1"
     monkeypatch.setattr(client, "get_versions", lambda packages: told)
