@@ -85,20 +85,23 @@ def disturbed(study, target: Path, expected: bytes, chance: random.Random, most:
 
 
 def main(folder: Path, studies: int, kills: int, seed: int) -> None:
-    """Print how many kills there were, how many parts outlived them, and what was wrong."""
-    chance, killed, wrong = random.Random(seed), 0, []
-    for number in range(studies):
-        study = parse_scene(PAIR.format(period=0.3 + 0.1 * number, gaps=81 + 4 * number))
+    """Print of how many studies and kills, and what was wrong.
+
+    More studies than asked for where some came to their end before their share of the kills, as on a fast machine.
+    """
+    chance, killed, number, wrong = random.Random(seed), 0, -1, []
+    while killed < kills or number + 1 < studies:
+        number += 1
+        study = parse_scene(PAIR.format(period=0.3 + 0.02 * number, gaps=81 + 4 * number))
         whole, again = folder / f"whole-{number}" / "results.nc", folder / f"killed-{number}" / "results.nc"
         for target in (whole, again):
             target.parent.mkdir()
         scan(study, whole, screening=False, workers=1)
-        share = (kills - killed) // (studies - number)
-        found, faults = disturbed(study, again, whole.read_bytes(), chance, share)
+        found, faults = disturbed(study, again, whole.read_bytes(), chance, kills // studies)
         left = [path.name for path in again.parent.rglob("*") if "partial" in path.name or path.suffix == ".npz"]
         wrong += [*faults, *(f"study {number} leaves {name}" for name in left)]
         killed += found
-    print(json.dumps({"kills": killed, "wrong": wrong}))
+    print(json.dumps({"studies": number + 1, "kills": killed, "wrong": wrong}))
 
 
 if __name__ == "__main__":

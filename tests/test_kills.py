@@ -31,5 +31,4 @@ def test_a_killed_scan_ends_in_the_file_of_one_that_nobody_disturbed(tmp_path):
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["wrong"] == []
-    # All fifty, but for studies that came to their end before their share of kills.
-    assert told["kills"] >= 40
+    assert told["kills"] >= 50 and told["studies"] >= 5
