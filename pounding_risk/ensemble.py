@@ -19,7 +19,7 @@ from pounding_risk.parts import InMemory, Part, merged, without
 from pounding_risk.progress import Progress
 from pounding_risk.recheck import check_share
 from pounding_risk.recorded_scene import provenance
-from pounding_risk.results import RESULTS, as_text, check_target, open_results
+from pounding_risk.results import RESULTS, as_text, check_target, open_results, zarr_store
 from pounding_risk.stores import Blockwise, Memory, store_of
 from pounding_risk.study import Study, as_study
 from pounding_risk.whole_files import sweep
@@ -148,7 +148,7 @@ def scan(
     of them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
     Ctrl-C ends it.
     """
-    target = None if out is None else check_target(out, RESULTS)
+    target = None if out is None else _target(out)
     one = Scan(
         study,
         screening=screening,
@@ -191,7 +191,7 @@ def scan_shard(
     Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the
     same arguments writes ``out``. Raises as `scan`.
     """
-    target, which = check_target(out, RESULTS), read_shard(shard)
+    target, which = _target(out), read_shard(shard)
     one = Scan(
         study,
         screening=screening,
@@ -208,3 +208,11 @@ def scan_shard(
         done = folder.done()
     width = one.job.width
     return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)
+
+
+def _target(out: str | Path) -> Path:
+    """Where the dataset goes; raises PoundingError, before any work, where it could not be written in the end."""
+    target = check_target(out, RESULTS)
+    if target.suffix.lower() == ".zarr":
+        zarr_store()
+    return target

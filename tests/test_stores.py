@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from made_forms import SHAPE, made_form, pieces, values_of
 
 from pounding_risk import layout
+from pounding_risk.ensemble import scan, scan_shard
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import block_shape, blocks, form_of, values_at
 from pounding_risk.results import check_target, open_results, save
@@ -460,3 +461,13 @@ def test_threads_of_a_user_take_turns_at_netcdf(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(Path(layout.__file__).parent.parent)}
     ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
+
+
+@pytest.mark.parametrize("call", [scan, lambda scene, out: scan_shard(scene, out, "1/2")])
+def test_a_missing_extra_is_told_before_any_work(call, tmp_path, monkeypatch):
+    """Not when all is solved and only the file is left to write; the scene is not even read."""
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    monkeypatch.delitem(sys.modules, "pounding_risk.zarr_store", raising=False)
+    with pytest.raises(PoundingError, match=r"pip install \"pounding-risk\[cluster\]\""):
+        call(tmp_path / "no scene.toml", tmp_path / "results.zarr")
+    assert names(tmp_path) == []
