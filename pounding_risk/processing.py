@@ -17,7 +17,7 @@ from typing import Any
 
 from pounding_risk import baseline, filtering, resampling, steps_basic
 from pounding_risk.errors import RecordError
-from pounding_risk.quantities import Quantity, QuantityError, article, bounds, parse, repair, shown
+from pounding_risk.quantities import Quantity, QuantityError, shown, si
 from pounding_risk.steps import STEPS, Done, Known, Step, step
 from pounding_risk.steps_basic import window
 
@@ -71,20 +71,6 @@ def _option(place: str, value: Any, kind: Quantity | tuple[str, ...]) -> Any:
         return si(value, kind)
     except QuantityError as error:
         raise RecordError(f"{place}: {error}") from None
-
-
-def si(value: Any, quantity: Quantity) -> float:
-    """A number in SI as it is, text with a unit converted; raises QuantityError out of range."""
-    if isinstance(value, str | bool):
-        return parse(value, quantity)
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise QuantityError(f"{shown(value)} is not {article(quantity.words)}; {repair(quantity)}") from None
-    if not quantity.allows(number):
-        allowed = f"{article(quantity.words)} must be {bounds(quantity)}"
-        raise QuantityError(f"{number:g} is out of range: {allowed}; {repair(quantity)}")
-    return number
 
 
 def _names() -> list[str]:

@@ -67,6 +67,7 @@ TIME = Quantity("s", 0.0, inf, "time from the record's start", open_high=True, e
 DIRECTION = Quantity("deg", 0.0, 360.0, "direction clockwise from north", example="30 deg")
 TAIL = Quantity("s", 0.0, inf, "duration of free vibration", open_high=True, example="5 s")
 RTOL = Quantity("1", 1e-12, 1e-2, "relative tolerance", example="1e-6")
+PROBABILITY = Quantity("1", 0.0, 1.0, "probability", open_low=True, open_high=True, example='"10 %" or 0.1')
 
 # Usual units of the trade per SI unit, largest first, with their exact size: what `say` chooses from.
 USUAL: dict[str, tuple[tuple[str, float], ...]] = {
@@ -184,6 +185,73 @@ def parse(text: object, quantity: Quantity) -> float:
             f"{shown(text)} is out of range: {article(quantity.words)} must be {bounds(quantity)}; {repair(quantity)}"
         )
     return value + 0.0  # no minus zero
+
+
+def si(value: Any, quantity: Quantity, name: str = "") -> float:
+    """A number in the SI unit of ``quantity`` as it is, or text with a unit converted: what Python calls take.
+
+    Parameters
+    ----------
+    value : float or str
+        0.02 or "20 mm" where ``quantity`` is a length.
+    quantity : Quantity
+        What the number means, with its bounds.
+    name : str
+        The parameter, which the error names first.
+
+    Raises
+    ------
+    QuantityError
+        For what is no number, a wrong unit, and a value out of the bounds.
+    """
+    place = f"{name}: " if name else ""
+    if isinstance(value, str | bool):
+        try:
+            return parse(value, quantity)
+        except QuantityError as error:
+            raise QuantityError(f"{place}{error}") from None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise QuantityError(f"{place}{shown(value)} is not {article(quantity.words)}; {repair(quantity)}") from None
+    if not quantity.allows(number):
+        allowed = f"{article(quantity.words)} must be {bounds(quantity)}"
+        raise QuantityError(f"{place}{number:g} is out of range: {allowed}; {repair(quantity)}")
+    return number
+
+
+def share(value: Any, name: str, *, low: float = 0.0, high: float = 1.0) -> float:
+    """A probability, percentile or confidence as a fraction, by one convention for all three.
+
+    A plain number below 1 is a fraction (0.16), one above 1 is in percent (84), text may say so itself ("84 %").
+    1 alone could be either and is refused.
+
+    Parameters
+    ----------
+    value : float or str
+        0.84, 84, "84", "84 %" or "0.84".
+    name : str
+        The parameter or option, which the error names first.
+    low, high : float
+        The ends of the range, both excluded, as fractions.
+
+    Raises
+    ------
+    QuantityError
+        For what is no number, for 1, and for a share outside the range.
+    """
+    percent = Quantity("1", 0.0, inf, f"{name} (a share)", example=PROBABILITY.example)
+    number = si(value, percent, name)
+    written_as_percent = isinstance(value, str) and "%" in value
+    if number == 1.0 and not written_as_percent:
+        raise QuantityError(f'{name}: {shown(value)} could be 1 % or 100 %; write "1 %", or a fraction such as 0.01')
+    fraction = number if written_as_percent or number < 1.0 else number / 100.0
+    if not low < fraction < high:
+        raise QuantityError(
+            f"{name}: {shown(value)} is {100.0 * fraction:.6g} %; it must lie between {100.0 * low:g} % and "
+            f"{100.0 * high:g} %, ends excluded"
+        )
+    return fraction
 
 
 def repair(quantity: Quantity) -> str:

@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.processing import Done, si
-from pounding_risk.quantities import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, QuantityError, shown
+from pounding_risk.processing import Done
+from pounding_risk.quantities import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, QuantityError, shown, si
 from pounding_risk.signals import Samples
 
 if TYPE_CHECKING:

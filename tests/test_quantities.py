@@ -29,7 +29,9 @@ from pounding_risk.quantities import (
     exact,
     parse,
     say,
+    share,
     shown,
+    si,
 )
 
 HERTZ = Quantity("N/m^1.5", 0.0, inf, "impact stiffness β", open_low=True, open_high=True)
@@ -328,3 +330,31 @@ def test_values_are_shown_as_in_a_file_and_short():
 def test_pint_is_not_imported_before_it_is_needed():
     code = "import sys, pounding_risk.quantities as q; q.say(1.0, q.GAP); assert 'pint' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("value", [0.02, "20 mm", "0.02 m"])
+def test_a_call_takes_si_or_text(value):
+    assert si(value, GAP) == 0.02
+
+
+@pytest.mark.parametrize("value", ["20", "20 s", -0.1, None, [0.02], "a lot"])
+def test_a_call_refuses_what_is_no_length_by_the_name_of_its_parameter(value):
+    with pytest.raises(QuantityError, match=r"^gap: .*; write a clear distance at rest such as "):
+        si(value, GAP, "gap")
+
+
+@pytest.mark.parametrize("value", [0.84, 84, 84.0, "84", "0.84", "84 %", "84%"])
+def test_shares_have_one_convention(value):
+    assert share(value, "percentile") == 0.84
+
+
+@pytest.mark.parametrize("value", [1, 1.0, "1", 0, "0 %", "100 %", 100, 101, -3, "x", True, None])
+def test_shares_that_could_be_two_things_or_none_are_refused(value):
+    with pytest.raises(QuantityError, match=r"^target: "):
+        share(value, "target")
+
+
+def test_a_share_keeps_to_its_range():
+    assert share("1 %", "target") == 0.01
+    with pytest.raises(QuantityError, match=r"is 0\.9 %; it must lie between 50 % and 100 %"):
+        share("0.9 %", "percentile", low=0.5)
