@@ -114,7 +114,10 @@ def _provide(basis: Basis, answer: bool | None) -> str:
             f"At {high} the upper bound of that probability is within {target} too."
         )
     bounds = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
-    return f"{verb} ({bounds}) for a probability of contact of {target}; {_still(basis)}. {_too_few(basis)}"
+    return (
+        f"{verb.replace('Provide', 'Provide at least')} for a probability of contact of {target}, an estimate ({bounds}); "
+        f"{_still(basis)}. {_too_few(basis)}"
+    )
 
 
 def _still(basis: Basis) -> str:
@@ -145,9 +148,11 @@ def _settle(basis: Basis) -> str:
             "that is too near the target."
         )
     more = in_all - basis.recordings
+    shown = "not adequate" if basis.contacts / basis.motions > basis.criterion.target else "adequate"
+    many = "1 more recording" if more == 1 else f"{more} more recordings"
     return (
-        f"About {more} more recordings would settle the gap of {gap}, if their motions were as much alike as these and "
-        f"closed it as often ({share})."
+        f"About {many} would show a gap of {gap} to be {shown}, if their motions were as much alike as "
+        f"these and closed it as often ({share})."
     )
 
 

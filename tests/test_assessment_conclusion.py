@@ -67,7 +67,9 @@ def test_the_conclusion_is_the_one_that_can_be_signed():
     assert told[1].startswith("Provide 92 mm (95 % bounds 76 mm to 115 mm) for a probability of contact of 10 %; ")
     assert "1 of the 20 motions (5 %) still closes that gap" in told[1]
     more = recordings_to_settle(basis(3, 20)) - 20
-    assert told[2].startswith(f"About {more} more recordings would settle the gap of 80 mm")
+    assert told[2].startswith(f"About {more} more recordings would show a gap of 80 mm to be not adequate, if ")
+    (*_, fewer, _) = conclusion(basis(1, 20), None)
+    assert " would show a gap of 80 mm to be adequate, if " in fewer
     assert told[3].startswith("This rests on 20 motions of 20 recordings at 0.3 g, and holds for sites and levels")
 
 
@@ -87,7 +89,9 @@ def test_what_has_no_bound_says_so_and_what_it_takes():
     assert "3 recordings cannot show that any gap keeps 10 %: that takes 36 in all" in provide
     assert "115" not in provide
     (_, provide, *_) = conclusion(basis(1, 3, required=UNBOUNDED.__class__(90.0, 0.092, 0.0, 0.1, False, 0.09)), None)
-    assert "(without bounds)" in provide
+    assert provide.startswith(
+        "Provide at least 92 mm for a probability of contact of 10 %, an estimate (without bounds);"
+    )
 
 
 def test_nothing_required_is_told():
