@@ -107,16 +107,16 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     if required.gap <= 0.0:
         return f"For {target} these motions require no gap at all."
     gap, low, high = (say(value, GAP, 3) for value in (required.gap, required.low, required.high))
-    verb = f"Required is {gap}" if answer else f"Provide {gap}"
     if required.bounded:
+        verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (
             f"{verb} ({confidence} bounds {low} to {high}) for a probability of contact of {target}; {_still(basis)}. "
             f"At {high} the upper bound of that probability is within {target} too."
         )
     bounds = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
     return (
-        f"{verb.replace('Provide', 'Provide at least')} for a probability of contact of {target}, an estimate ({bounds}); "
-        f"{_still(basis)}. {_too_few(basis)}"
+        f"Provide at least {gap} for a probability of contact of {target}, an estimate ({bounds}); {_still(basis)}. "
+        f"{_too_few(basis)}"
     )
 
 

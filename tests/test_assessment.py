@@ -448,7 +448,7 @@ def test_a_target_beside_another_percentile_is_what_the_verdict_uses():
     assert one.verdict.word == "inadequate"
     assert "the verdict uses the target" in found.asked
     needed = one.required_at(98.0).gap
-    assert any(sentence.startswith(f"Provide {1e3 * needed:.3g} mm") for sentence in one.verdict.conclusion)
+    assert any(sentence.startswith(f"Provide at least {1e3 * needed:.3g} mm") for sentence in one.verdict.conclusion)
     assert one.verdict.margin == pytest.approx(0.02 / one.required_at(84.0).gap)  # that of the percentile
 
 
