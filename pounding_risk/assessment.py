@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk import assessed_data as data
 from pounding_risk import fragility as curves
 from pounding_risk.assessed_data import Motions, interfaces
+from pounding_risk.assessment_options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
@@ -61,6 +62,10 @@ class InterfaceAssessment:
     separations: tuple[Comparison, ...]
     verdict: Verdict
 
+    def required_at(self, percentile: float) -> RequiredGap:
+        """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
+        return next(each for each in self.required if each.percentile == percentile)
+
     def contact_at_gap(self) -> Share:
         """The share of the motions that close the assessed gap."""
         return next(share for share in self.contact if share.gap == self.gap)
@@ -70,6 +75,7 @@ class InterfaceAssessment:
 class Assessment:
     """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
 
+    ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
     ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
     """
 
@@ -82,10 +88,16 @@ class Assessment:
     confidence: float
     percentile: float
     target: float
+    asked: str
     intensity: str
     hazard: str
     hazard_rows: tuple[tuple[float, float], ...]
     interfaces: tuple[InterfaceAssessment, ...]
+
+    @property
+    def criterion(self) -> Criterion:
+        """What the gaps are held against."""
+        return Criterion(self.target, self.percentile, self.confidence)
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as tables and lists that JSON holds; what is not a finite number is None."""
@@ -101,23 +113,29 @@ class _Options(NamedTuple):
     target: float
     pga: float | None
 
+    @property
+    def criterion(self) -> Criterion:
+        return Criterion(self.target, self.percentile, self.confidence)
+
 
 def assess(
     results: xr.Dataset | str | Path,
     *,
     gap: float | None = None,
     hazard: Hazard | str | Path | None = None,
-    confidence: float = 0.95,
-    percentile: float = 84.0,
+    confidence: float | str = USUAL_CONFIDENCE,
+    percentile: float | str | None = None,
     intensity: str = "pga",
-    target: float | None = None,
+    target: float | str | None = None,
     pga: float | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`, or of the file it is in.
 
     ``gap`` [m] is the scene's own by default, at every interface. The verdict holds P(contact) there against
     ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions, beside 50, 84
-    and 95, have their required gap told, and the target is what that leaves, 0.16 of 84 %, unless given. Of a dataset
+    and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target asks for the
+    percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by default;
+    where both are given the verdict uses the target. Of a dataset
     with several amplitudes the assessed one is ``pga`` [m/s2], the largest by default. Fragilities are against
     ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
     period. ``hazard``, a curve or its CSV file, adds annual rates.
@@ -130,17 +148,18 @@ def assess(
         results = open_results(results)
     data.check_dataset(results)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
-    target = 1.0 - percentile / 100.0 if target is None else target
-    options = _Options(gap, curve, confidence, percentile, intensity, target, pga)
+    criterion = read_criterion(target, percentile, confidence)
+    options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
     _check(options)
     counts = data.run_counts(results)
     found = tuple(_interface(name, one, place, options) for place, (name, one) in enumerate(interfaces(results)))
     return Assessment(
         title=str(results.attrs.get("title", "")),
         **counts,
-        confidence=confidence,
-        percentile=percentile,
-        target=target,
+        confidence=criterion.confidence,
+        percentile=criterion.percentile,
+        target=criterion.target,
+        asked=criterion.words,
         intensity=intensity,
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
@@ -150,16 +169,6 @@ def assess(
 
 def _check(options: _Options) -> None:
     """Raise PoundingError for an option out of its range."""
-    limits = (
-        ("confidence", options.confidence, 1.0, "0.95"),
-        ("percentile", options.percentile, 100.0, "84"),
-        ("target", options.target, 1.0, "0.16"),
-    )
-    for name, value, most, example in limits:
-        if not 0.0 < value < most:
-            raise PoundingError(
-                f"{name} is {value:g}; it lies between 0 and {most:g}, ends excluded, such as {example}"
-            )
     if options.gap is not None and not (isfinite(options.gap) and options.gap >= 0.0):
         raise PoundingError(f"gap is {options.gap:g} m; it is a distance of 0 or more, such as 0.04")
 
@@ -175,7 +184,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
     weight = independent / len(motions.records)
     gaps = np.unique([*map(float, results["gap"].values), gap])
     contact = _contact_shares(motions.closing[:, 0], gaps, weight, options.confidence)
-    percentiles = (*USUAL_PERCENTILES, options.percentile)
+    percentiles = (*USUAL_PERCENTILES, options.percentile, options.criterion.target_percentile)
     required = required_gaps(motions.closing[:, 0], weight, percentiles, options.confidence)
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
@@ -191,6 +200,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         _amplitude_words(every.amplitudes[level]),
         next(share for share in contact if share.gap == gap),
         next(each for each in required if each.percentile == options.percentile),
+        next(each for each in required if each.percentile == options.criterion.target_percentile),
         independent,
         int((~every.finite).sum()),
         sensitivity[0],
@@ -214,7 +224,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         sensitivity=sensitivity,
         what_matters=ranked(sensitivity),
         separations=code_table(_one_amplitude(results, level), options.percentile).rules,
-        verdict=judge(Asked(gap, options.target, options.confidence, options.percentile), seen),
+        verdict=judge(Asked(gap, options.criterion), seen),
     )
 
 

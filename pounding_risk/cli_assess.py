@@ -43,8 +43,8 @@ def assess(
         Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc or .zarr).", show_default=False)
     ],
     gap: JudgedGap = None,
-    percentile: Percentile = 84.0,
-    confidence: Confidence = 0.95,
+    percentile: Percentile = None,
+    confidence: Confidence = "95 %",
     target: Target = None,
     intensity: Intensity = "pga",
     pga: Amplitude = None,
@@ -55,16 +55,16 @@ def assess(
     """Is this gap enough? Probabilities, required gaps, a verdict."""
     out_file, figure_file = writable("-o", out, (".json",)), writable("--figure", figure, FIGURES)
     from pounding_risk.assessment import assess as run
+    from pounding_risk.assessment_options import read_criterion
     from pounding_risk.quantities import GAP, PGA
 
+    criterion = read_criterion(target, percentile, confidence, prefix="--")
     found = run(
         results,
         gap=None if gap is None else read_option("--gap", gap, GAP),
         hazard=hazard,
-        confidence=confidence,
-        percentile=percentile,
+        **criterion._asdict(),
         intensity=intensity,
-        target=target,
         pga=None if pga is None else read_option("--pga", pga, PGA),
     )
     # Files first: whoever reads only the head of the tables ends the printing.
@@ -93,13 +93,14 @@ def _write(found: Assessment, target: Path) -> None:
 def print_assessment(found: Assessment) -> None:
     """The verdict on each interface, and the tables that it rests on."""
     print(found.title)
+    print(found.asked)
     if len(found.interfaces) > 1:
         print()
         _print_row(found)
     for one in found.interfaces:
         print(f"\n{one.name}\n\n{one.verdict.sentence}\n")
-        for sentence in one.verdict.evidence:
-            print(f"  {sentence}")
+        for sentence in (*one.verdict.conclusion, "", *one.verdict.evidence):
+            print(f"  {sentence}".rstrip())
         print(f"  In short: {one.what_matters}.\n")
         _print_required(one)
         _print_contact(one, found.confidence)
@@ -260,30 +261,32 @@ def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
 
 
 def _print_separations(one: InterfaceAssessment, percentile: float) -> None:
-    from pounding_risk.separation_rules import ONE_GROUND, SHARED
+    from pounding_risk.separation_rules import FROM_MEMORY, ONE_GROUND, QUOTED_ONLY, SHARED
 
     rows = [each for each in one.separations if each.middle is not None]
     if not rows:
         print("no motion closes any gap: what codes ask has nothing to be held against")
         return
-    heads = ("code rule", "verified", "asks for", "short in", f"over the gap of {percentile:g} %", "the gap over it")
+    heads = ("code rule", "text", "asks for", "short in", f"over the gap of {percentile:g} %", "the gap over it")
     needed = next(each.gap for each in one.required if each.percentile == percentile)
     lines = [
         (
             each.row.title,
-            "yes" if each.row.verified else "NO",
+            each.row.verification,
             _length(each.upper),
             f"{round((each.exceeded or 0.0) * len(one.closing))} of {len(one.closing)}",
             f"{each.upper / needed:.2f}" if needed > 0.0 and each.upper is not None else "–",
             f"{one.gap / each.upper:.2f}" if each.upper else "–",
+            each.row.superseded or "–",
         )
         for each in rows
     ]
-    print_table(heads, lines, "llrrrr")
+    print_table((*heads, "superseded by"), lines, "llrrrrl")
     print(f"asks for: no more in {percentile:g} % of the motions, from their own displacements; short in: motions that")
-    print("need more than it asks for from them; NO: the clause is not verified; `separations` shows more")
-    if any(ONE_GROUND in each.row.note for each in rows):
-        print(f"{SHARED[ONE_GROUND]}.")
+    print("need more than it asks for from them; `separations` lists the clauses and who quotes them")
+    for note in (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND):
+        if any(note in each.row.note for each in rows):
+            print(f"{SHARED[note]}.")
 
 
 def _force(value: float | None) -> str:

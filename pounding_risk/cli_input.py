@@ -25,11 +25,17 @@ Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where 
 Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
 # How a gap is judged: options of `assess` and `report` alike.
 JudgedGap = Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")]
-Percentile = Annotated[float, typer.Option(help="Share of the motions that the required gap is for, in %.")]
-Confidence = Annotated[float, typer.Option(help="Of all bounds, between 0 and 1.")]
+# A share is 84, 0.84 or "84 %" alike.
+Percentile = Annotated[
+    str | None,
+    typer.Option(help='Share of the motions that the required gap is for, "84 %".', show_default="84 %, or by target"),
+]
+Confidence = Annotated[str, typer.Option(help='Of all bounds, "95 %".')]
 Target = Annotated[
-    float | None,
-    typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
+    str | None,
+    typer.Option(
+        help='Probability of contact that is accepted, "10 %".', show_default="16 %, or what the percentile leaves"
+    ),
 ]
 Intensity = Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")]
 Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")]

@@ -32,8 +32,8 @@ def report(
         Path | None, typer.Option("--out", "-o", help="The report (.html or .pdf).", show_default="RESULTS.html")
     ] = None,
     gap: JudgedGap = None,
-    percentile: Percentile = 84.0,
-    confidence: Confidence = 0.95,
+    percentile: Percentile = None,
+    confidence: Confidence = "95 %",
     target: Target = None,
     intensity: Intensity = "pga",
     pga: Amplitude = None,
@@ -42,23 +42,31 @@ def report(
         list[Path],
         typer.Option("--with", help="What compare, accuracy or effects wrote (.nc or .zarr); repeat for several."),
     ] = NONE,
+    project: Annotated[str, typer.Option(help="Project, in the report's head.", show_default=False)] = "",
+    author: Annotated[str, typer.Option(help="Author, in the report's head.", show_default=False)] = "",
+    revision: Annotated[str, typer.Option(help="Revision, in the report's head.", show_default=False)] = "",
+    date: Annotated[str, typer.Option(help="Date, in the report's head.", show_default="no date")] = "",
 ) -> None:
     """Write a report of a scan: one HTML file, or a PDF."""
     if out is None and Path(f"{results.stem}.html").exists():
         raise PoundingError(f"{results.stem}.html exists already; write -o {results.stem}.html to replace it")
     file = writable("-o", out or Path(f"{results.stem}.html"), PAGES)
+    from pounding_risk.assessment_options import read_criterion
     from pounding_risk.quantities import GAP, PGA
     from pounding_risk.reports import report as run
 
+    criterion = read_criterion(target, percentile, confidence, prefix="--")
     written = run(
         results,
         file or Path(),
         hazard=hazard,
         also=others,
         gap=None if gap is None else read_option("--gap", gap, GAP),
-        percentile=percentile,
-        confidence=confidence,
-        target=target,
+        project=project,
+        author=author,
+        revision=revision,
+        date=date,
+        **criterion._asdict(),
         intensity=intensity,
         pga=None if pga is None else read_option("--pga", pga, PGA),
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 NONE: list[str] = []
 NO_NUMBERS: list[float] = []
-ROW_HEADS, ROW_SIDES = ("rule", "clause", "verified", "separation", "note"), "lllrl"
+ROW_HEADS, ROW_SIDES = ("rule", "clause", "text", "separation", "note"), "lllrl"
 SIDES = "left, then right"
 
 
@@ -27,7 +27,7 @@ def separations(
         Path | None,
         typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc or .zarr).", show_default="list the rules"),
     ] = None,
-    percentile: Annotated[float, typer.Option(min=0.0, max=100.0, help="Percentile of the gap needed.")] = 84.0,
+    percentile: Annotated[str, typer.Option(help='Percentile of the gap needed, "84 %".')] = "84 %",
     height: Annotated[
         list[str], typer.Option(help=f"Height of a building; twice: {SIDES}.", show_default=False)
     ] = NONE,
@@ -54,10 +54,12 @@ def separations(
         print_rules()
         return
     from pounding_risk.assessed_data import interfaces
+    from pounding_risk.assessment_options import percentile_of
     from pounding_risk.quantities import PGA
     from pounding_risk.results import open_results
     from pounding_risk.separations import Site, code_table
 
+    required = percentile_of(percentile, "--percentile")
     surface = None if ground is None else read_option("--ground", ground, PGA)
     site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure, surface)
     dataset = open_results(results)
@@ -65,7 +67,7 @@ def separations(
     if len(chosen) > 1 and figure_file is not None:
         raise PoundingError(f'--figure: shows one of {len(chosen)} interfaces; add --interface "{chosen[0][0]}"')
     for name, one in chosen:
-        table = code_table(one, percentile, site)
+        table = code_table(one, required, site)
         if len(chosen) > 1:
             print(f"{name}\n")
         print_code_table(table)
@@ -111,31 +113,32 @@ def _factors(values: Sequence[float]) -> tuple[float, float]:
 
 
 def print_rules() -> None:
-    """Every rule: clause, year, whether it was verified, what it needs and its formula; then how each was verified."""
-    from pounding_risk.separations import NOT_VERIFIED, RULES, SHARED
+    """Every rule: clause, year, how its text is known, needs and formula; then the texts, and later editions."""
+    from pounding_risk.separation_rules import FROM_MEMORY, QUOTED_ONLY, RULES, SHARED
 
-    heads = ("rule", "clause", "year", "verified", "needs", "what it is and how it is found")
+    heads = ("rule", "clause", "year", "text", "superseded", "needs", "what it is and how it is found")
     lines = [
         (
             rule.name,
             rule.clause,
             "–" if rule.year is None else str(rule.year),
-            verified_words(rule.verified),
+            rule.verification,
+            "yes" if rule.superseded else "–",
             " and ".join(rule.needs) or "–",
             f"{rule.title}: {rule.formula}",
         )
         for rule in RULES.values()
     ]
-    print_table(heads, lines, "llrlll")
-    print(f"\n{SHARED[NOT_VERIFIED]}. The others by:\n")
-    print_pairs((rule.name, rule.source) for rule in RULES.values() if rule.verified)
+    print_table(heads, lines, "llrllll")
+    print(f"\n{SHARED[FROM_MEMORY]}. {SHARED[QUOTED_ONLY]}. The texts:\n")
+    print_pairs((rule.name, f"{rule.verification}: {rule.source}") for rule in RULES.values() if rule.source)
+    print("\nSuperseded, as far as it is known here, from memory:\n")
+    print_pairs((rule.name, f"{rule.clause}, by {rule.superseded}") for rule in RULES.values() if rule.superseded)
 
 
 def separation_rows(rows: Sequence[SeparationRow]) -> list[tuple[str, ...]]:
     """Lines under `ROW_HEADS`: what each rule asks for, by its clause."""
-    return [
-        (row.rule, row.clause, verified_words(row.verified), _length(row.separation), _own_note(row)) for row in rows
-    ]
+    return [(row.rule, row.clause, row.verification, _length(row.separation), _own_note(row)) for row in rows]
 
 
 def footnotes(rows: Sequence[SeparationRow]) -> list[str]:
@@ -153,16 +156,11 @@ def _own_note(row: SeparationRow) -> str:
     return "; ".join(part for part in row.note.split("; ") if part not in SHARED) or "–"
 
 
-def verified_words(verified: bool) -> str:
-    """Whether a rule was verified, so that a rule that was not stands out in a column."""
-    return "yes" if verified else "NO"
-
-
 def print_code_table(table: CodeTable) -> None:
     """Each rule beside the motions, then the sentence."""
     left, right = table.buildings
     asked = f"{table.percentile:g} %"
-    heads = ("rule", "verified", "median", asked, "over the gap needed", "falls short in", "note")
+    heads = ("rule", "text", "median", asked, "over the gap needed", "falls short in", "note")
     print_table(heads, [_line(each, table.motions) for each in table.rules], "llrrrrl")
     print()
     for sentence in (*footnotes([each.row for each in table.rules]), "`pounding-risk separations` lists the clauses."):
@@ -186,7 +184,7 @@ def print_code_table(table: CodeTable) -> None:
 
 def _line(comparison: Comparison, motions: int) -> tuple[str, ...]:
     row = comparison.row
-    facts = (row.rule, verified_words(row.verified))
+    facts = (row.rule, row.verification)
     if comparison.exceeded is None:
         return (*facts, _length(row.separation), "–", "–", "–", _own_note(row))
     ratio = f"{comparison.ratio_median:.2f} ({comparison.ratio_low:.2f} to {comparison.ratio_high:.2f})"

@@ -11,19 +11,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.figures_style import NAMELESS, QUIET, STANDARD_GRAVITY, STYLES, blank, plain, styles
+from pounding_risk.figures_style import (
+    MEANING,
+    NAMELESS,
+    QUIET,
+    STANDARD_GRAVITY,
+    blank,
+    contact_styles,
+    plain,
+    rule_mark,
+    strength_styles,
+    styles,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from pounding_risk.required_gaps import ContactSteps
 
 Array = NDArray[np.float64]
 SIZE = (7.2, 3.5)
 SMALL = 8.5  # points of legends and notes
 FEW = 30  # gaps that are marked
 BAND = 0.16  # opacity of bounds
-OURS = STYLES[0][0]
-MARK = "#000000"
+OURS = MEANING["motions"]
+WIDER = 1.15  # times the widest gap of a figure: where its axis ends
 
 
 class Line(NamedTuple):
@@ -36,12 +49,16 @@ class Line(NamedTuple):
     high: Sequence[float]
 
 
-class Mark(NamedTuple):
-    """A named value on an axis [m]; ``firm`` where it is verified."""
+class Judged(NamedTuple):
+    """What P(contact) is held against: the gap [m], the target, and the gap required for it with its bounds [m]."""
 
-    words: str
-    value: float
-    firm: bool = True
+    gap: float
+    target: float
+    percentile: float  # %, of the required gap
+    required: float
+    low: float
+    high: float
+    is_bounded: bool  # else ``high`` is only the largest closing seen
 
 
 class Stripe(NamedTuple):
@@ -59,6 +76,7 @@ class Curve(NamedTuple):
     median: float
     dispersion: float
     stripes: Sequence[Stripe]
+    is_contact: bool  # else of yielding
 
 
 class Ratio(NamedTuple):
@@ -68,7 +86,7 @@ class Ratio(NamedTuple):
     low: float
     middle: float
     high: float
-    firm: bool
+    verification: str
 
 
 class Spread(NamedTuple):
@@ -118,11 +136,44 @@ def report_spectra(periods: Array, spectra: Array, buildings: Sequence[tuple[str
     return figure
 
 
-def report_probabilities(lines: Sequence[Line], gap: float, words: str) -> Figure:
-    """Probabilities against the gap with their bounds, and a mark at the assessed gap."""
+def report_contact(contact: ContactSteps, judged: Judged) -> Figure:
+    """P(contact) as the steps that the motions give, with bounds, target, the required gap and the gap judged."""
     figure, axes = blank(1, 1, SIZE)
     axis = axes[0, 0]
-    for line, (colour, dash) in zip(lines, styles(len(lines)), strict=True):
+    widest = WIDER * max(float(contact.gaps[-1]), judged.gap, judged.high, 1e-6)
+    edges = 1e3 * np.append(contact.gaps, widest)
+    low, high = 100.0 * contact.low, 100.0 * contact.high
+    axis.fill_between(
+        edges, np.append(low, low[-1]), np.append(high, high[-1]), step="post", color=OURS, alpha=BAND, linewidth=0.0,
+        label="bounds by recording",
+    )  # fmt: skip
+    axis.stairs(100.0 * contact.probability, edges, baseline=None, color=OURS, linewidth=2.0, label="motions")
+    words = f"target, {100.0 * judged.target:.4g} %"
+    axis.axhline(100.0 * judged.target, color=MEANING["target"], linestyle=":", linewidth=1.4, label=words)
+    _mark_required(axis, judged)
+    _mark_gap(axis, judged.gap)
+    axis.set(xlabel="gap [mm]", ylabel="probability of contact [%]", xlim=(0.0, 1e3 * widest), ylim=(-3.0, 109.0))
+    axis.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    return figure
+
+
+def _mark_required(axis: Axes, judged: Judged) -> None:
+    """The gap that a percentile of the motions requires, and its bounds as a bar, with an arrow where there is none."""
+    colour = MEANING["required gap"]
+    words = f"required by {judged.percentile:g} %, {1e3 * judged.required:.4g} mm"
+    axis.axvline(1e3 * judged.required, color=colour, linestyle="--", linewidth=1.5, label=words)
+    bounds = "its bounds" if judged.is_bounded else "its bounds, none above"
+    bar, end = (1e3 * judged.low, 1e3 * judged.high), 105.0
+    axis.plot(bar, (end, end), color=colour, linewidth=3.0, solid_capstyle="butt", label=bounds)
+    if not judged.is_bounded:
+        axis.plot(bar[1], end, ">", color=colour, markersize=6)
+
+
+def report_probabilities(lines: Sequence[Line], gap: float, words: str) -> Figure:
+    """Probabilities of yielding against the gap with their bounds, by yield force, and a mark at the assessed gap."""
+    figure, axes = blank(1, 1, SIZE)
+    axis = axes[0, 0]
+    for line, (colour, dash) in zip(lines, strength_styles(len(lines)), strict=True):
         at = np.asarray(line.gaps) * 1e3
         # Marks where it was counted; between them the line only leads the eye.
         marker = "o" if len(at) <= FEW else ""
@@ -137,26 +188,8 @@ def report_probabilities(lines: Sequence[Line], gap: float, words: str) -> Figur
     return figure
 
 
-def report_required(needed: Array, gap: float, marks: Sequence[Mark]) -> Figure:
-    """The share of motions that a gap suffices for, from the gap that each needs [m], and what rules ask."""
-    figure, axes = blank(1, 1, SIZE)
-    axis, ordered = axes[0, 0], np.sort(needed) * 1e3
-    steps = 100.0 * np.arange(1, len(ordered) + 1) / len(ordered)
-    axis.step(np.r_[0.0, ordered], np.r_[0.0, steps], where="post", color=OURS, linewidth=2.0, label="motions")
-    for mark, (colour, dash) in zip(marks, styles(len(marks) + 1)[1:], strict=True):
-        label = mark.words if mark.firm else f"{mark.words} (unverified)"
-        axis.axvline(1e3 * mark.value, color=colour, linestyle=dash, linewidth=1.5, label=label)
-    _mark_gap(axis, gap)
-    axis.set(xlabel="gap [mm]", ylabel="motions without contact [%]", ylim=(-3.0, 103.0))
-    axis.set_xlim(left=0.0)
-    axis.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
-    return figure
-
-
 def _mark_gap(axis: Axes, gap: float) -> None:
-    axis.axvline(
-        gap * 1e3, color=MARK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=f"gap assessed, {gap * 1e3:.4g} mm"
-    )
+    axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"gap assessed, {gap * 1e3:.4g} mm")
 
 
 def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
@@ -168,7 +201,10 @@ def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
     axis = axes[0, 0]
     widest = max(stripe.intensity for curve in curves for stripe in curve.stripes)
     at = np.linspace(1e-3, 1.1, 300) * widest
-    for curve, (colour, dash) in zip(curves, styles(len(curves)), strict=True):
+    of_contact = contact_styles(sum(curve.is_contact for curve in curves))
+    of_yielding = strength_styles(len(curves) - len(of_contact))
+    for curve in curves:
+        colour, dash = (of_contact if curve.is_contact else of_yielding).pop(0)
         share = 100.0 * norm.cdf(np.log(at / curve.median) / curve.dispersion)
         axis.plot(at / size, share, color=colour, linestyle=dash, linewidth=1.8, label=curve.words)
         seen = [(each.intensity / size, 100.0 * each.reached / each.runs) for each in curve.stripes if each.runs]
@@ -180,16 +216,13 @@ def report_fragility(curves: Sequence[Curve], words: str) -> Figure:
 
 
 def report_rules(ratios: Sequence[Ratio]) -> Figure:
-    """A line for each rule; open marks are of rules that are not verified, squares of those short in the median."""
+    """A line for each rule: squares are of those short in the median, marks as in `figures_style.RULE_MARKS`."""
     figure, axes = blank(1, 1, (SIZE[0], 0.9 + 0.22 * len(ratios)))
-    axis = axes[0, 0]
-    axis.axvline(1.0, color=MARK, linewidth=1.0)
+    axis, colour = axes[0, 0], MEANING["rule"]
+    axis.axvline(1.0, color="black", linewidth=1.0)
     for place, each in enumerate(ratios):
-        short = each.middle < 1.0
-        colour = STYLES[1][0] if short else OURS
         axis.plot([each.low, each.high], [place, place], color=colour, linewidth=2.2)
-        face = colour if each.firm else "white"
-        axis.plot(each.middle, place, "s" if short else "o", color=colour, markerfacecolor=face, markersize=6)
+        axis.plot(each.middle, place, "s" if each.middle < 1.0 else "o", **rule_mark(each.verification))
     axis.set_yticks(range(len(ratios)), [each.words for each in ratios], fontsize=SMALL)
     axis.set_ylim(len(ratios) - 0.5, -0.5)
     axis.set_xlim(left=0.0)

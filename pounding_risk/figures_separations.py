@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.figures_style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
+from pounding_risk.quantities import PGA, say
+from pounding_risk.separation_rules import DERIVED, READ
 from pounding_risk.separations import COMBINATIONS, CodeTable, Comparison
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_NAMES = 48  # motions that are named below the axis; more are not
-MARKS = ("^", "s", "D")
+MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC
 
 
 def separations_figure(table: CodeTable, note: str = "") -> Figure:
@@ -25,7 +27,7 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     _by_motion(axes[0, 0], table)
     _by_rule(axes[0, 1], drawn, table)
     left, right = table.buildings
-    peak = "as recorded" if table.amplitude is None else f"at {table.amplitude / STANDARD_GRAVITY:.2f} g"
+    peak = "as recorded" if table.amplitude is None else f"at {say(table.amplitude, PGA)}"
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
     title(figure, table.finding, f"{left} | {right}, motions {peak}{correlation}", note)
     return figure
@@ -35,12 +37,14 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     """Motions in the order of the gap they need."""
     order = np.argsort(table.closing)
     place = np.arange(order.size)
-    for (colour, dash), mark, name in zip(STYLES, MARKS, COMBINATIONS, strict=False):
+    for (mark, dash), name in zip(MARKS, COMBINATIONS, strict=True):
         asked = 1e3 * np.array(table.asked[name])[order]
-        axis.plot(place, asked, mark, color=colour, linestyle=dash, linewidth=0.8, markersize=4.5, label=name.upper())
-    axis.plot(place, 1e3 * np.array(table.closing)[order], "o", color="black", markersize=5.0, label="gap needed")
-    told = f"that of {table.percentile:g} %: {1e3 * table.demand:.1f} mm"
-    axis.axhline(1e3 * table.demand, color=QUIET, linestyle=":", linewidth=1.2, label=told)
+        look: dict[str, Any] = {"color": MEANING["rule"], "linestyle": dash, "linewidth": 0.8, "markersize": 4.5}
+        axis.plot(place, asked, mark, label=name.upper(), **look)
+    needed = 1e3 * np.array(table.closing)[order]
+    axis.plot(place, needed, "o", color=MEANING["motions"], markersize=5.0, label="gap needed")
+    told = f"required by {table.percentile:g} %: {1e3 * table.demand:.1f} mm"
+    axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=told)
     if order.size <= MOST_NAMES:
         axis.set_xticks(place, [_short(table.names[at]) for at in order], rotation=90, fontsize=7)
     else:
@@ -57,19 +61,25 @@ def _short(name: str) -> str:
 
 
 def _by_rule(axis: Any, drawn: list[Comparison], table: CodeTable) -> None:
-    """Median and middle 68 % of each rule over the gap needed; an open mark where the clause is not verified."""
+    """Median and middle 68 % of each rule over the gap needed; squares are of rules that fall short in some motion."""
     axis.axvline(1.0, color="black", linewidth=0.9)
+    colour = MEANING["rule"]
     for row, each in enumerate(drawn):
-        colour = "#0072B2" if each.safe else "#D55E00"
         axis.plot([each.ratio_low, each.ratio_high], [row, row], color=colour, linewidth=2.2)
-        face = colour if each.row.verified else "white"
-        axis.plot(each.ratio_median, row, "o" if each.safe else "s", color=colour, markerfacecolor=face, markersize=6)
+        axis.plot(each.ratio_median, row, "o" if each.safe else "s", **rule_mark(each.row.verification))
         short = round((each.exceeded or 0.0) * table.motions)
         told = f"short in {short} of {table.motions}" if short else "holds in all"
         where = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
-        axis.text(1.01, row, told, color=colour, **where)
-    words = [each.row.title + ("" if each.row.verified else " (not verified)") for each in drawn]
-    axis.set_yticks(range(len(drawn)), words, fontsize=8.5)
+        axis.text(1.01, row, told, weight="bold" if short else "normal", **where)
+    axis.set_yticks(range(len(drawn)), [_rule_words(each) for each in drawn], fontsize=8.5)
     axis.set_ylim(max(len(drawn), 1) - 0.5, -0.5)
     axis.set_xlabel("rule over the gap needed [1]: median, 16-84 % of the motions")
-    axis.set_title("safe right of 1", fontsize=9.5)
+    axis.set_title(f"safe right of 1; {RULE_MARKS_WORDS}", fontsize=8.5)
+
+
+def _rule_words(comparison: Comparison) -> str:
+    """A rule's title, with what keeps its clause from being relied on."""
+    row = comparison.row
+    doubts = [] if row.verification in (DERIVED, READ) else [row.verification]
+    doubts += ["superseded"] if row.superseded else []
+    return f"{row.title} ({', '.join(doubts)})" if doubts else row.title

@@ -18,6 +18,17 @@ if TYPE_CHECKING:
 STANDARD_GRAVITY = 9.80665
 STYLES = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", "-."), ("#CC79A7", ":"), ("#56B4E9", "-"), ("#E69F00", "--"))
 QUIET = "#555555"
+# What a colour means wherever an assessment is drawn. Series without a meaning of their own take `STYLES`.
+MEANING = {
+    "motions": "#0072B2",  # what the motions show: P(contact), the gap that each needs
+    "gap": "#000000",  # the gap that is judged
+    "target": QUIET,  # the probability of contact that is accepted
+    "required gap": "#D55E00",
+    "rule": "#009E73",  # what code rules ask; how the text of a clause is known is told by `RULE_MARKS`
+}
+# How a mark is filled, by how the text of a rule's clause is known.
+RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
+RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: from memory"
 LAW_WORDS = {"jankowski": "nonlinear viscoelastic", "viscous_elastoplastic": "viscous elastoplastic"}
 # What a file would tell of the day and the program that wrote it, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
@@ -70,6 +81,37 @@ def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
 def styles(count: int) -> list[tuple[str, str]]:
     """So many pairs of colour and dash."""
     return [STYLES[place % len(STYLES)] for place in range(count)]
+
+
+def rule_mark(verification: str) -> dict[str, Any]:
+    """How the mark of a rule is drawn, by how the text of its clause is known."""
+    colour = MEANING["rule"]
+    return {
+        "color": colour,
+        "markeredgecolor": colour,
+        "markerfacecolor": colour,
+        "markerfacecoloralt": "white",
+        "fillstyle": RULE_MARKS[verification],
+        "markersize": 6.5,
+    }
+
+
+def contact_styles(count: int) -> list[tuple[str, str]]:
+    """So many pairs of colour and dash for what is of contact, in rising order: shades of the motions' colour."""
+    return _shades("Blues", count) if count > 1 else [(MEANING["motions"], STYLES[0][1])]
+
+
+def strength_styles(count: int) -> list[tuple[str, str]]:
+    """So many pairs of colour and dash for yield forces in rising order: light to dark, in no colour of `MEANING`."""
+    return _shades("Purples", count)
+
+
+def _shades(colours: str, count: int) -> list[tuple[str, str]]:
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    depths = np.linspace(0.5, 1.0, count) if count != 1 else [0.8]
+    return [(to_hex(colormaps[colours](depth)), dash) for depth, (_, dash) in zip(depths, styles(count), strict=True)]
 
 
 def law_words(name: str) -> str:

@@ -12,6 +12,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.assessment_options import target_left_by
 from pounding_risk.proportions import exact_bounds
 
 Array = NDArray[np.float64]
@@ -58,12 +59,45 @@ def required_gaps(
     low, _ = exact_bounds(short * independent, runs, confidence)
     told = []
     for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
-        left = 1.0 - percentile / 100.0
+        left = target_left_by(percentile)
         enough, too_little = found[high <= left], found[low > left]
         least = float(too_little[-1]) if too_little.size else 0.0
         most = float(enough[0] if enough.size else found[-1])
         told.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
     return tuple(told)
+
+
+@dataclass(frozen=True)
+class ContactSteps:
+    """P(contact) against the gap as the motions give it: steps, each from one entry of ``gaps`` [m] to the next.
+
+    ``gaps`` are 0 and the closings in rising order; ``probability`` at a gap and up to the next one, with ``low`` and
+    ``high``, its bounds by recording. Contact is a closing that is larger than the gap: at a closing itself the step is
+    already down.
+    """
+
+    gaps: Array
+    probability: Array
+    low: Array
+    high: Array
+
+
+def contact_steps(closing: Array, independent: float, confidence: float) -> ContactSteps:
+    """P(contact) at every gap, exactly, with bounds by recording.
+
+    Parameters
+    ----------
+    closing : array
+        What each motion closes without contact [m].
+    independent : float
+        What one motion counts for, at most 1.
+    confidence : float
+        Of the bounds, as a fraction.
+    """
+    gaps = np.unique(np.r_[0.0, closing])
+    count = closing.size - np.searchsorted(np.sort(closing), gaps, "right")
+    low, high = exact_bounds(count * independent, closing.size * independent, confidence)
+    return ContactSteps(gaps, count / closing.size, low, high)
 
 
 def lognormal_percentiles(closing: Array, percentiles: Array) -> Array:

@@ -20,13 +20,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.assessment_options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
 from pounding_risk.separation_rules import (
     COMBINATIONS,
+    FROM_MEMORY,
     INTENSITIES,
-    NOT_VERIFIED,
+    MEMORY,
     ONE_GROUND,
+    QUOTED,
+    QUOTED_ONLY,
     RULES,
     SHARED,
     STRUCTURES,
@@ -41,14 +45,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "COMBINATIONS", "NOT_VERIFIED", "RULES", "SHARED", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow",
+    "COMBINATIONS", "RULES", "SHARED", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow",
     "Site", "abs_sum", "code_table", "cqc", "separations", "srss", "white_noise_correlation",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 
 LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0  # percentiles: one standard deviation to either side, were it normal
-PERCENTILE = HIGH
 PLAIN = Site()
 NEEDED = ("peak_displacement_free", "peak_closing_free", "building_period", "building_damping")
 SAME = 1e-9  # a rule short of the demand by no more than this share is not exceeded: they are rounded apart
@@ -56,13 +59,19 @@ SAME = 1e-9  # a rule short of the demand by no more than this share is not exce
 
 @dataclass(frozen=True)
 class SeparationRow:
-    """What one rule asks for; ``separation`` [m] is None where it needs what was not given, as ``note`` says."""
+    """What one rule asks for; ``separation`` [m] is None where it needs what was not given, as ``note`` says.
+
+    ``verification`` says how the text of the clause is known: "derived", "clause read", "quoted" or "from memory", by
+    ``source``; ``superseded`` names later editions of it, "" where none is known here.
+    """
 
     rule: str
     title: str
     clause: str
     year: int | None
-    verified: bool
+    verification: str
+    source: str
+    superseded: str
     separation: float | None
     note: str
 
@@ -96,7 +105,7 @@ class CodeTable:
 
     buildings: tuple[str, str]
     amplitude: float | None  # m/s², PGA; None where the motions are as recorded
-    percentile: float
+    percentile: float  # %
     motions: int  # record and polarity, those with a demand
     without: int  # motions that close no gap at all, in no ratio
     demand_median: float  # m
@@ -142,14 +151,22 @@ def separations(
 def _row(rule: Rule, case: Case) -> SeparationRow:
     missing = [key for key in rule.needs if getattr(case.site, key) is None]
     value = None if missing else float(rule.function(case))
-    note = f"needs {' and '.join(missing)}" if missing else _taken(rule, case.site)
-    return SeparationRow(rule.name, rule.title, rule.clause, rule.year, rule.verified, value, note)
+    needs = f"needs {' and '.join(missing)}" if missing else ""
+    facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
+    return SeparationRow(*facts, value, "; ".join(filter(None, (needs, *_doubts(rule), *_taken(rule, case.site)))))
 
 
-def _taken(rule: Rule, site: Site) -> str:
-    """What the rule took for granted, and that it is not verified."""
-    told = [TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
-    return "; ".join([*(() if rule.verified else (NOT_VERIFIED,)), *told])
+def _doubts(rule: Rule) -> tuple[str, ...]:
+    """That the clause itself was not read, and that it is no longer the current one."""
+    unread = {MEMORY: FROM_MEMORY, QUOTED: QUOTED_ONLY}.get(rule.verification, "")
+    return unread, f"superseded by {rule.superseded}" if rule.superseded else ""
+
+
+def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
+    """What the rule took for granted."""
+    if any(getattr(site, key) is None for key in rule.needs):
+        return ()
+    return tuple(TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key))
 
 
 def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
@@ -173,7 +190,7 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
             raise PoundingError(f"{what} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
 
 
-def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site = PLAIN) -> CodeTable:
+def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN) -> CodeTable:
     """Each rule, from the spectral displacements of each motion, beside the gap that this motion needs.
 
     A motion is a record in a polarity. Of several amplitudes the largest is taken; select one to see another. Works on
@@ -182,11 +199,23 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
     storeys displacements are those at the highest contact point, and the dataset's heights and levels are the site's
     where ``site`` gives none.
 
-    Raises PoundingError where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion.
+    Parameters
+    ----------
+    results : xarray.Dataset
+        What `scan` writes, of one pair of buildings.
+    percentile : float or str
+        The share of the motions whose gap is told beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
+    site : Site
+        What codes ask about the two neighbours besides how they move.
+
+    Raises
+    ------
+    PoundingError
+        Where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion, and for a
+        percentile out of its range.
     """
+    percentile = percentile_of(percentile)
     shown = _one_amplitude(_complete(results))
-    if not 0.0 <= percentile <= 100.0:
-        raise PoundingError(f"percentile is {percentile:g}; it must be from 0 to 100, such as 84")
     left, right = (_motions(at_contact(shown, side)) for side in (0, 1))
     site = _known_site(shown, site)
     closing = _motions(shown["peak_closing_free"])

@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.assessed_data import Motions
+from pounding_risk.assessment_conclusion import Basis, conclusion, recordings_to_settle
+from pounding_risk.assessment_options import Criterion, percent_words
 from pounding_risk.influences import CONTACT, Influence
 from pounding_risk.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
 from pounding_risk.quantities import GAP, say
@@ -38,12 +40,17 @@ class Governing:
 class Verdict:
     """The verdict on one gap, and what stands behind it.
 
-    ``margin`` is the gap over the required one at the percentile, NaN where nothing is required. ``runs`` are the
-    cases of the dataset, of which some are ``sensitive``, in so far as they were made again, or ``failed``.
+    ``conclusion`` says what follows for the gap: what to provide, and what would settle it. ``more_recordings`` is how
+    many further recordings like these would settle a verdict that depends (`recordings_to_settle` states the rule): 0
+    where it is settled, None where more of them would not do. ``margin`` is the gap over the required one at the
+    percentile, NaN where nothing is required. ``runs`` are the cases of the dataset, of which some are ``sensitive``,
+    in so far as they were made again, or ``failed``.
     """
 
     word: str
     sentence: str
+    conclusion: tuple[str, ...]
+    more_recordings: int | None
     margin: float
     governing: tuple[Governing, ...]
     motions: int
@@ -59,9 +66,15 @@ class Asked(NamedTuple):
     """What the gap is held against."""
 
     gap: float
-    target: float
-    confidence: float
-    percentile: float
+    criterion: Criterion
+
+    @property
+    def target(self) -> float:
+        return self.criterion.target
+
+    @property
+    def confidence(self) -> float:
+        return self.criterion.confidence
 
 
 class Seen(NamedTuple):
@@ -70,7 +83,8 @@ class Seen(NamedTuple):
     motions: Motions  # those of the assessed amplitude, with a finite closing
     at: str  # the amplitude in words
     contact: Share
-    required: RequiredGap
+    required: RequiredGap  # at the percentile that is asked for
+    keeps_target: RequiredGap  # at the percentile that leaves the target
     independent: float
     lost: int  # motions without a finite response
     polarity: Influence
@@ -81,6 +95,7 @@ class Seen(NamedTuple):
 def judge(asked: Asked, seen: Seen) -> Verdict:
     """The verdict; see the head of this module for the rule."""
     word = _word(asked, seen)
+    basis = _basis(asked, seen)
     closing = seen.motions.closing[:, 0]
     order = np.argsort(-closing, kind="stable")[:GOVERNING]
     governing = tuple(
@@ -89,6 +104,8 @@ def judge(asked: Asked, seen: Seen) -> Verdict:
     return Verdict(
         word=word,
         sentence=f"{word.capitalize()}: {_finding(asked, seen)}{_why(word, asked, seen)}",
+        conclusion=conclusion(basis, {ADEQUATE: True, INADEQUATE: False}.get(word)),
+        more_recordings=_more_recordings(word, basis),
         margin=asked.gap / seen.required.gap if seen.required.gap > 0.0 else nan,
         governing=governing,
         motions=closing.size,
@@ -101,13 +118,41 @@ def judge(asked: Asked, seen: Seen) -> Verdict:
     )
 
 
+def _basis(asked: Asked, seen: Seen) -> Basis:
+    return Basis(
+        gap=asked.gap,
+        criterion=asked.criterion,
+        contacts=seen.contact.count,
+        motions=seen.contact.runs,
+        lost=seen.lost,
+        recordings=int(seen.motions.recordings.max()) + 1,
+        independent=seen.independent,
+        required=seen.keeps_target,
+        still_closing=int((seen.motions.closing[:, 0] > seen.keeps_target.gap).sum()),
+        amplitude=seen.at,
+        hangs_on_polarity=_hangs_on_polarity(seen),
+    )
+
+
+def _hangs_on_polarity(seen: Seen) -> bool:
+    return seen.polarity.what == CONTACT and seen.polarity.turns
+
+
+def _more_recordings(word: str, basis: Basis) -> int | None:
+    """Further recordings that would settle a verdict; 0 where it is settled, None where they would not."""
+    if word != DEPENDS:
+        return 0
+    in_all = None if basis.hangs_on_polarity else recordings_to_settle(basis)
+    return None if in_all is None else in_all - basis.recordings
+
+
 def _word(asked: Asked, seen: Seen) -> str:
     share = seen.contact
     one = seen.independent / share.runs
     whole = (share.runs + seen.lost) * one
     _, high = exact_bounds((share.count + seen.lost) * one, whole, asked.confidence)
     low, _ = exact_bounds(share.count * one, whole, asked.confidence)
-    if seen.polarity.what == CONTACT and seen.polarity.turns:
+    if _hangs_on_polarity(seen):
         return DEPENDS
     return ADEQUATE if high <= asked.target else INADEQUATE if low > asked.target else DEPENDS
 
@@ -122,7 +167,7 @@ def _finding(asked: Asked, seen: Seen) -> str:
 
 
 def _why(word: str, asked: Asked, seen: Seen) -> str:
-    target = f"the target of {_percent(asked.target)}"
+    target = f"the target of {percent_words(asked.target)}"
     if word == ADEQUATE:
         return f", within {target} throughout."
     if word == INADEQUATE:
@@ -190,17 +235,19 @@ def _margin(asked: Asked, required: RequiredGap) -> str:
 
 def _number(asked: Asked, seen: Seen) -> str:
     """What so many motions can show at all."""
-    recordings = int(seen.motions.recordings.max()) + 1
+    recordings, runs = int(seen.motions.recordings.max()) + 1, seen.contact.runs
     least = least_upper_bound(seen.independent, asked.confidence)
-    runs = seen.contact.runs
-    many = f"{runs} motion{'s' if runs > 1 else ''} of {recordings} recording{'s' if recordings > 1 else ''}"
-    worth = (
-        f"{many}, whose components and polarities are not independent, say as much as {seen.independent:.0f} that are"
-    )
-    can = f"without any contact they would show P(contact) below {_percent(least)} and no less"
+    worth = f"{seen.independent:.0f}" if seen.independent >= 10.0 else f"{seen.independent:.2g}"
+    many = "1 motion" if worth == "1" else f"{worth} motions"
+    comes = f"The {runs} motions come" if runs > 1 else "The one motion comes"
+    counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
     needed = motions_to_show(asked.target, asked.confidence)
-    return f"{worth}: {can}; a target of {_percent(asked.target)} takes {needed}."
+    can = f"Even with no contact at all, {many} could only show P(contact) < {_percent(least)}"
+    takes = f"showing {percent_words(asked.target)} takes at least {needed} independent motions"
+    return f"{comes} from {recordings} recording{'s' if recordings > 1 else ''} and {counts}. {can}; {takes}."
 
 
 def _percent(value: float) -> str:
+    if 0.0 < value < 1e-4:
+        return "less than 0.01 %"
     return f"{100.0 * value:.3g} %" if value < 0.1 else f"{100.0 * value:.0f} %"

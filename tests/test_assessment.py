@@ -245,8 +245,12 @@ def test_few_motions_leave_it_open_and_say_why():
     assert one.verdict.sentence.endswith("it takes 36 independent ones.")
     assert one.verdict.independent == 1.0  # of one recording
     told = " ".join(one.verdict.evidence)
-    assert "4 motions of 1 recording, " in told
-    assert "below 98 % and no less; a target of 10 % takes 36." in told  # 1 − 0.025, and 36 as in test_proportions
+    assert "The 4 motions come from 1 recording and count as 1 independent one." in told
+    # 1 − 0.025, and 36 as in test_proportions
+    least = "Even with no contact at all, 1 motion could only show P(contact) < 98 %"
+    assert f"{least}; showing 10 % takes at least 36 independent motions." in told
+    assert one.verdict.more_recordings == 35  # a recording is worth one motion
+    assert any(sentence.startswith("About 35 more recordings") for sentence in one.verdict.conclusion)
     assert not any(each.bounded for each in one.required)
 
 
@@ -412,9 +416,11 @@ def test_a_dictionary_of_it_is_json(dataset):
 
 def test_options_out_of_range_are_refused(dataset):
     for option, words in (
-        ({"confidence": 1.0}, "confidence is 1; it lies between 0 and 1"),
-        ({"target": 0.0}, "target is 0;"),
-        ({"percentile": 100.0}, "percentile is 100; it lies between 0 and 100"),
+        ({"confidence": 1.0}, "confidence: 1.0 could be 1 % or 100 %"),
+        ({"confidence": 0.2}, "confidence: 0.2 is 20 %"),
+        ({"target": 0.0}, "target: 0.0 is 0 %"),
+        ({"target": 0.99}, "target: 0.99 is 99 %; it must lie between 0 % and 50 %"),
+        ({"percentile": 100.0}, "percentile: 100.0 is 100 %; it must lie between 50 % and 100 %"),
         ({"gap": -0.01}, "gap is -0.01 m"),
         ({"pga": 2.0}, "which has 0.1 g, 0.3 g"),
     ):
@@ -422,6 +428,28 @@ def test_options_out_of_range_are_refused(dataset):
             assess(dataset, **option)
     with pytest.raises(PoundingError, match="its motions are as recorded"):
         assess(made_up(lognormal(4)), pga=2.0)
+
+
+def test_a_fraction_is_the_percentile_that_it_means(dataset):
+    """0.9 once was the percentile of 0.9 %, with a target of 99 % that every gap keeps."""
+    assert assess(dataset, percentile=0.9) == assess(dataset, percentile="90 %") == assess(dataset, target="10 %")
+    found = assess(dataset, percentile=0.9, confidence=90)
+    assert (found.target, found.percentile, found.confidence) == (0.1, 90.0, 0.9)
+    assert "at most 10 % (the target)" in found.asked
+
+
+def test_a_target_beside_another_percentile_is_what_the_verdict_uses():
+    """80 recordings of which 12 % close the gap: within 16 %, which the percentile leaves, and above 2 %."""
+    closing = np.where(np.arange(80) < 10, 0.03, 0.01)[:, None] * np.linspace(0.99, 1.01, 80)[:, None]
+    results = made_up(closing)
+    results.attrs["records"] = "[]"
+    found = assess(results, target="2 %", percentile=84)
+    (one,) = found.interfaces
+    assert one.verdict.word == "inadequate"
+    assert "the verdict uses the target" in found.asked
+    needed = one.required_at(98.0).gap
+    assert any(sentence.startswith(f"Provide at least {1e3 * needed:.3g} mm") for sentence in one.verdict.conclusion)
+    assert one.verdict.margin == pytest.approx(0.02 / one.required_at(84.0).gap)  # that of the percentile
 
 
 def test_other_datasets_are_refused_by_name(dataset):
@@ -463,13 +491,17 @@ def test_the_command_prints_writes_and_draws(dataset, tmp_path):
     assert one.verdict.sentence in run.output
     assert "90 % of the motions" in run.output
     assert f"{one.contact_at_gap().count} of 6" in run.output
-    assert "NO: the clause is not verified" in run.output
+    assert "Rules from memory were not read anywhere" in run.output
+    assert all(sentence in run.output for sentence in one.verdict.conclusion)
+    assert assess(dataset, gap=0.01, percentile=90.0, hazard=site).asked in run.output
     assert json.loads(out.read_text()) == assess(dataset, gap=0.01, percentile=90.0, hazard=site).as_dict()
     assert figure.stat().st_size > 20_000
     for wrong, words in (
         (["--gap", "10 kN"], "--gap"),
         (["-o", str(tmp_path / "found.txt")], "must end in .json"),
-        (["--target", "2"], "target is 2"),
+        (["--target", "84"], '--target: "84" is 84 %'),
+        (["--percentile", "0.9 %"], '--percentile: "0.9 %" is 0.9 %'),
+        (["--confidence", "2"], '--confidence: "2" is 2 %'),
     ):
         run = CliRunner().invoke(cli.app, ["assess", str(file), *wrong])
         assert run.exit_code == 2

@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 import unicodedata
+from html import unescape
 from html.parser import HTMLParser
 from io import BytesIO
 from pathlib import Path
@@ -21,14 +22,17 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.patches import StepPatch
 
 import pounding_risk as pr
 from pounding_risk.assessment import assess
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures_report import Judged, report_contact
 from pounding_risk.reports import document, model, page
 from pounding_risk.reports.content import KEPT, LONG, SHOWN, number, rounded
 from pounding_risk.reports.material import Material, companions
 from pounding_risk.reports.origins import provenance
+from pounding_risk.required_gaps import contact_steps
 from pounding_risk.results import save
 from pounding_risk.separations import code_table
 
@@ -232,7 +236,8 @@ def test_what_codes_ask_is_that_of_the_rules(scan, read):
     found = code_table(scan)
     rows = read.table("separations that rules ask")
     for row, each in zip(rows, found.rules, strict=True):
-        assert row[2][0] == ("yes" if each.row.verified else "NO")
+        assert row[2][0] == each.row.verification
+        assert each.row.superseded in row[-1][0]
         if each.exceeded is not None:
             assert column([row], 3) == [each.middle]
             assert row[6][0] == f"{round(each.exceeded * found.motions)} of {found.motions}"
@@ -247,6 +252,76 @@ def test_the_summary_is_the_assessment(scan, html, read):
     needed = np.percentile(scan["peak_closing_free"].values, 84.0)
     assert told["gap that 84 % of the motions need"][0] == f"{1e3 * needed:.4g} mm"
     assert f"{5} of {scan['status'].size} cases failed" in plain
+
+
+def test_the_conclusion_comes_first(scan, html, pdf):
+    """What to provide stands before what was seen, in the box of the verdict, in the page and in the PDF."""
+    verdict = assess(scan).interfaces[0].verdict
+    sentences = [squeezed(each) for each in (*verdict.conclusion, verdict.sentence, *verdict.evidence)]
+    for text in (squeezed(unescape(re.sub(r"<[^>]*>", "", html))), pdf_text(pdf.read_bytes())):
+        places = [text.index(each) for each in sentences]
+        assert places == sorted(places)
+    required = assess(scan).interfaces[0].required_at(84.0).gap
+    assert f"{1e3 * required:.3g} mm" in verdict.conclusion[1]
+
+
+SIGNED = {"project": "Quay <12> & $co.$", "author": "A. B. Señor", "revision": "B", "date": "2 May 2026"}
+
+
+def test_a_report_is_signed_as_its_author_says(results, tmp_path):
+    told = pr.report(results, tmp_path / "signed.html", **SIGNED).read_text(encoding="utf-8")
+    head = re.search(r"<header>.*?</header>", told, re.DOTALL)[0]
+    assert re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", head) == [
+        ("Project", "Quay &lt;12&gt; &amp; $co.$"), ("Author", "A. B. Señor"), ("Revision", "B"), ("Date", "2 May 2026")
+    ]  # fmt: skip
+    assert '<meta name="author" content="A. B. Señor">' in told
+    assert "--date &#39;2 May 2026&#39;" in told  # the command that makes the same report
+    reader = pytest.importorskip("pypdf").PdfReader(pr.report(results, tmp_path / "signed.pdf", **SIGNED))
+    first = squeezed(reader.pages[0].extract_text())
+    assert all(squeezed(words) in first for words in SIGNED.values())
+    assert reader.metadata.author == SIGNED["author"]
+
+
+def test_what_is_not_signed_is_not_there(html, pdf):
+    """No date is made up, and no empty line stands for a name."""
+    assert "<dl>" not in html and 'name="author"' not in html
+    reader = pytest.importorskip("pypdf").PdfReader(pdf)
+    assert not {"Project", "Revision", "Date"} & set(reader.pages[0].extract_text().split())
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"author": "A\nB"}, "author: .* has line breaks or other letters"),
+        ({"date": 2026}, "date: 2026 is no text"),
+        ({"project": "x" * 201}, "project: has 201 letters"),
+    ],
+)
+def test_a_line_of_the_head_is_one_line_of_text(results, tmp_path, given, words):
+    with pytest.raises(PoundingError, match=words):
+        pr.report(results, tmp_path / "report.html", **given)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
+    """Steps at what each motion closes, counted by hand; target, required gap and the gap judged stand in it."""
+    names = [block["name"] for part in built["sections"] for block in part["blocks"] if block["kind"] == "figure"]
+    assert [name for name in names if name.endswith(("-contact", "-required"))] == ["interface-1-contact"]
+    closing = np.sort(scan["peak_closing_free"].values.ravel())
+    steps = contact_steps(closing, 1.0, 0.95)
+    judged = Judged(0.02, 0.1, 90.0, float(np.percentile(closing, 90.0)), 0.01, 0.09, False)
+    (axis,) = report_contact(steps, judged).axes
+    (drawn,) = (patch for patch in axis.patches if isinstance(patch, StepPatch))
+    values, edges, _ = drawn.get_data()
+    for gap in np.linspace(0.0, closing[-1] * 1.1, 997):
+        place = np.searchsorted(edges, 1e3 * gap, "right") - 1
+        assert values[place] == pytest.approx(100.0 * np.mean(closing > gap))
+    lines = {line.get_label(): line for line in axis.get_lines()}
+    assert lines["target, 10 %"].get_ydata()[0] == 10.0
+    assert lines[f"required by 90 %, {1e3 * judged.required:.4g} mm"].get_xdata()[0] == 1e3 * judged.required
+    assert tuple(lines["its bounds, none above"].get_xdata()) == (10.0, 90.0)
+    assert lines["gap assessed, 20 mm"].get_xdata()[0] == 20.0
+    assert axis.get_xlim()[1] > 90.0  # nothing that is told lies beyond the axis
 
 
 def cells(built: model.Model) -> list[dict]:

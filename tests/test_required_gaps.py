@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import binom, lognorm
+from scipy.stats import beta, binom, lognorm
 
 from pounding_risk.proportions import independent_motions
-from pounding_risk.required_gaps import lognormal_percentiles, lognormal_share, required_gaps
+from pounding_risk.required_gaps import contact_steps, lognormal_percentiles, lognormal_share, required_gaps
 
 
 def test_percentiles_are_those_between_order_statistics():
@@ -80,3 +80,16 @@ def test_upper_bounds_hold_where_motions_of_a_recording_are_alike():
         (found,) = required_gaps(np.exp(logs), weight, (84.0,), 0.95)
         missed += found.bounded and found.high < truth
     assert missed <= 12
+
+
+def test_steps_of_contact_are_the_counted_shares_with_their_bounds():
+    """At, between and beyond the closings; a motion that closes a gap just so does not touch."""
+    closing = np.array([0.03, 0.01, 0.03, 0.0, 0.02])
+    steps = contact_steps(closing, 0.5, 0.9)
+    assert steps.gaps.tolist() == [0.0, 0.01, 0.02, 0.03]
+    assert steps.probability.tolist() == [0.8, 0.6, 0.4, 0.0]
+    for count, low, high in zip((4, 3, 2), steps.low, steps.high, strict=False):
+        # Half a motion each: the quantiles of the beta distribution, as Korn and Graubard (1998) have them.
+        assert low == pytest.approx(beta.ppf(0.05, 0.5 * count, 2.5 - 0.5 * count + 1.0))
+        assert high == pytest.approx(beta.ppf(0.95, 0.5 * count + 1.0, 2.5 - 0.5 * count))
+    assert (steps.low[-1], steps.high[-1]) == (0.0, pytest.approx(1.0 - 0.05 ** (1.0 / 2.5)))

@@ -20,8 +20,9 @@ from pounding_risk import cli
 from pounding_risk.cli_separations import footnotes, separation_rows
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_separations import separations_figure
+from pounding_risk.figures_style import MEANING
 from pounding_risk.results import save
-from pounding_risk.separation_rules import ONE_GROUND
+from pounding_risk.separation_rules import ONE_GROUND, VERIFICATIONS
 from pounding_risk.separations import (
     COMBINATIONS,
     RULES,
@@ -223,29 +224,56 @@ def test_each_rule_looks_at_what_it_declares(rule):
     assert changes == declared
 
 
-def test_each_rule_has_its_clause_and_says_whether_it_was_read():
+def test_each_rule_has_its_clause_and_says_how_its_text_is_known():
     assert list(RULES)[:3] == list(COMBINATIONS)
     for rule in RULES.values():
         assert rule.title and rule.clause and rule.formula
-        assert (rule.source == "not read") is not rule.verified
+        assert rule.verification in VERIFICATIONS
+        assert (rule.source == "") is (rule.verification == "from memory")
+        assert (rule.verification == "derived") is (rule.name in COMBINATIONS)
         assert rule.year is None or str(rule.year)[2:] in rule.clause or rule.name in ("peru", "iran")
+
+
+def test_only_a_clause_that_was_read_itself_counts_as_read():
+    """Engineers' letters, examination answers, forums and a code that takes the clause over are quotations."""
+    known = {rule.name: rule.verification for rule in RULES.values()}
+    assert {name for name, text in known.items() if text == "clause read"} == {"asce7", "mexico", "mexico_simplified"}
+    quoted = {"asce7_boundary", "ubc97", "ubc97_boundary", "nbcc", "china", "turkey", "italy"}
+    assert {name for name, text in known.items() if text == "quoted"} == quoted
+
+
+def test_an_edition_that_is_superseded_names_what_supersedes_it():
+    """Two editions of one code stand in the list: the older names the newer."""
+    assert RULES["is1893_2002"].superseded in RULES["is1893_2016"].clause
+    assert {RULES[name].superseded for name in ("asce7", "asce7_boundary")} == {"ASCE/SEI 7-16 and 7-22"}
+    for rule in RULES.values():
+        later = [int(year) for year in re.findall(r"\b20\d\d\b", rule.superseded)]
+        assert all(year > (rule.year or 0) for year in later)
+        assert rule.verification != "derived" or not rule.superseded
+    row = separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05))[3]
+    assert (row.rule, row.superseded) == ("asce7", "ASCE/SEI 7-16 and 7-22")
+    assert "superseded by ASCE/SEI 7-16 and 7-22" in row.note
 
 
 def test_what_a_rule_takes_for_granted_is_told():
     rows = {row.rule: row for row in separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05))}
-    assert rows["mexico"].separation is None and rows["mexico"].note == "needs heights and zone"
-    assert rows["asce7"].note == "d is that of the linear model, not reduced (factors 1)"
-    assert (
-        rows["eurocode8"].note.startswith("clause not verified; ")
-        and "not at the same levels" in rows["eurocode8"].note
-    )
-    assert all(row.note.startswith(("clause not verified", "needs")) for row in rows.values() if not row.verified)
+    assert rows["mexico"].separation is None
+    assert rows["mexico"].note == "needs heights and zone; superseded by NTC-Sismo 2017 and later ones"
+    assert rows["asce7"].note.endswith("; d is that of the linear model, not reduced (factors 1)")
+    assert rows["eurocode8"].note.startswith("clause from memory, not read; superseded by the second generation")
+    assert "not at the same levels" in rows["eurocode8"].note
+    for row in rows.values():
+        assert ("clause from memory, not read" in row.note) is (row.verification == "from memory")
+        assert ("clause quoted by others, not read" in row.note) is (row.verification == "quoted")
     known = separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05), KNOWN._replace(factors=(0.9, 0.9)))
-    assert {row.note for row in known if row.verified and row.rule != "china"} == {""}
+    for row in known:
+        later = f"superseded by {row.superseded}" if row.superseded else ""
+        assert row.verification not in ("derived", "clause read") or row.note == later
     printed = dict(zip([row.rule for row in rows.values()], separation_rows(list(rows.values())), strict=True))
-    assert printed["asce7"][2:4] == ("yes", "50 mm") and printed["eurocode8"][2:4] == ("NO", "50 mm")
-    assert printed["mexico"][3] == "–" and printed["eurocode8"][4] == "floors not at the same levels"
-    assert len(footnotes(list(rows.values()))) == 2 and footnotes([row for row in known if row.verified]) == []
+    assert printed["asce7"][2:4] == ("clause read", "50 mm") and printed["eurocode8"][2:4] == ("from memory", "50 mm")
+    assert printed["mexico"][3] == "–" and printed["eurocode8"][4].endswith("; floors not at the same levels")
+    assert len(footnotes(list(rows.values()))) == 3
+    assert footnotes([row for row in known if row.verification in ("derived", "clause read")]) == []
 
 
 def made_results(closing: np.ndarray, left: np.ndarray, right: np.ndarray, period: float = 1.0) -> xr.Dataset:
@@ -312,7 +340,7 @@ def test_the_finding_says_what_the_table_says(results):
     ratio = {name: each.ratio_median for name, each in told.items()}
     assert f"ABS falls short in none ({ratio['abs']:.2f} times the gap needed in the median)" in table.finding
     assert f"SRSS in {short} ({ratio['srss']:.2f})" in table.finding
-    assert told["mexico"].exceeded is None and told["mexico"].row.note == "needs heights and zone"
+    assert told["mexico"].exceeded is None and told["mexico"].row.note.startswith("needs heights and zone; ")
 
 
 def test_a_rule_that_just_holds_is_not_exceeded():
@@ -342,8 +370,15 @@ def test_motions_that_close_no_gap_ask_for_nothing():
 def test_a_dataset_that_will_not_do_is_refused(results, change, told):
     with pytest.raises(PoundingError, match=re.escape(told)):
         code_table(change(results))
-    with pytest.raises(PoundingError, match="percentile is 120; it must be from 0 to 100"):
-        code_table(results, 120.0)
+    for percentile, found in (
+        (120.0, "120.0 is 120 %"),
+        (0.3, "0.3 is 30 %"),
+        (10, "10 is 10 %"),
+        (1, "1 could be 1 %"),
+    ):
+        with pytest.raises(PoundingError, match=re.escape(f"percentile: {found}")):
+            code_table(results, percentile)
+    assert code_table(results, 0.9) == code_table(results, "90 %") == code_table(results, 90.0)
 
 
 def test_a_passing_wave_is_in_no_rule_and_told(results):
@@ -393,9 +428,10 @@ def test_the_command_lists_every_rule():
     assert list(lines) == list(RULES)
     for rule in RULES.values():
         assert rule.clause in lines[rule.name] and rule.formula in lines[rule.name]
-        assert (" NO " in lines[rule.name]) is not rule.verified
-        assert rule.source in told.output or not rule.verified
-    assert "Rules not verified are repeated from memory" in told.output
+        assert f" {rule.verification} " in lines[rule.name]
+        assert rule.source in told.output and f", by {rule.superseded}" in told.output
+    assert "Rules from memory were not read anywhere" in told.output
+    assert "Quoted rules were read in texts that quote the clause" in told.output
 
 
 def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypatch):
@@ -426,6 +462,7 @@ def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypa
         (("results.nc", "--height", "12 kg", "--height", "3 m"), "--height: "),
         (("results.nc", "--ground", "0.2"), '--ground: "0.2" has no unit'),
         (("results.nc", "--factor", "1"), "--factor: is given 1 times"),
+        (("results.nc", "--percentile", "0.3"), '--percentile: "0.3" is 30 %; it must lie between 50 % and 100 %'),
     ],
 )
 def test_the_command_says_what_is_wrong(words, told, tmp_path, monkeypatch):
@@ -445,5 +482,12 @@ def test_the_figure_shows_every_motion_and_every_rule(results):
     labels = [label.get_text() for label in rules.get_yticklabels()]
     drawn = [each.row for each in table.rules if each.exceeded is not None]
     assert len(labels) == len(drawn)
-    assert all(label.endswith("(not verified)") is not row.verified for label, row in zip(labels, drawn, strict=True))
+    for label, row in zip(labels, drawn, strict=True):
+        assert ("quoted" in label) is (row.verification == "quoted")
+        assert ("from memory" in label) is (row.verification == "from memory")
+        assert ("superseded" in label) is bool(row.superseded)
+    marks = [line for line in rules.get_lines() if len(line.get_xdata()) == 1]
+    filled = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
+    assert [mark.get_fillstyle() for mark in marks] == [filled[row.verification] for row in drawn]
+    assert {mark.get_color() for mark in marks} == {MEANING["rule"]}
     assert table.finding in figure.get_suptitle() and "a note" in figure.get_suptitle()

@@ -9,29 +9,30 @@ from pounding_risk.separation_rules import RULES
 RULES_HEAD = """# Separation rules
 
 What a code asks for between two buildings, as data. `pounding-risk separations` prints this list, and with a dataset
-sets each rule beside the gaps that the motions need. **Rules marked NO are repeated from memory of the profession: read
-the clause before you rely on one.**
+sets each rule beside the gaps that the motions need. **Rules marked from memory were not read anywhere, quoted ones in
+texts that quote the clause or take it over: read the clause before you rely on one.**
 
 """
 
 
 def rules_page() -> str:
-    """Every rule: clause, year, whether it was verified, formula."""
-    heads = ("rule", "clause", "year", "verified", "separation")
+    """Every rule: clause, year, how its text is known, later editions, formula."""
+    heads = ("rule", "clause", "year", "text", "superseded by", "separation")
     rows = [
         (
             f"`{rule.name}`",
             plain(f"{rule.title}; {rule.clause}"),
             "" if rule.year is None else str(rule.year),
-            "yes" if rule.verified else "**NO**",
+            rule.verification if rule.is_checked else f"**{rule.verification}**",
+            plain(rule.superseded),
             plain(f"{rule.formula}{_needs(rule.needs)}"),
         )
         for rule in RULES.values()
     ]
-    sources = [(f"`{rule.name}`", plain(rule.source)) for rule in RULES.values() if rule.verified]
+    sources = [(f"`{rule.name}`", rule.verification, plain(rule.source)) for rule in RULES.values() if rule.source]
     about = (separation_rules.__doc__ or "").partition("\n\n")[2]
     return (
-        f"{RULES_HEAD}{table(heads, rows)}\n## How each was verified\n\n{table(('rule', 'by'), sources)}\n"
+        f"{RULES_HEAD}{table(heads, rows)}\n## The texts\n\n{table(('rule', 'text', 'by'), sources)}\n"
         f"## What they work with\n\n{docstring(about)}"
     )
 

@@ -22,23 +22,47 @@ def report(
     *,
     hazard: str | Path | None = None,
     also: Iterable[xr.Dataset | str | Path] = (),
+    project: str = "",
+    author: str = "",
+    revision: str = "",
+    date: str = "",
     **asked: Any,
 ) -> Path:
     """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``, and return its path.
 
-    ``hazard`` is a hazard curve as `assess` takes it; ``also`` are datasets of `compare`, `accuracy` and `effects`,
-    ``asked`` other options of `assess`, such as gap [m], target and percentile.
-    The same dataset gives the same bytes. Raises PoundingError for what is no dataset of a scan, for a target that
-    cannot be written, as `assess`, and for a PDF without the extra ``pdf``.
+    The same dataset gives the same bytes.
+
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        What `scan` wrote.
+    out : str or Path
+        The report, .html or .pdf.
+    hazard : str or Path, optional
+        A hazard curve as `assess` takes it.
+    also : iterable of xarray.Dataset, str or Path
+        Datasets of `compare`, `accuracy` and `effects`.
+    project, author, revision, date : str
+        Lines of the report's head; one that is not given is not there, and no date is made up.
+    **asked
+        Other options of `assess`, such as gap [m], target and percentile.
+
+    Raises
+    ------
+    PoundingError
+        For what is no dataset of a scan, for a target that cannot be written, as `assess`, and for a PDF without the
+        extra ``pdf``.
     """
     from pounding_risk.assessment import assess
     from pounding_risk.reports.material import Material, companions, opened
     from pounding_risk.reports.model import build
+    from pounding_risk.reports.signature import signed
 
     target = check_target(out, SUFFIXES)
+    signature = signed(project, author, revision, date)
     dataset, checksum = opened(results)
     others = companions(also)
-    model = build(Material(dataset, assess(dataset, hazard=hazard, **asked), others, checksum))
+    model = build(Material(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.document import document
 

@@ -9,16 +9,17 @@ import numpy as np
 
 from pounding_risk.figures_report import (
     Curve,
+    Judged,
     Line,
-    Mark,
     Ratio,
     Stripe,
+    report_contact,
     report_fragility,
     report_probabilities,
-    report_required,
     report_rules,
     svg_text,
 )
+from pounding_risk.figures_style import RULE_MARKS_WORDS
 from pounding_risk.reports.content import (
     KEPT,
     MISSING,
@@ -40,6 +41,8 @@ from pounding_risk.reports.content import (
     table,
 )
 from pounding_risk.reports.material import Material, Pair
+from pounding_risk.required_gaps import contact_steps
+from pounding_risk.separation_rules import FROM_MEMORY, QUOTED_ONLY, SHARED
 
 MOST_LINES = 5  # of one figure
 MOST_CURVES = 3  # of contact, and as many of yielding
@@ -79,17 +82,23 @@ def _terms(material: Material) -> str:
 
 def contact(material: Material, pair: Pair) -> list[Block]:
     """Probability of contact against the gap: figure and table."""
-    shares = pair.found.contact
+    shares, asked = pair.found.contact, material.assessment
     heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
     rows = [[number(each.gap, "m"), *_counted(each)] for each in shares]
-    caption = f"{pair.name}: probability of contact against the gap{pair.at}, with its bounds by recording"
-    first, last = ([cell["text"] for cell in rows[place]] for place in (0, -1))
+    closing, judged = np.array(pair.found.closing), _judged(material, pair)
+    steps = contact_steps(closing, pair.found.verdict.independent / closing.size, asked.confidence)
+    target, gap = number(asked.target, "%")["text"], amount(judged.required, "m")["text"]
+    caption = f"{pair.name}: probability of contact against the gap{pair.at}"
+    said = (
+        f"{caption}: a step down at what each of the {closing.size} motions closes, known at every gap; its bounds by "
+        f"recording; the target of {target} % and the gap required by {judged.percentile:g} % of the motions, {gap}"
+    )
     return [
         figure(
             f"{pair.anchor}-contact",
-            svg_text(report_probabilities([_line("contact", shares)], pair.found.gap, "probability of contact")),
-            f"{caption}.",
-            f"{caption}: {first[3]} % at {first[0]} mm, {last[3]} % at {last[0]} mm; the table has the numbers.",
+            svg_text(report_contact(steps, judged)),
+            f"{said}.",
+            f"{said}; {_counted(pair.found.contact_at_gap())[2]['text']} % at the assessed gap.",
         ),
         table(
             f"{pair.name}: motions with contact against the gap{pair.at}.",
@@ -98,6 +107,14 @@ def contact(material: Material, pair: Pair) -> list[Block]:
             keep=_near(shares, pair.found.gap),
         ),
     ]
+
+
+def _judged(material: Material, pair: Pair) -> Judged:
+    """What P(contact) is held against, with the gap required for the target."""
+    criterion = material.assessment.criterion
+    required = pair.found.required_at(criterion.target_percentile)
+    bounds = (required.low, required.high, required.bounded)
+    return Judged(pair.found.gap, criterion.target, required.percentile, required.gap, *bounds)
 
 
 def _counted(one: Any) -> list[Cell]:
@@ -119,11 +136,7 @@ def _near(shares: Sequence[Any], gap: float) -> list[int]:
 
 
 def required(material: Material, pair: Pair) -> list[Block]:
-    """The gap that each motion needs, and the percentiles with their bounds."""
-    needed = np.array(pair.found.closing)
-    marks = [Mark(f"{each.percentile:g} % of the motions", each.gap) for each in pair.found.required]
-    told = ", ".join(f"{mark.words} {amount(mark.value, 'm')['text']}" for mark in marks)
-    caption = f"{pair.name}: the share of the motions that a gap suffices for{pair.at}"
+    """The gap that percentiles of the motions need, with their bounds."""
     heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
     heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
     rows = [
@@ -136,42 +149,45 @@ def required(material: Material, pair: Pair) -> list[Block]:
         ]
         for each in pair.found.required
     ]
-    return [
-        figure(
-            f"{pair.anchor}-required",
-            svg_text(report_required(needed, pair.found.gap, marks)),
-            f"{caption}.",
-            f"{caption}: {told}.",
-        ),
-        table(f"{pair.name}: gap needed, by {needed.size} motions without contact.", heads, rows),
-    ]
+    return [table(f"{pair.name}: gap needed, by {len(pair.found.closing)} motions without contact.", heads, rows)]
 
 
 def codes(material: Material, pair: Pair) -> list[Block]:
     """What each rule asks, motion by motion, over the gap that the motion needs."""
     found = pair.codes
     upper = f"{found.percentile:g} %"
-    heads = [("rule", "l"), ("clause", "l"), ("verified", "l"), (head("median", "m"), "r"), (head(upper, "m"), "r")]
+    heads = [
+        ("rule", "l"),
+        ("clause", "l"),
+        ("text of the clause", "l"),
+        (head("median", "m"), "r"),
+        (head(upper, "m"), "r"),
+    ]
     heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
     common = _common([each.row.note for each in found.rules if each.row.separation is not None])
     rows = [_rule(each, found.motions, common) for each in found.rules]
     drawn = [_ratio(each) for each in found.rules if each.ratio_median is not None]
     caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
     blocks = [
-        paragraph(" ".join([f"{found.finding}.", *(f"Everywhere {each}." for each in common)])),
+        paragraph(" ".join([f"{found.finding}.", *(f"Everywhere {each}." for each in common), *_doubts(found.rules)])),
         table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
     ]
     if drawn:
-        said = f"{caption}: median and middle 68 % of {found.motions} motions; safe right of 1; open where not verified"
+        said = f"{caption}: median and middle 68 % of {found.motions} motions; safe right of 1; {RULE_MARKS_WORDS}"
         blocks.insert(
             1, figure(f"{pair.anchor}-rules", svg_text(report_rules(drawn)), f"{said}.", f"{said}. {found.finding}.")
         )
     return blocks
 
 
+def _doubts(rules: Sequence[Any]) -> list[str]:
+    """What to think of clauses that were not read, where there are such."""
+    return [f"{SHARED[note]}." for note in (FROM_MEMORY, QUOTED_ONLY) if any(note in each.row.note for each in rules)]
+
+
 def _ratio(one: Any) -> Ratio:
     """A rule as it is drawn."""
-    return Ratio(one.row.title, one.ratio_low, one.ratio_median, one.ratio_high, one.row.verified)
+    return Ratio(one.row.title, one.ratio_low, one.ratio_median, one.ratio_high, one.row.verification)
 
 
 def _common(notes: Sequence[str]) -> list[str]:
@@ -182,8 +198,9 @@ def _common(notes: Sequence[str]) -> list[str]:
 
 def _rule(one: Any, motions: int, common: Sequence[str]) -> list[Cell | str]:
     row = one.row
-    facts: list[Cell | str] = [row.title, row.clause, "yes" if row.verified else "NO"]
-    note = "; ".join(each for each in row.note.split("; ") if each not in common) or MISSING
+    facts: list[Cell | str] = [row.title, row.clause, row.verification]
+    told = {*common, FROM_MEMORY, QUOTED_ONLY}  # below the table, and in its column of texts
+    note = "; ".join(each for each in row.note.split("; ") if each not in told) or MISSING
     if one.exceeded is None:
         return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
     ratio = [number(each, digits=3) for each in (one.ratio_median, one.ratio_low, one.ratio_high)]
@@ -249,7 +266,9 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
     rows = [_fitted(each) for each in found]
     words = intensity_words(material.assessment.intensity)
     drawn = _drawn(found, material.law, pair.found)
-    curves = [Curve(_what(each), each.median, each.dispersion, _stripes(each)) for each in drawn]
+    curves = [
+        Curve(_what(each), each.median, each.dispersion, _stripes(each), each.what == "contact") for each in drawn
+    ]
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
     drawing = svg_text(report_fragility(curves, f"{words} [g]"))
     keep = sorted(found.index(each) for each in drawn)

@@ -14,6 +14,7 @@ import numpy as np
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.content import amount
+from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
 from pounding_risk.separations import code_table
@@ -56,6 +57,7 @@ class Material:
     assessment: Assessment
     others: Mapping[str, xr.Dataset]
     checksum: str = ""  # of the results file
+    signature: Signature = NOTHING
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:

@@ -55,6 +55,8 @@ def build(material: Material) -> Model:
     return {
         "title": str(material.results.attrs.get("title") or "Pounding of adjacent buildings"),
         "about": "Seismic pounding of adjacent buildings: assessment of the gap",
+        "signature": material.signature.lines,
+        "author": material.signature.author,
         "program": f"pounding_risk {__version__}",
         "sections": sections,
     }

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pounding_risk.assessed_data import scene_gap
+from pounding_risk.assessment_options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
 from pounding_risk.quantities import GAP, PGA, exact
 from pounding_risk.reports.content import (
     MISSING,
@@ -24,8 +25,6 @@ from pounding_risk.reports.content import (
 from pounding_risk.reports.material import Material
 from pounding_risk.separation_rules import RULES
 
-USUAL, CONFIDENCE = 84.0, 0.95  # the percentile and confidence that nobody has to ask for
-
 
 def references(material: Material) -> list[Block]:
     """The sources of the contact laws and effects that took part, and of the rules of codes."""
@@ -33,7 +32,7 @@ def references(material: Material) -> list[Block]:
     return [
         paragraph("Contact laws and effects of this study:"),
         listing(dict.fromkeys(each for each in found if each)),
-        paragraph("Rules of codes: clause, formula, and whether the clause was read or derived here:"),
+        paragraph("Rules of codes: clause, formula, how its text is known, and later editions as far as known here:"),
         listing(_rules()),
     ]
 
@@ -41,8 +40,9 @@ def references(material: Material) -> list[Block]:
 def _rules() -> list[str]:
     told = []
     for rule in RULES.values():
-        verified = "verified" if rule.verified else "NOT verified"
-        told.append(f"{rule.title}: {rule.clause}; {rule.formula}; {verified}: {rule.source}.")
+        known = f"{rule.verification}: {rule.source}" if rule.source else rule.verification
+        later = f"; superseded by {rule.superseded}" if rule.superseded else ""
+        told.append(f"{rule.title}: {rule.clause}; {rule.formula}; {known}{later}.")
     return told
 
 
@@ -113,16 +113,18 @@ def _asked(material: Material) -> list[str]:
     told = []
     if one.gap != scene_gap(material.results, 0):
         told += ["--gap", str(exact(one.gap, GAP))]
-    if asked.percentile != USUAL:
-        told += ["--percentile", f"{asked.percentile:g}"]
-    if asked.confidence != CONFIDENCE:
-        told += ["--confidence", f"{asked.confidence:g}"]
-    if asked.target != 1.0 - asked.percentile / 100.0:
-        told += ["--target", f"{asked.target:g}"]
+    if asked.percentile != USUAL_PERCENTILE:
+        told += ["--percentile", f"{asked.percentile:.15g}"]
+    if asked.confidence != USUAL_CONFIDENCE:
+        told += ["--confidence", repr(asked.confidence)]
+    if asked.target != target_left_by(asked.percentile):
+        told += ["--target", repr(asked.target)]
     if asked.intensity != "pga":
         told += ["--intensity", asked.intensity]
     if "pga" in material.results.dims and one.amplitude != material.results["pga"].values.max():
         told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
+    for name, words in material.signature.lines:
+        told += [f"--{name}", words]
     for other in material.others.values():
         told += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
     return [*told, "--hazard", asked.hazard] if asked.hazard else told

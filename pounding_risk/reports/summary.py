@@ -16,9 +16,11 @@ from pounding_risk.reports.content import (
     heading,
     listing,
     number,
+    paragraph,
     table,
 )
 from pounding_risk.reports.material import Material, Pair
+from pounding_risk.separation_rules import MEMORY, QUOTED
 
 
 def summary(material: Material) -> list[Block]:
@@ -27,7 +29,14 @@ def summary(material: Material) -> list[Block]:
     for pair in material.pairs:
         verdict = pair.found.verdict
         blocks += [
-            {"kind": "verdict", "name": pair.name, "word": verdict.word, "sentence": verdict.sentence},
+            {
+                "kind": "verdict",
+                "name": pair.name,
+                "word": verdict.word,
+                "conclusion": list(verdict.conclusion),
+                "sentence": verdict.sentence,
+            },
+            paragraph(material.assessment.asked),
             listing(verdict.evidence),
             facts(f"{pair.name}: the numbers behind the verdict.", _numbers(material, pair)),
         ]
@@ -45,7 +54,7 @@ def _verdicts(material: Material) -> Block:
     rows: list[list[Cell | str]] = []
     for pair in material.pairs:
         here = pair.found.contact_at_gap()
-        needed = next(each.gap for each in pair.found.required if each.percentile == percentile)
+        needed = pair.found.required_at(percentile).gap
         shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
         rows.append([pair.name, number(pair.found.gap, "m"), pair.found.verdict.word, *shares, number(needed, "m")])
     worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].found.contact_at_gap().probability)
@@ -65,6 +74,7 @@ def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
         (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
         ("probability allowed [%]", number(asked.target, "%", 3)),
         *_required(found, asked.percentile),
+        *([] if asked.criterion.agrees else _required(found, asked.criterion.target_percentile)),
         ("motions that need most", _governing(found.verdict)),
         ("cases of the dataset", count(asked.cases)),
         ("of these failed, left out of what contact does", count(asked.failed)),
@@ -75,11 +85,12 @@ def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
 
 
 def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
-    one = next(each for each in found.required if each.percentile == percentile)
+    one = found.required_at(percentile)
+    ratio = found.gap / one.gap if one.gap > 0.0 else float("nan")
     return [
         (f"gap that {percentile:g} % of the motions need", amount(one.gap, "m")),
         ("its bounds [mm]", between(one.low, one.high, "m")),
-        ("gap over that", number(found.verdict.margin, digits=3)),
+        ("gap over that", number(ratio, digits=3)),
     ]
 
 
@@ -107,6 +118,9 @@ def _caveats(material: Material) -> list[str]:
         told.append("There are doubts about some records; they stand with the records.")
     if material.facts("left_out", []):
         told.append("Some files that the scene names were left out; they stand with the records.")
-    if any(not each.row.verified for pair in material.pairs for each in pair.codes.rules):
-        told.append("Some rules of codes are marked as not verified: their clauses were not read; see there.")
+    rules = [each.row for pair in material.pairs for each in pair.codes.rules]
+    if any(row.verification in (MEMORY, QUOTED) for row in rules):
+        told.append("Some rules of codes are quoted by others or from memory: their clauses were not read; see there.")
+    if any(row.superseded for row in rules):
+        told.append("Some rules are of editions that later ones supersede; they are named there.")
     return told
