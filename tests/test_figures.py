@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from figure_words import words_of
 
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
@@ -124,7 +125,7 @@ FOUND = {
 
 @pytest.mark.parametrize("name", FOUND)
 def test_titles_say_what_was_found(gallery, name):
-    assert gallery[name].get_suptitle().splitlines()[0] == FOUND[name]
+    assert words_of(gallery[name]).splitlines()[0] == FOUND[name]
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -208,9 +209,9 @@ def test_a_grid_in_any_order_is_drawn_in_rising_order(gallery):
 
 def test_the_law_shown_is_named_where_there_are_several():
     several = xr.concat([made_scan(), made_scan().assign_coords(contact_model=["jankowski"])], "contact_model")
-    assert figures.scan_figure(several).get_suptitle().splitlines()[1].startswith("A grid, nonlinear viscoelastic; ")
+    assert words_of(figures.scan_figure(several)).splitlines()[1].startswith("A grid, nonlinear viscoelastic; ")
     strong = xr.concat([made_scan().assign_coords(pga=value) for value in (1.961330, 4.903325)], "pga")
-    assert figures.ratio_figure(strong).get_suptitle().splitlines()[1].startswith("A grid, 0.50 g; ")
+    assert words_of(figures.ratio_figure(strong)).splitlines()[1].startswith("A grid, 0.50 g; ")
 
 
 @pytest.mark.parametrize("forces", [(2e5, 4e5, np.inf), (np.inf,)])
