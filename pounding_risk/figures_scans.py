@@ -10,6 +10,7 @@ import numpy as np
 from pounding_risk.assessed_data import own_gaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, blank, law_words, styles, title
+from pounding_risk.own_case import own_case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,11 +86,12 @@ def _without_yielding(results: xr.Dataset) -> int:
 
 
 def _one_law(results: xr.Dataset) -> xr.Dataset:
-    """The last contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
+    """The scene's own contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
 
     Of a row the interface whose gap alone the grid varies, or the largest of all.
     """
-    chosen = results.isel({axis: -1 for axis in ("pga", "contact_model") if axis in results.dims})
+    own = own_case(results)
+    chosen = results.isel({axis: own.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
     if "interface" in chosen.dims:
         shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
         every, at = chosen[shown], _varied(results)
@@ -122,8 +124,7 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
     """Peak relative displacement over gap and yield force, one panel for each record and polarity.
 
     Without a grid of both, lines against whichever there is. More than six records are put together: the median of
-    all motions, and the percentiles 16 and 84. The last contact law and amplitude of a dataset that has several is
-    shown.
+    all motions, and the percentiles 16 and 84. Of several contact laws and amplitudes the scene's own is shown.
     """
     shown = _one_law(results)
     peak = shown["peak_relative_displacement"] * 1e3

@@ -30,19 +30,21 @@ def own_amplitude(results: xr.Dataset) -> float | None:
 def own_case(results: xr.Dataset) -> dict[str, int]:
     """Index along each axis of the scene's own case; the nearest value where the grid has not the very same.
 
-    Axes of which the scene says nothing are at their first value, amplitudes at their largest.
+    Amplitudes are at their largest where the scene has none of its own. Without the scene's text there is no such case
+    and no index.
     """
-    interface = (_tables(results).get("interface") or [{}])[0]
-    place = {axis: 0 for axis in ("gap", "yield_force", "contact_model", "pga") if axis in results.dims}
-    if "gap" in place and "gap" in interface:
+    tables = _tables(results)
+    interface = (tables.get("interface") or [{}])[0]
+    place: dict[str, int] = {}
+    if "gap" in results.dims and "gap" in interface:
         is_row = "interface" in results.dims
         place["gap"] = scene_place(results) if is_row else _nearest(results, "gap", interface["gap"], GAP)
-    if "yield_force" in place:
+    if "yield_force" in results.dims and tables:
         place["yield_force"] = _nearest(results, "yield_force", interface.get("yield_force", "inf"), YIELD_FORCE)
-    names = list(map(str, results["contact_model"].values)) if "contact_model" in place else []
+    names = list(map(str, results["contact_model"].values)) if "contact_model" in results.dims else []
     if interface.get("contact_model") in names:
         place["contact_model"] = names.index(interface["contact_model"])
-    if "pga" in place:
+    if "pga" in results.dims and tables:
         own = own_amplitude(results)
         amplitudes = results["pga"].values
         place["pga"] = int(np.argmax(amplitudes) if own is None else np.argmin(np.abs(amplitudes - own)))
