@@ -11,7 +11,7 @@ import shlex
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
-from math import inf, isnan
+from math import inf, isfinite, isnan
 from pathlib import Path
 from threading import Event, Lock, Thread
 from time import monotonic
@@ -23,15 +23,47 @@ NARROWEST_WORDS = 16  # columns of a terminal below which a column of sentences 
 SPEEDS = "m/s"
 
 
+class Measure(str):
+    """A number as an engineer writes it, which knows its value: a column of them is printed in one unit."""
+
+    value: float
+    unit: str
+    digits: int
+
+    @classmethod
+    def of(cls, text: str, value: float, unit: str, digits: int) -> Measure:
+        """The text of a value in SI ``unit``."""
+        measure = cls(text)
+        measure.value, measure.unit, measure.digits = value, unit, digits
+        return measure
+
+
 def engineering(value: float, unit: str, digits: int = 4) -> str:
     """A number in SI ``unit`` as an engineer writes it: 1300 kN, 3.2 mm, 0.5 m/s; – for what is not there."""
+    return Measure.of(_written(value, unit, digits), value, unit, digits)
+
+
+def in_one_unit(cells: Sequence[str]) -> list[str]:
+    """The cells of a column with all measures of one kind in one unit: the usual one of their median size."""
+    from pounding_risk.quantities import say_in
+
+    measures = [cell for cell in cells if isinstance(cell, Measure) and isfinite(cell.value)]
+    sizes = sorted((measure for measure in measures if measure.value != 0.0), key=lambda measure: abs(measure.value))
+    if not sizes or len({measure.unit for measure in measures}) != 1 or sizes[0].unit in ("1", SPEEDS):
+        return list(cells)
+    name = sizes[len(sizes) // 2].partition(" ")[2]
+    return [
+        say_in(cell.value, name, cell.digits) if isinstance(cell, Measure) and isfinite(cell.value) else cell
+        for cell in cells
+    ]
+
+
+def _written(value: float, unit: str, digits: int) -> str:
     from pounding_risk.quantities import Quantity, say
 
     if isnan(value):
         return "–"
-    if unit == "N s":
-        unit, value = ("kN s", value / 1e3) if abs(value) >= 1e3 else ("N s", value)
-    elif unit == "m/s2":
+    if unit == "m/s2":
         unit = "m/s^2"  # in g
     elif unit == SPEEDS:
         return f"{value:.{digits}g} m/s"
@@ -57,9 +89,10 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str)
 
     console = Console(highlight=False)
     cells = [list(row) for row in rows]
-    columns = [
-        Column(head, side, [row[at] for row in cells]) for at, (head, side) in enumerate(zip(heads, sides, strict=True))
-    ]
+    columns = []
+    for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
+        own = [row[at] for row in cells]
+        columns.append(Column(head, side, in_one_unit(own) if side == "r" else own))
     widths = [column.widest for column in columns]
     if console.is_terminal:
         widths = _fitting(columns, console.width)

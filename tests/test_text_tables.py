@@ -9,8 +9,11 @@ import struct
 import subprocess
 import sys
 import termios
+from math import inf, nan
 
 import pytest
+
+from pounding_risk.cli_output import engineering, print_table
 
 NUMBERS = ["20000 kN", "0.2431 g", "0.043, 0.094", "63.9 mm", "12 of 44"]
 HEADS = ["fragility of", "gap", "F_E", "median sa(left)", "s.e. ln median", "reached in", "by"]
@@ -83,3 +86,24 @@ def test_commands_print_the_same_words_on_a_narrow_terminal(command):
     missing = [word for word in piped.split() if word not in text]
     assert missing == []
     assert text.count("…") == piped.count("…")
+
+
+def column(capsys, values: list[float], unit: str) -> list[str]:
+    """The cells of a column of numbers as they are printed."""
+    print_table(("what", "number"), [("x", engineering(value, unit)) for value in values], "lr")
+    return [line.split(maxsplit=1)[1] for line in capsys.readouterr().out.splitlines()[1:]]
+
+
+@pytest.mark.parametrize(
+    ("values", "unit", "cells"),
+    [
+        ([0.0009, 0.0575, 1.2], "m", ["0.9 mm", "57.5 mm", "1200 mm"]),
+        ([4.5e5, 2e6, 3e7, inf], "N", ["450 kN", "2000 kN", "30000 kN", "inf"]),
+        ([0.0, 2.0, 3.0], "m", ["0 m", "2 m", "3 m"]),
+        ([999.0, 1001.0, 5e4], "N s", ["0.999 kN s", "1.001 kN s", "50 kN s"]),
+        ([nan, 0.35], "m/s", ["–", "0.35 m/s"]),
+        ([0.5], "s", ["0.5 s"]),
+    ],
+)
+def test_a_column_of_numbers_has_one_unit(capsys, values, unit, cells):
+    assert column(capsys, values, unit) == cells
