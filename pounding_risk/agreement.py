@@ -311,7 +311,7 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     judged = flips(dataset, baseline)
     law = ("output", "contact_model")
     percentiles = zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), strict=True)
-    over = f"of the ratio to {baseline}'s, over the cases in which it has contact"
+    over = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"
     return {
         "output": ("output", list(outputs)),
         "conclusion": ("conclusion", list(CONCLUSIONS), {"long_name": "; ".join(map(": ".join, CONCLUSIONS.items()))}),
@@ -320,11 +320,15 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
             for place, (name, percent) in enumerate(percentiles)
         },
         "rank_agreement": (law, ranks[:, :, 0], _unitless("Spearman's correlation of the motions' ranks, median")),
-        "rank_agreement_lowest": (law, ranks[:, :, 1], _unitless("the same at the gap and yield force of least")),
+        "rank_agreement_lowest": (
+            law,
+            ranks[:, :, 1],
+            _unitless("Spearman's correlation of the motions' ranks, at the gap and yield force of the lowest"),
+        ),
         "flips": _counts(judged, 0, f"cases in which a law disagrees with {baseline}"),
-        "judged": _counts(judged, 1, "of so many cases"),
+        "judged": _counts(judged, 1, f"cases in which a law and {baseline} can be compared"),
         "gap_without_contact": gap_without_contact(dataset).assign_attrs(
-            units="m", long_name="smallest gap of the grid without contact; NaN where none is"
+            units="m", long_name="smallest gap of the grid without contact; NaN where every gap has contact"
         ),
     }
 

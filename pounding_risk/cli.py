@@ -160,7 +160,9 @@ def impact(
     mass: Annotated[str, typer.Option(help="Mass of the striker.")] = "570 kg",
     other_mass: Annotated[str, typer.Option(help="Mass that is struck; inf is a fixed wall.")] = "inf",
     speed: Annotated[str, typer.Option(help="Speed of approach.")] = "0.5 m/s",
-    restitution: Annotated[str, typer.Option(help="Coefficient e in (0, 1], or concrete.")] = "0.65",
+    restitution: Annotated[
+        str, typer.Option(help="Coefficient e in (0, 1], concrete, or 'xi 0.35 of jankowski'.")
+    ] = "0.65",
     relation: Annotated[str, typer.Option(help="Damping from e: published, or exact.")] = "published",
     yield_force: Annotated[str, typer.Option(help="F_E, for laws with a cap; inf never yields.")] = "inf",
     floor_length: Annotated[

@@ -9,27 +9,61 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from math import inf, isnan
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import zip_longest
+from math import inf, isfinite, isnan
 from pathlib import Path
 from threading import Event, Lock, Thread
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 EVERY = 30.0  # s between two lines of progress where there is no terminal
-WIDEST = 400  # columns of a table that is piped: it is never wrapped
+BETWEEN = 2  # blanks between two columns of a table
+NARROWEST_WORDS = 16  # columns of a terminal below which a column of sentences is no longer read with ease
 SPEEDS = "m/s"
+
+
+class Measure(str):
+    """A number as an engineer writes it, which knows its value: a column of them is printed in one unit."""
+
+    value: float
+    unit: str
+    digits: int
+
+    @classmethod
+    def of(cls, text: str, value: float, unit: str, digits: int) -> Measure:
+        """The text of a value in SI ``unit``."""
+        measure = cls(text)
+        measure.value, measure.unit, measure.digits = value, unit, digits
+        return measure
 
 
 def engineering(value: float, unit: str, digits: int = 4) -> str:
     """A number in SI ``unit`` as an engineer writes it: 1300 kN, 3.2 mm, 0.5 m/s; – for what is not there."""
+    return Measure.of(_written(value, unit, digits), value, unit, digits)
+
+
+def in_one_unit(cells: Sequence[str]) -> list[str]:
+    """The cells of a column with all measures of one kind in one unit: the usual one of their median size."""
+    from pounding_risk.quantities import say_in
+
+    measures = [cell for cell in cells if isinstance(cell, Measure) and isfinite(cell.value)]
+    sizes = sorted((measure for measure in measures if measure.value != 0.0), key=lambda measure: abs(measure.value))
+    if not sizes or len({measure.unit for measure in measures}) != 1 or sizes[0].unit in ("1", SPEEDS):
+        return list(cells)
+    name = sizes[len(sizes) // 2].partition(" ")[2]
+    return [
+        say_in(cell.value, name, cell.digits) if isinstance(cell, Measure) and isfinite(cell.value) else cell
+        for cell in cells
+    ]
+
+
+def _written(value: float, unit: str, digits: int) -> str:
     from pounding_risk.quantities import Quantity, say
 
     if isnan(value):
         return "–"
-    if unit == "N s":
-        unit, value = ("kN s", value / 1e3) if abs(value) >= 1e3 else ("N s", value)
-    elif unit == "m/s2":
+    if unit == "m/s2":
         unit = "m/s^2"  # in g
     elif unit == SPEEDS:
         return f"{value:.{digits}g} m/s"
@@ -37,37 +71,128 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
 
 
 def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
-    """Columns under their heads; ``sides`` has one letter a column: "l" flush left, "r" flush right (numbers)."""
-    from rich.table import Table
-    from rich.text import Text
+    """Print columns under their heads, with nothing cut whatever the width of the terminal.
 
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=any(heads))
-    for place, (head, side) in enumerate(zip(heads, sides, strict=True)):
-        # An id or a number broken in two cannot be copied; only a sentence at the end may be.
-        wraps = side == "l" and place == len(sides) - 1
-        table.add_column(head, justify="left" if side == "l" else "right", no_wrap=not wraps)
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
-    _show(table, sides.endswith("l"))
+    A table that is wider than the terminal wraps its words: heads, and the cells of columns of words. Where that does
+    not suffice, the table turns, and each row is a block with one line a column. Piped output is never wrapped.
 
-
-def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
-    """One line for each (what, words)."""
-    print_table(("", ""), pairs, "ll")
-
-
-def _show(table: Any, wraps: bool) -> None:
-    """Print a table: as wide as it is, unless its last column can be wrapped to a terminal's width."""
+    Parameters
+    ----------
+    heads : sequence of str
+        One a column; all empty for a table without heads.
+    rows : iterable of sequence of str
+        The cells.
+    sides : str
+        One letter a column: "l" for words, flush left, "r" for numbers, flush right and never broken.
+    """
     from rich.console import Console
 
     console = Console(highlight=False)
-    if console.is_terminal and wraps:
-        console.print(table)
-        return
-    console.width = WIDEST  # rich would cut columns off that a terminal merely continues on the next line
-    with console.capture() as captured:
-        console.print(table)
-    print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+    cells = [list(row) for row in rows]
+    columns = []
+    for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
+        own = [row[at] for row in cells]
+        columns.append(Column(head, side, in_one_unit(own) if side == "r" else own))
+    widths = [column.widest for column in columns]
+    if console.is_terminal:
+        widths = _fitting(columns, console.width)
+    lines = _table_lines(columns, widths) if widths else _turned_lines(columns, console.width)
+    print("\n".join(line.rstrip() for line in lines))
+
+
+class Column(NamedTuple):
+    """A column of a table: its head, its side ("l" words, "r" numbers) and its cells."""
+
+    head: str
+    side: str
+    cells: list[str]
+
+    @property
+    def widest(self) -> int:
+        """Width at which nothing is wrapped."""
+        return max(map(_width, [self.head, *self.cells]))
+
+    @property
+    def narrowest(self) -> int:
+        """Width below which the column cannot be read: whole words, and whole cells of numbers."""
+        if self.side == "l":
+            words = " ".join([self.head, *self.cells]).split(" ")
+            return max(min(self.widest, NARROWEST_WORDS), *map(_width, words))
+        return max(map(_width, [*self.head.split(" "), *self.cells]))
+
+
+def _width(text: str) -> int:
+    """Columns of a terminal that a text takes: two for a letter of Chinese or Japanese."""
+    from rich.cells import cell_len
+
+    return cell_len(text)
+
+
+def _fitting(columns: Sequence[Column], width: int) -> list[int]:
+    """Widths of the columns that fit a terminal, the narrow columns whole; none where there are no such widths."""
+    room = width - BETWEEN * (len(columns) - 1)
+    least, most = [column.narrowest for column in columns], [column.widest for column in columns]
+    if sum(least) > room:
+        return []
+    widths = least
+    for most_of_one in range(max(most) + 1):
+        wider = [min(whole, max(few, most_of_one)) for few, whole in zip(least, most, strict=True)]
+        if sum(wider) > room:
+            break
+        widths = wider
+    return widths
+
+
+def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[str]:
+    rows = list(zip(*(column.cells for column in columns), strict=True))
+    heads = [column.head for column in columns]
+    for row in ([heads] if any(heads) else []) + rows:
+        wrapped = [_wrapped(cell, width) for cell, width in zip(row, widths, strict=True)]
+        if row is heads:  # heads stand on their columns
+            deepest = max(map(len, wrapped))
+            wrapped = [[""] * (deepest - len(lines)) + lines for lines in wrapped]
+        for parts in zip_longest(*wrapped, fillvalue=""):
+            yield (" " * BETWEEN).join(
+                _padded(part, width, column.side) for part, width, column in zip(parts, widths, columns, strict=True)
+            )
+
+
+def _turned_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
+    """A block for each row: its first cell, and below it a line for each other column."""
+    first, *others = columns
+    labels = max((_width(column.head) for column in others), default=0)
+    for at, title in enumerate(first.cells):
+        if at:
+            yield ""
+        yield from _wrapped(f"{first.head}: {title}" if first.head else title, width)
+        for column in others:
+            indent = 2 + (labels + 2 if labels else 0)
+            cell = column.cells[at]
+            lines = [cell] if column.side == "r" else _wrapped(cell, max(width - indent, 1))
+            head = f"  {_padded(column.head, labels, 'l')}  " if labels else "  "
+            yield head + lines[0]
+            yield from (" " * indent + line for line in lines[1:])
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of whole words; a word that is longer than a line keeps a line of its own."""
+    lines: list[str] = []
+    for word in text.split(" ") if _width(text) > width else [text]:
+        if lines and _width(lines[-1]) + 1 + _width(word) <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines
+
+
+def _padded(text: str, width: int, side: str) -> str:
+    room = " " * (width - _width(text))
+    return text + room if side == "l" else room + text
+
+
+def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """Print one line for each (what, words)."""
+    print_table(("", ""), pairs, "ll")
 
 
 def command_line(aside: Mapping[str, bool] | None = None) -> str:

@@ -18,7 +18,7 @@ def view(
         Path, typer.Argument(metavar="RESULTS", help="Results of a scan (.nc or .zarr).", show_default=False)
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Write the page (.html).", show_default="RESULTS.html")
+        Path | None, typer.Option("--out", "-o", help="Write the page (.html).", show_default="RESULTS-view.html")
     ] = None,
     record: Annotated[list[str], typer.Option(help="Only this record; repeat for several.", show_default="all")] = NONE,
     contact_model: Annotated[
@@ -40,7 +40,7 @@ def view(
 
 def page_file(results: Path, out: Path | None) -> Path:
     """Where the page goes: ``out``, or the results' name in this folder, which is never replaced unasked."""
-    name = f"{results.stem}.html"
+    name = f"{results.stem}-view.html"
     if out is None and Path(name).exists():
         raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")
     return writable("-o", out or Path(name), (".html",)) or Path(name)

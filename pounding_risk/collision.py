@@ -17,6 +17,7 @@ from pounding_risk.core.flight import SIGNALS, Free
 from pounding_risk.core.march import meet
 from pounding_risk.core.series import STATE
 from pounding_risk.core.tally import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
+from pounding_risk.damping_ratios import is_ratio, written_ratio
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import bare
 from pounding_risk.models.ground import Together
@@ -170,9 +171,14 @@ def _related(law: Any, relation: str) -> Any:
 
 
 def restitution_of(words: str | float) -> Restitution:
-    """A restitution from a number or the name of a relation; raises PoundingError with what is allowed."""
+    """A restitution from a number, the name of a relation or a damping ratio such as "xi 0.35 of jankowski".
+
+    Raises PoundingError with what is allowed.
+    """
     if isinstance(words, str) and words in NAMED:
         return NAMED[words]
+    if is_ratio(words):
+        return constant(written_ratio(str(words))[0])
     try:
         return constant(float(words))
     except ValueError:

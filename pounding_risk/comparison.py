@@ -213,12 +213,16 @@ def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
     names = study.grid.contact_models
     longest = max(len(each.time) for each in found)
     variables: dict[str, Any] = {
-        "stiffness": ("contact_model", [stiffnesses.get(name, nan) for name in names], {"long_name": "calibrated"}),
+        "stiffness": (
+            "contact_model",
+            [stiffnesses.get(name, nan) for name in names],
+            {"long_name": "calibrated stiffness of the contact law, in the unit of stiffness_unit"},
+        ),
         "stiffness_unit": ("contact_model", [_unit(name) for name in names], {"long_name": "unit of stiffness"}),
         "dissipates": (
             "contact_model",
             np.array([not each.restitution > 1.0 - ELASTIC for each in found], dtype=np.int8),
-            {"long_name": "0 where the law is elastic: without yielding it gives back all it takes"},
+            {"long_name": "0 where the law is elastic, and without yielding returns all energy"},
         ),
         "capped": (
             "contact_model",

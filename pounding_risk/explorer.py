@@ -23,6 +23,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import STANDARD_GRAVITY
+from pounding_risk.own_case import own_case
 from pounding_risk.results import check_target, open_results
 
 if TYPE_CHECKING:
@@ -147,6 +148,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "scene": str(dataset.attrs.get("scene", "")),
         "axes": [_axis(dataset, axis) for axis in axes],
         "pickers": pickers,
+        "start": own_case(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
         "statuses": _sentences(dataset["status"].attrs),
         "told": {name: _variable(dataset[name], axes) for name in TOLD if name in dataset},

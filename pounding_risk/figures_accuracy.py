@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,7 +34,7 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     counts = (
         f"{dataset.attrs['title']}; {dataset.sizes['case']} cases; median error (lines) and largest (dotted, counts)"
     )
-    title(figure, fill(dataset.attrs["finding"], 125), counts, note)
+    title(figure, dataset.attrs["finding"], counts, note)
     return figure
 
 

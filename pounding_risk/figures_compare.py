@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,7 +55,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         f"{dataset.attrs['title']}; {dataset['impact_count'].size // len(laws)} cases a law; same {_terms(dataset)}; "
         f"ratios: median and {LOW:g}-{100 - LOW:g} % of the cases with contact"
     )
-    title(figure, fill(str(dataset.attrs["finding"]), 180), terms, note)
+    title(figure, str(dataset.attrs["finding"]), terms, note)
     return figure
 
 
@@ -225,7 +224,7 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     told = f"{', '.join(without)}: no force against penetration" if without else ""
     blow = f"{dataset.attrs['reduced_mass'] / 1e3:.4g} t against a wall, same {_terms(dataset)}, without yielding"
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
-    title(figure, _reference_finding(curves), fill("; ".join(filter(None, (blow, told))), 130), note)
+    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, told))), note)
     return figure
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,7 +49,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         f"{dataset.attrs['title']}; the {int(yields.sum())} of {yields.size} cases that yield without effects{wide}; "
         "bars: middle two thirds, line: median"
     )
-    title(figure, fill(dataset.attrs["finding"], 125), fill(condition, 125), note)
+    title(figure, dataset.attrs["finding"], condition, note)
     return figure
 
 

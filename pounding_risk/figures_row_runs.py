@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures_rows import LETTERS_AN_INCH, MARKERS, RAISED, WIDTH, between, gap_scale, outline
+from pounding_risk.figures_rows import MARKERS, RAISED, WIDTH, between, gap_scale, outline
 from pounding_risk.figures_style import (
     QUIET,
     STANDARD_GRAVITY,
     blank,
-    in_lines,
     law_words,
     motion_words,
     plain,
@@ -50,8 +49,7 @@ def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
     for axis in (ground, roofs, forces):
         axis.set_xlim(time[0], time[-1])
     _elevation(row, run, tallest)
-    most = int(LETTERS_AN_INCH * wide)
-    title(figure, *(in_lines(plain(each), most) for each in (row_run_finding(run), _where(run), note)))
+    title(figure, *map(plain, (row_run_finding(run), _where(run), note)))
     return figure
 
 

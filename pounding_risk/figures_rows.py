@@ -14,7 +14,6 @@ from pounding_risk.figures_style import (
     STYLES,
     blank,
     force_words,
-    in_lines,
     law_words,
     plain,
     title,
@@ -69,12 +68,11 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
 
 
 def heading(figure: Figure, finding: str, cases: Sequence[RowCase], note: str = "") -> None:
-    """The finding and the cell of the grid above a figure of one row or several, in lines that fit its width."""
-    most = int(LETTERS_AN_INCH * figure.get_figwidth())
+    """The finding above a figure of one row or several, and below it the cell of the grid."""
     every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
     what = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
     said = (finding, f"{what}: {where_words(every)}", note)
-    title(figure, *(in_lines(plain(each), most).replace("F_E", "$F_E$") for each in said))
+    title(figure, *(plain(words).replace("F_E", "$F_E$") for words in said))
 
 
 def elevation_finding(case: RowCase) -> str:

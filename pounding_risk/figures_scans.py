@@ -10,12 +10,15 @@ import numpy as np
 from pounding_risk.assessed_data import own_gaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, blank, law_words, styles, title
+from pounding_risk.own_case import own_case
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+MOST_RECORDS = 6  # that have a panel or a line of their own; more are put together as percentiles
+PERCENTILES = (16.0, 50.0, 84.0)
 NOTABLE = 0.01  # a peak that changes by less than this share is called unchanged
 RATIO_TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 
@@ -83,11 +86,12 @@ def _without_yielding(results: xr.Dataset) -> int:
 
 
 def _one_law(results: xr.Dataset) -> xr.Dataset:
-    """The last contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
+    """The scene's own contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
 
     Of a row the interface whose gap alone the grid varies, or the largest of all.
     """
-    chosen = results.isel({axis: -1 for axis in ("pga", "contact_model") if axis in results.dims})
+    own = own_case(results)
+    chosen = results.isel({axis: own.get(axis, -1) for axis in ("pga", "contact_model") if axis in results.dims})
     if "interface" in chosen.dims:
         shown = ["peak_relative_displacement", "impact_count", "yield_exceedance"]
         every, at = chosen[shown], _varied(results)
@@ -119,17 +123,17 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
 def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
     """Peak relative displacement over gap and yield force, one panel for each record and polarity.
 
-    Without a grid of both, lines against whichever there is. The last contact law and amplitude of a dataset that
-    has several is shown.
+    Without a grid of both, lines against whichever there is. More than six records are put together: the median of
+    all motions, and the percentiles 16 and 84. Of several contact laws and amplitudes the scene's own is shown.
     """
     shown = _one_law(results)
     peak = shown["peak_relative_displacement"] * 1e3
     if min(peak.sizes["gap"], peak.sizes["yield_force"]) < 2:
         return _scan_lines(_whose(results, shown), peak, note)
-    limits = float(peak.min()), float(peak.max())
-    look = {"cmap": "viridis", "vmin": limits[0], "vmax": limits[1]}
-    figure = _maps(shown, peak, look, "peak relative displacement [mm]")
-    finding = f"{_gap_needed(shown)}; peak relative displacement up to {limits[1]:.1f} mm"
+    finding = f"{_gap_needed(shown)}; peak relative displacement up to {float(peak.max()):.1f} mm"
+    drawn, peaks = _together(shown, peak)
+    look = {"cmap": "viridis", "vmin": float(peaks.min()), "vmax": float(peaks.max())}
+    figure = _maps(drawn, peaks, look, "peak relative displacement [mm]")
     title(figure, finding, f"{_whose(results, shown)}; right of the dashed line there is no contact", note)
     return figure
 
@@ -150,7 +154,8 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     reach = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.0 + NOTABLE)
     look = {"cmap": "PuOr_r", "norm": LogNorm(1.0 / reach, reach)}
     words = "peak relative displacement,\nwith yielding over without [1]"
-    figure = _maps(shown, ratio, look, words, marked=ratio > 1.0 + NOTABLE)
+    drawn, ratios = _together(shown, ratio)
+    figure = _maps(drawn, ratios, look, words, marked=ratios > 1.0 + NOTABLE)
     yields = shown["yield_exceedance"].isel(yield_force=np.isfinite(forces)) == 1
     where = f"{_whose(results, shown)}; +: raised by over 1 %; right of the dashed line there is no contact"
     title(figure, _ratio_finding(ratio.where(yields)), where, note)
@@ -169,13 +174,31 @@ def _ratio_finding(ratio: xr.DataArray) -> str:
     )
 
 
+def _together(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr.DataArray]:
+    """Percentiles of many motions in the place of records; a dataset of few records as it is.
+
+    The contacts that a panel shows are those of any motion.
+    """
+    if results.sizes["record"] <= MOST_RECORDS:
+        return results, values
+    motions = ("record", "polarity")
+    count = results.sizes["record"] * results.sizes["polarity"]
+    titles = ("median" if percentile == 50.0 else f"{percentile:g}th percentile" for percentile in PERCENTILES)
+    names = [f"{words}\nof {count} motions" for words in titles]
+    axes = {"polarity": ["all motions"], "record": names}
+    spread = values.quantile(np.array(PERCENTILES) / 100.0, dim=motions).rename(quantile="record")
+    spread = spread.assign_coords(record=names).expand_dims(polarity=axes["polarity"])
+    touching = results["impact_count"].max(motions).expand_dims(axes)
+    return touching.to_dataset(name="impact_count"), spread
+
+
 def _maps(
     results: xr.Dataset, values: xr.DataArray, look: dict[str, Any], words: str, marked: xr.DataArray | None = None
 ) -> Figure:
     """One heat map for each record (columns) and polarity (rows), with one scale of colours."""
     rows, columns = values.sizes["polarity"], values.sizes["record"]
     figure, axes = blank(rows, columns, (max(7.6, 1.6 + 2.3 * columns), 2.1 + 2.4 * rows), sharex=True, sharey=True)
-    headings = _headings(results)
+    headings = _headings(results) if "records" in results.attrs else list(map(str, results["record"].values))
     picture: Any = None
     for place in np.ndindex(rows, columns):
         here = {"polarity": place[0], "record": place[1]}
@@ -255,13 +278,31 @@ def _scan_lines(whose: str, peak: xr.DataArray, note: str) -> Figure:
     other = "gap" if axis == "yield_force" else "yield_force"
     scale, words = (1e-3, "yield force $F_E$ [kN]") if axis == "yield_force" else (1e3, "gap [mm]")
     figure, axes = blank(1, 1, (8.5, 5.0))
-    lines = peak.isel({other: 0}).stack(line=("record", "polarity"))
-    for (colour, dash), place in zip(styles(lines.sizes["line"]), range(lines.sizes["line"]), strict=True):
-        line = lines.isel(line=place)
-        label = f"{line['record'].values}, {line['polarity'].values}"
-        axes[0, 0].plot(line[axis] * scale, line, color=colour, linestyle=dash, marker=".", label=label)
+    draw = _median_lines if peak.sizes["record"] > MOST_RECORDS else _motion_lines
+    draw(axes[0, 0], peak.isel({other: 0}), axis, scale)
     axes[0, 0].set(xlabel=words, ylabel="peak relative displacement [mm]")
     axes[0, 0].legend(fontsize=8)
     finding = f"Peak relative displacement {float(peak.min()):.1f} to {float(peak.max()):.1f} mm"
     title(figure, finding, whose, note)
     return figure
+
+
+def _median_lines(axes: Axes, peak: xr.DataArray, axis: str, scale: float) -> None:
+    """The median of all motions in a band of their middle 68 %, and the largest."""
+    motions = ("record", "polarity")
+    low, middle, high = peak.quantile(np.array(PERCENTILES) / 100.0, dim=motions)
+    at = peak[axis].values * scale
+    colour, dash = styles(1)[0]
+    count = peak.sizes["record"] * peak.sizes["polarity"]
+    axes.fill_between(at, low, high, color=colour, alpha=0.2, linewidth=0.0, label="percentiles 16 to 84")
+    axes.plot(at, middle, color=colour, linestyle=dash, marker=".", label=f"median of {count} motions")
+    axes.plot(at, peak.max(motions), color=QUIET, linestyle=":", label="largest")
+
+
+def _motion_lines(axes: Axes, peak: xr.DataArray, axis: str, scale: float) -> None:
+    """One line for each record and polarity."""
+    lines = peak.stack(line=("record", "polarity"))
+    for (colour, dash), place in zip(styles(lines.sizes["line"]), range(lines.sizes["line"]), strict=True):
+        line = lines.isel(line=place)
+        label = f"{line['record'].values}, {line['polarity'].values}"
+        axes.plot(line[axis] * scale, line, color=colour, linestyle=dash, marker=".", label=label)

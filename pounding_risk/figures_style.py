@@ -29,6 +29,8 @@ MEANING = {
 # How a mark is filled, by how the text of a rule's clause is known.
 RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
 RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: from memory"
+LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
+CAPTION_SIZE = 8.5  # points
 LAW_WORDS = {"jankowski": "nonlinear viscoelastic", "viscous_elastoplastic": "viscous elastoplastic"}
 # What a file would tell of the day and the program that wrote it, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
@@ -53,8 +55,34 @@ def blank(
 
 
 def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
-    """The finding, below it what it holds for, and below that what the user adds, such as what is assumed."""
-    figure.suptitle("\n".join(filter(None, (finding, condition, note))), fontsize=11, linespacing=1.25)
+    """Title a figure with its finding, in two lines at most, and caption it below with what the finding holds for.
+
+    Parameters
+    ----------
+    figure : Figure
+        With a constrained layout, which leaves room for both.
+    finding : str
+        Clauses apart by "; "; those that two lines do not hold begin the caption.
+    condition : str
+        What the finding holds for.
+    note : str
+        What the user adds, such as what is assumed.
+    """
+    letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
+    headline, rest = _in_two_lines(finding, letters)
+    figure.suptitle(headline, fontsize=11, linespacing=1.25)
+    caption = [part for part in (rest, condition, note) if part]
+    most = int(letters * 11.0 / CAPTION_SIZE)
+    figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
+
+
+def _in_two_lines(finding: str, letters: int) -> tuple[str, str]:
+    """As many clauses as two lines hold, the first always, and the others."""
+    clauses = finding.replace("\n", " ").split("; ")
+    count = 1
+    while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
+        count += 1
+    return in_lines("; ".join(clauses[:count]), letters), "; ".join(clauses[count:])
 
 
 def in_lines(text: str, most: int) -> str:

@@ -203,7 +203,12 @@ def _of_the_wave(free: Free, time: Array) -> dict[str, tuple[str, Array, str, st
     right = np.interp(time, _node_times(free), free.passage.right)
     return {
         "ground_acceleration_right": ("time", right, "m/s2", "ground acceleration under the right building"),
-        "ground_widening": ("time", widening(free, time)[0], "m", "x_right - x_left of the ground itself"),
+        "ground_widening": (
+            "time",
+            widening(free, time)[0],
+            "m",
+            "widening of the ground between the buildings, x_right - x_left",
+        ),
     }
 
 
@@ -314,7 +319,7 @@ def energies(
     return {
         "ground": (put_in, "work that the ground has done on both buildings"),
         "held": (held, "kinetic and strain energy of both buildings"),
-        "contact": (work, "work of the contact force: taken by the contact or held in it"),
+        "contact": (work, "work of the contact force, dissipated and stored"),
         "damping": (put_in - held - work, "energy that the structures' dampers have taken"),
     }
 

@@ -61,19 +61,19 @@ def _reach(signal: int) -> Callable[[Raw], Raw]:
 RUN: dict[str, Output] = {
     "peak_relative_displacement": Output(
         "m",
-        "largest |u_left - u_right| of the continuous motion, with what a passing wave moves the ground itself",
+        "largest |u_left - u_right| of the continuous motion, with the ground's own widening under a passing wave",
         lambda raw, _: _reach(0)(raw),
     ),
-    "peak_closing": Output("m", "the largest of it towards contact", _column(HIGH)),
-    "peak_opening": Output("m", "the largest of it away from contact", lambda raw, _: -raw[..., LOW]),
+    "peak_closing": Output("m", "largest u_left - u_right towards contact", _column(HIGH)),
+    "peak_opening": Output("m", "largest u_right - u_left, away from contact", lambda raw, _: -raw[..., LOW]),
     "peak_penetration": Output("m", "largest penetration of any contact", _column(tally.PENETRATION)),
     "impact_count": Output("1", "contacts, each from touch to parting", _column(tally.COUNT), whole=True),
     "first_impact_time": Output("s", "time of the first touch; NaN without contact", _column(tally.FIRST_TOUCH)),
-    "contact_time": Output("s", "total time in contact", _column(tally.CONTACT_TIME)),
+    "contact_time": Output("s", "duration of all contacts together", _column(tally.CONTACT_TIME)),
     "peak_approach_speed": Output("m/s", "largest relative speed at a touch", _column(tally.APPROACH)),
     "peak_contact_force": Output(
         "N",
-        "largest contact force transmitted; where a jump has no finite one, that of the joined motion or NaN",
+        "largest contact force; of a jump in velocity, which has no finite force, the force in joined motion, or NaN",
         _column(tally.PEAK_FORCE),
     ),
     "lowest_contact_force": Output(
@@ -93,14 +93,18 @@ RUN: dict[str, Output] = {
         lambda raw, _: _defined(raw, raw[..., tally.YIELDS]),
         whole=True,
     ),
-    "first_yield_time": Output("s", "time at which it first does; NaN without yielding", _column(tally.FIRST_YIELD)),
+    "first_yield_time": Output(
+        "s",
+        "time at which the uncapped force first reaches the yield force; NaN without yielding",
+        _column(tally.FIRST_YIELD),
+    ),
     "energy_viscous": Output("J", "energy that the contact's damper takes", _column(tally.VISCOUS)),
     "energy_plastic": Output(
         "J",
         "energy that yielding takes; none in laws whose plateau is retraced",
         _column(tally.PLASTIC),
     ),
-    "permanent_set": Output("m", "by how much dents have widened the gap at the end", _column(tally.SET)),
+    "permanent_set": Output("m", "widening of the gap by dents at the end of the run", _column(tally.SET)),
     "energy_residual": Output(
         "1",
         "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch",
@@ -108,7 +112,7 @@ RUN: dict[str, Output] = {
     ),
     "restitution_held": Output(
         "1",
-        "contacts faster than the range of the restitution relation, which is held there",
+        "contacts faster than the range of the restitution relation, computed with the restitution at the range's end",
         _column(tally.HELD),
         whole=True,
     ),
@@ -123,15 +127,15 @@ BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, Raw | float], 
     ),
     "peak_storey_shear": (
         "N",
-        "largest force in the building's spring, k u; NaN for a rigid building, which has none",
+        "largest force in the building's spring, k u; NaN for a rigid building",
         lambda raw, building, side, pga: (
             np.full_like(raw[..., 0], np.nan) if building.is_rigid else building.stiffness * _reach(1 + side)(raw)
         ),
     ),
     "peak_floor_acceleration": (
         "m/s2",
-        "largest absolute acceleration of the mass, in contact too, but of a jump, which has no finite one; "
-        "a rigid building's is the ground's",
+        "largest absolute acceleration of the mass, in contact too, without jumps in velocity, which have no finite "
+        "acceleration; of a rigid building, the ground's",
         lambda raw, building, side, pga: np.full_like(raw[..., 0], pga) if building.is_rigid else _reach(3 + side)(raw),
     ),
 }

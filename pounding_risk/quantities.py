@@ -80,6 +80,7 @@ USUAL: dict[str, tuple[tuple[str, float], ...]] = {
     "m/s": (("m/s", 1.0), ("mm/s", 1e-3)),
     "m/s^2": (("g", STANDARD_GRAVITY),),
     "J": (("MJ", 1e6), ("kJ", 1e3), ("J", 1.0)),
+    "N s": (("kN s", 1e3), ("N s", 1.0)),
 }
 # The trade says 450 kN and 1300 kN, 350 mm and 0.007 s: a unit is left below this many of it.
 FEWEST = {"m": 1.0, "mm": 0.01, "s": 0.001, "MN": 10.0, "GN/m": 10.0, "kN/m^1.5": 0.01, "g": 0.0}
@@ -284,6 +285,12 @@ def say(value: float, quantity: Quantity, digits: int = 4) -> str:
     for unit, size in units:
         if abs(value) >= size * FEWEST.get(unit, 1.0):
             break
+    return f"{_digits(value / size, digits)} {unit}"
+
+
+def say_in(value: float, unit: str, digits: int = 4) -> str:
+    """``value`` (SI) in one of the units of `USUAL`, whatever its size: 0.9 mm beside 1200 mm."""
+    size = next(size for units in USUAL.values() for name, size in units if name == unit) if value else 1.0
     return f"{_digits(value / size, digits)} {unit}"
 
 

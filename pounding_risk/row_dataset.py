@@ -74,7 +74,7 @@ def _free(driven: np.ndarray, grid: RowGrid) -> dict[str, Any]:
         found[f"{name}_free"] = _by_motion(
             values, driven.shape, variable.dims, variable.unit, f"{variable.words}; without contact"
         )
-    words = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
+    words = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
     for place, (name, dim) in enumerate(
         (("contact_point_peak_closing", "contact_point"), ("peak_closing", "interface"))
     ):
@@ -112,9 +112,15 @@ def _label(point: Point, names: list[str]) -> str:
 
 def _point_coordinates(points: tuple[Point, ...], grid: RowGrid) -> dict[str, Any]:
     facts = {
-        "interface": ([point.interface for point in points], {"long_name": "place of its interface, from 0"}),
+        "interface": (
+            [point.interface for point in points],
+            {"long_name": "index of the contact point's interface, from 0"},
+        ),
         "level": ([point.level for point in points], described("m", "level above the ground; NaN where not known")),
-        "kind": ([point.kind for point in points], {"long_name": "what meets: two floors, or a floor and a column"}),
+        "kind": (
+            [point.kind for point in points],
+            {"long_name": "kind of contact point: two floors, or a floor and a column"},
+        ),
         "left_floor": ([point.left_floor for point in points], described("1", "floor of the left building")),
         "right_floor": ([point.right_floor for point in points], described("1", "floor of the right building")),
     }
@@ -148,7 +154,7 @@ def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
         "building_position": (
             "building",
             positions(len(buildings)),
-            {"long_name": "where in the row: end or interior"},
+            {"long_name": "position of the building in the row: end or interior"},
         ),
         "storey": ("storey", np.arange(grid.frame.storeys.shape[1]) + 1, described("1", "storey, from the ground up")),
         "floor_level": (AT_STOREYS, levels, described("m", "level of the floor above the storey; NaN where not given")),

@@ -124,7 +124,7 @@ def _of_contacts(found: list[Touched], labels: list[str]) -> dict[str, Any]:
         for place, (name, (unit, words)) in enumerate(FACTS.items())
     }
     where = np.array([labels[each.place] for each in found], dtype=np.str_)
-    return told | {"contact_place": ("contact", where, {"long_name": "contact point at which it was"})}
+    return told | {"contact_place": ("contact", where, {"long_name": "contact point of the contact"})}
 
 
 def _by_storey(grid: RowGrid, values: Array) -> Array:

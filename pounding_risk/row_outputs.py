@@ -72,27 +72,45 @@ OF_POINTS = (
     "energy_plastic",
 )
 POINT = "contact_point_"
+# What an interface's value is made of, for those of several contact points.
+OVER_POINTS = {
+    "peak_penetration": "largest of the contact points",
+    "impact_count": "sum over the contact points",
+    "first_impact_time": "earliest of the contact points",
+    "contact_time": "sum over the contact points, so more than the time in which any point touches",
+    "peak_approach_speed": "largest of the contact points",
+    "peak_contact_force": "largest of the contact points, not of the sum of forces",
+    "lowest_contact_force": "smallest of the contact points",
+    "impulse": "sum over the contact points",
+    "yield_exceedance": "of any contact point",
+    "yield_demand": "largest of the contact points",
+    "yield_count": "sum over the contact points",
+    "first_yield_time": "earliest of the contact points",
+    "energy_viscous": "sum over the contact points",
+    "energy_plastic": "sum over the contact points",
+    "permanent_set": "largest of the contact points",
+    "restitution_held": "sum over the contact points",
+}
+OF_SPRINGS = "largest shear in the spring, without the P d / h of p_delta,"
 AT_STOREYS = ("building", "storey")
 OF_STOREYS = {  # in the order of the columns of `RowRun.floors`
     "storey_displacement": Variable("m", "largest displacement of the floor above relative to the ground", AT_STOREYS),
     "storey_drift": Variable("m", "largest drift of the storey", AT_STOREYS),
-    "storey_shear": Variable("N", "largest shear of the storey", AT_STOREYS),
+    "storey_shear": Variable("N", f"{OF_SPRINGS} of the storey", AT_STOREYS),
     "storey_acceleration": Variable("m/s2", "largest absolute acceleration of the floor above", AT_STOREYS),
 }
 OF_BUILDINGS = {  # in the same order: the largest of the storeys
     "peak_displacement": Variable("m", "largest displacement of any floor relative to the ground", ("building",)),
-    "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building, which has none", ("building",)),
-    "peak_storey_shear": Variable(
-        "N", "largest shear of any storey; NaN for a rigid building, which has none", ("building",)
-    ),
+    "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building", ("building",)),
+    "peak_storey_shear": Variable("N", f"{OF_SPRINGS} of any storey; NaN for a rigid building", ("building",)),
     "peak_floor_acceleration": Variable(
         "m/s2",
-        "largest absolute acceleration of any floor, in contact too; a rigid building's is the ground's",
+        "largest absolute acceleration of any floor, in contact too; of a rigid building, the ground's",
         ("building",),
     ),
 }
 OF_YIELDING = {
-    "storey_ductility": Variable("1", "largest drift of the storey over its drift at yield", AT_STOREYS),
+    "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
     "storey_residual_drift": Variable("m", "size of the plastic drift of the storey at the end", AT_STOREYS),
 }
 OF_RUNS = {
@@ -134,13 +152,18 @@ def frame_of(model: RowModel) -> Frame:
 def variables(frame: Frame) -> dict[str, Variable]:
     """Every variable of a case."""
     interfaces = {
-        name: Variable(output.unit, output.words, ("interface",), output.whole) for name, output in RUN.items()
+        name: Variable(output.unit, _gathered_words(name), ("interface",), output.whole) for name, output in RUN.items()
     }
     points = {
         f"{POINT}{name}": interfaces[name]._replace(dims=("contact_point",), words=f"{RUN[name].words}; of one point")
         for name in OF_POINTS
     }
     return interfaces | points | OF_RUNS | moving_variables(frame)
+
+
+def _gathered_words(name: str) -> str:
+    """The words for an interface's output, with how its contact points' values are put together."""
+    return f"{RUN[name].words}; {OVER_POINTS[name]}" if name in OVER_POINTS else RUN[name].words
 
 
 def moving_variables(frame: Frame) -> dict[str, Variable]:

@@ -33,7 +33,7 @@ def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, 
     for name, values in building_outputs(alone, study.pair, pgas).items():
         unit, words, _ = BUILDING[name]
         variables[f"{name}_free"] = ((*MOTIONS, "building"), values, described(unit, f"{words}; without contact"))
-    needed = "the gap that this motion needs: the largest u_left - u_right of the continuous motion; without contact"
+    needed = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
     variables["peak_closing_free"] = (MOTIONS, alone[..., HIGH], described("m", needed))
     variables |= motion_spectra(motions)
     coords = case_coordinates(study, motions) | _building_coordinates(study)
@@ -103,7 +103,7 @@ OUTCOME = {
     "simulated": CaseVariable(
         (),
         np.dtype(np.int8),
-        {"long_name": "1 where a run of its own was made, 0 where another run's answer is exactly this one's"},
+        {"long_name": "1 where the case was simulated, 0 where the result follows exactly from another run"},
     ),
 }
 

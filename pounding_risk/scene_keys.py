@@ -14,6 +14,7 @@ from math import inf
 from typing import Any
 
 from pounding_risk.contact_points import floor_number
+from pounding_risk.damping_ratios import is_ratio, written_ratio
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
@@ -152,13 +153,18 @@ def restitution(value: Any) -> tuple[Restitution, str, str]:
         rule, told = _restitution(value.get("value", 1.0))  # a value that is missing is among the faults
     except ValueError as error:
         wrong.append((("value",), str(error)))
+    if is_ratio(value.get("value")) and value.get("relation", AS_PUBLISHED) != AS_PUBLISHED:
+        wrong.append((("relation",), "a damping ratio ξ is that of the published relation; remove relation, or give e"))
     if wrong:
         raise Several(wrong)
     return rule, told, value.get("relation", AS_PUBLISHED)
 
 
 def _restitution(value: Any) -> tuple[Restitution, str]:
-    """A number in (0, 1], or the name of a relation e(v); with the words for it."""
+    """A number in (0, 1], the name of a relation e(v) or a damping ratio of a law; with the words for it."""
+    if is_ratio(value):
+        e, told = written_ratio(value)
+        return constant(e), told
     if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
         if value in NAMED:
             return NAMED[value], value

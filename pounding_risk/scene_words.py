@@ -82,7 +82,8 @@ KEYS: dict[str, dict[str, Key]] = {
         ),
         "restitution": Key(
             'Coefficient of restitution e, a named relation e(v), or {value = 0.65, relation = "exact"}, where damping '
-            "follows from e by the exact relation instead of the published one.",
+            "follows from e by the exact relation instead of the published one. A damping ratio ξ of a law, as papers "
+            'give it, is written "xi 0.35 of jankowski": e follows from the published relation.',
             '"concrete"',
             "required by models that damp or rebound by it",
         ),

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
+from figure_words import words_of
 from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
@@ -532,7 +533,7 @@ def test_the_figure_says_what_it_shows(dataset):
     left, right = figure.axes
     assert (left.get_xlabel(), left.get_ylabel()) == ("gap [mm]", "P(contact) [1]")
     assert right.get_xlabel() == "pga [g]"
-    told = figure.get_suptitle()
+    told = words_of(figure).replace("\n", " ")
     assert told.startswith("20 mm is ")
     assert "6 motions of 2 recordings at 0.3 g" in told
     (step,) = left.patches

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from figure_words import words_of
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -207,7 +208,7 @@ def test_what_has_no_place_in_a_row_is_said():
 
 def test_command_and_figure_of_a_row(of_row, tmp_path):
     drawn = figures.effects_figure(of_row)
-    assert "1 of 2 cases that yield" in drawn.get_suptitle().replace("\n", " ")
+    assert "1 of 2 cases that yield" in words_of(drawn).replace("\n", " ")
     path = tmp_path / "row.toml"
     path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
     told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])

@@ -236,11 +236,13 @@ def test_the_command(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save(results, "results.nc")
     done = CliRunner().invoke(app, ["view", "results.nc", "--pga", "0.5 g"])
-    assert (done.exit_code, done.stdout[:22]) == (0, "written: results.html ")
-    assert [axis["labels"] for axis in embedded(Path("results.html"))["axes"] if axis["name"] == "pga"] == [["0.5 g"]]
+    assert (done.exit_code, done.stdout[:27]) == (0, "written: results-view.html ")
+    assert [axis["labels"] for axis in embedded(Path("results-view.html"))["axes"] if axis["name"] == "pga"] == [
+        ["0.5 g"]
+    ]
     again = CliRunner().invoke(app, ["view", "results.nc"])
     assert again.exit_code == 2
-    assert "results.html exists already; write -o results.html to replace it" in again.stderr
+    assert "results-view.html exists already; write -o results-view.html to replace it" in again.stderr
 
 
 # ---- in a browser --------------------------------------------------------------------------------------------------
@@ -271,6 +273,10 @@ class Reader:
 
     def press(self, *keys: str) -> None:
         self.driver.find_element("id", "map").send_keys(*keys)
+
+    def to_corner(self) -> None:
+        """To the first gap and yield force, wherever the page began."""
+        self.press("\ue011", "\ue015", "\ue015", "\ue015")
 
     def click(self, name: str) -> None:
         self.driver.find_element("id", name).click()
@@ -329,6 +335,7 @@ def expected(results: xr.Dataset, key: str, case: dict) -> float:
 @needs_browser
 def test_a_cell_shows_the_numbers_of_its_case(driver, results, written):
     reader = Reader(driver, written)
+    reader.to_corner()
     reader.pick(polarity="reversed", amplitude="0.5 g", contact_model="viscous_elastoplastic")
     reader.pick(output="peak contact force [kN]")
     reader.press("\ue014", "\ue013")  # right, up: 4 mm and 450 kN
@@ -346,6 +353,7 @@ def test_a_cell_shows_the_numbers_of_its_case(driver, results, written):
 @needs_browser
 def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(driver, results, written):
     reader = Reader(driver, written)
+    reader.to_corner()
     reader.pick(polarity="as recorded", amplitude="0.5 g", contact_model="viscous_elastoplastic")
     reader.pick(output="peak contact force [kN]")
     drawn = reader.drawn()
@@ -369,6 +377,7 @@ def test_all_motions_together_are_their_quantiles_without_the_failed(driver, res
     together = results.sel(contact_model="viscous_elastoplastic").isel(record=0, pga=1)
     together = together.transpose("polarity", "yield_force", "gap", ...)
     reader = Reader(driver, written)
+    reader.to_corner()
     reader.pick(amplitude="0.5 g", contact_model="viscous_elastoplastic")
     shares = np.where(together["impact_count"] < 0, np.nan, together["impact_count"] > 0)
     np.testing.assert_allclose(reader.drawn()["z"], np.nanmean(shares, axis=0), rtol=1e-15)
@@ -389,7 +398,8 @@ def test_all_motions_together_are_their_quantiles_without_the_failed(driver, res
 @needs_browser
 def test_two_cells_are_pinned_and_compared(driver, written):
     reader = Reader(driver, written)
-    reader.pick(polarity="reversed", output="impulse [kN s]")
+    reader.to_corner()
+    reader.pick(polarity="reversed", contact_model="jankowski", output="impulse [kN s]")
     reader.press("a")
     reader.pick(contact_model="viscous_elastoplastic")
     reader.press("\ue013", "b")
@@ -408,10 +418,21 @@ def test_two_cells_are_pinned_and_compared(driver, written):
 
 
 @needs_browser
+def test_the_page_begins_at_the_scenes_own_case(driver, written):
+    reader = Reader(driver, written)
+    assert reader.text("told").startswith("gap 0 mm, yield force 450 kN")
+    chosen = driver.execute_script(
+        "return [...document.querySelectorAll('select')].map((one) => [one.name, one.selectedOptions[0]?.text])"
+    )
+    assert {"contact model": "viscous_elastoplastic", "amplitude": "0.5 g"}.items() <= dict(chosen).items()
+
+
+@needs_browser
 def test_the_mouse_chooses_the_cell_under_it(driver, written):
     from selenium.webdriver.common.action_chains import ActionChains
 
     reader = Reader(driver, written)
+    reader.to_corner()
     ActionChains(driver).move_to_element(driver.find_element("css selector", "#map .nsewdrag")).click().perform()
     reader.until("return document.getElementById('told').textContent.startsWith('gap 4 mm, yield force 450 kN')")
 

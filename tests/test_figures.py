@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from figure_words import words_of
 
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
@@ -124,7 +125,7 @@ FOUND = {
 
 @pytest.mark.parametrize("name", FOUND)
 def test_titles_say_what_was_found(gallery, name):
-    assert gallery[name].get_suptitle().splitlines()[0] == FOUND[name]
+    assert words_of(gallery[name]).splitlines()[0] == FOUND[name]
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -208,6 +209,30 @@ def test_a_grid_in_any_order_is_drawn_in_rising_order(gallery):
 
 def test_the_law_shown_is_named_where_there_are_several():
     several = xr.concat([made_scan(), made_scan().assign_coords(contact_model=["jankowski"])], "contact_model")
-    assert figures.scan_figure(several).get_suptitle().splitlines()[1].startswith("A grid, nonlinear viscoelastic; ")
+    assert words_of(figures.scan_figure(several)).splitlines()[1].startswith("A grid, nonlinear viscoelastic; ")
     strong = xr.concat([made_scan().assign_coords(pga=value) for value in (1.961330, 4.903325)], "pga")
-    assert figures.ratio_figure(strong).get_suptitle().splitlines()[1].startswith("A grid, 0.50 g; ")
+    assert words_of(figures.ratio_figure(strong)).splitlines()[1].startswith("A grid, 0.50 g; ")
+
+
+@pytest.mark.parametrize("forces", [(2e5, 4e5, np.inf), (np.inf,)])
+def test_many_records_are_put_together(forces):
+    """Forty-four records were a strip of 44 panels: above six, the percentiles of all motions stand for them."""
+    one = made_scan(forces=forces)
+    names = [f"R{place}" for place in range(44)]
+    many = one.isel(record=np.arange(44) % 2).assign_coords(record=names)
+    shares = xr.DataArray(np.linspace(0.5, 1.5, 44), dims="record", coords={"record": names})
+    many["peak_relative_displacement"] = many["peak_relative_displacement"] * shares
+    figure = figures.scan_figure(many)
+    assert figure.get_size_inches()[0] <= 10.0
+    if len(forces) > 1:
+        maps = [
+            axes for axes in figure.axes if axes.collections and axes.get_ylabel() != "peak relative displacement [mm]"
+        ]
+        median = np.asarray(maps[1].collections[0].get_array())
+        expected = np.median(many["peak_relative_displacement"].values * 1e3, axis=(0, 1))[0].T
+        np.testing.assert_allclose(median, expected, rtol=1e-12)  # rounding of the quantile's interpolation
+        assert [axes.get_title().split("\n")[0] for axes in maps[:3]] == [
+            "16th percentile",
+            "median",
+            "84th percentile",
+        ]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from figure_words import words_of
 
 from pounding_risk import figures, measures
 from pounding_risk.errors import PoundingError
@@ -90,7 +91,8 @@ def test_peaks_are_marked_where_they_are(ridgecrest, processed):
 
 def test_the_title_tells_the_drift(ridgecrest, processed):
     before, after = ridgecrest
-    first, second = processed.get_suptitle().splitlines()
+    first, second = words_of(processed).split("\n", 1)
+    second = second.replace("\n", " ")
     found = re.fullmatch(
         r"CCC-HN1: the displacement ends at (.+) cm instead of (.+) m; PGA (.+) g, PGV (.+) cm/s, PGD (.+) cm", first
     )
@@ -152,7 +154,7 @@ def test_a_window_stands_where_it_was_cut():
 
 def test_a_record_left_alone_is_told_so():
     figure = figures.processing_figure(made("R", 1.0), made("R", 1.0), note="assumed: all")
-    told = figure.get_suptitle().splitlines()
+    told = words_of(figure).splitlines()
     assert told[0].startswith("R is left as it is: PGA 0.19") and told[2] == "assumed: all"
 
 
@@ -175,7 +177,7 @@ def test_spectra_are_those_of_the_measures(ensemble):
     np.testing.assert_allclose(median.get_ydata(), np.median(alone, axis=0), rtol=1e-12)
     np.testing.assert_allclose(shares[0].get_ydata(), np.percentile(alone, 10.0, axis=0), rtol=1e-12)
     assert len(grey) == 1 and axes.get_xscale() == axes.get_yscale() == "log"
-    assert "damping 5 %" in figure.get_suptitle() and "10 to 90 %" in figure.get_suptitle()
+    assert "damping 5 %" in words_of(figure) and "10 to 90 %" in words_of(figure)
 
 
 def test_the_title_tells_the_ratio_to_the_target(ensemble):
@@ -219,7 +221,7 @@ def test_one_record_has_no_median():
         measures.response_spectra(made("R", 1.0).acceleration, DT, [1.0], 0.02).pseudo_acceleration[0]
         / STANDARD_GRAVITY
     )
-    found = re.match(r"R: Sa is .+ g at 0.2 s and (.+) g at (?:1|0.99) s\ndamping 2 %", figure.get_suptitle())
+    found = re.match(r"R: Sa is .+ g at 0.2 s and (.+) g at (?:1|0.99) s\ndamping 2 %", words_of(figure))
     assert float(found[1]) == pytest.approx(sa, rel=0.03)  # the period drawn nearest to 1 s is 1.5 % off
 
 
@@ -270,7 +272,7 @@ def test_a_selection_is_drawn_as_it_was_made(chosen):
 
 
 def test_the_title_of_a_selection(chosen):
-    told = figures.selection_figure(chosen, note="assumed: all").get_suptitle().splitlines()
+    told = words_of(figures.selection_figure(chosen, note="assumed: all")).splitlines()
     ratio, factors = chosen.median_ratio, [row.factor for row in chosen.rows]
     ends = f"{ratio.min():.2f} to {ratio.max():.2f}"
     assert told == [

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_words import words_of
 from made_row import STREET, made_row, made_run
 from typer.testing import CliRunner
 
@@ -114,7 +115,7 @@ def test_assess_and_separations_speak_of_every_interface(file):
 def test_the_figure_of_a_scan_shows_the_largest_of_all_interfaces(file):
     results = pr.open_results(file)
     figure = scan_figure(results)
-    said = " ".join(each.get_text() for each in [figure._suptitle, *figure.texts])
+    said = words_of(figure).replace("\n", " ")
     assert "the largest of 5 interfaces" in said
     meshes = [mesh for axis in figure.axes for mesh in axis.collections if mesh.get_array() is not None]
     drawn = max(float(np.nanmax(mesh.get_array())) for mesh in meshes)
@@ -124,7 +125,7 @@ def test_the_figure_of_a_scan_shows_the_largest_of_all_interfaces(file):
 def test_the_figure_of_a_scan_that_varies_one_gap_shows_that_interface():
     results = made_row(records=2, gaps=(0.0, 0.02), named=1, own_gaps=(0.03, 0.02, 0.04, 0.04, 0.04))
     figure = scan_figure(results)
-    assert f"{STREET[1].name} | {STREET[2].name}, whose gap varies" in figure._suptitle.get_text()
+    assert f"{STREET[1].name} | {STREET[2].name}, whose gap varies" in words_of(figure).replace("\n", " ")
     meshes = [mesh for axis in figure.axes for mesh in axis.collections if mesh.get_array() is not None]
     drawn = max(float(np.nanmax(mesh.get_array())) for mesh in meshes)
     assert drawn == pytest.approx(1e3 * float(results["peak_relative_displacement"].isel(pga=1, interface=1).max()))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from figure_words import words_of
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov
@@ -490,4 +491,5 @@ def test_the_figure_shows_every_motion_and_every_rule(results):
     filled = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
     assert [mark.get_fillstyle() for mark in marks] == [filled[row.verification] for row in drawn]
     assert {mark.get_color() for mark in marks} == {MEANING["rule"]}
-    assert table.finding in figure.get_suptitle() and "a note" in figure.get_suptitle()
+    words = words_of(figure).replace("\n", " ")
+    assert table.finding in words and "a note" in words

@@ -189,7 +189,7 @@ function addChoices() {
       return [index, note ? `${label} (${note})` : label];
     });
     const together = model.together.includes(axis) && size(axis) > 1;
-    state.picks[axis] = together ? ALL : axis === "pga" ? size(axis) - 1 : 0; // the largest, as verdicts have it
+    state.picks[axis] = together ? ALL : model.start[axis] ?? 0;
     if (together) options.unshift([ALL, pickWords({ [axis]: ALL }, axis)]);
     addSelect(axes[axis].title, options, state.picks[axis], (value) => { state.picks[axis] = Number(value); });
   }
@@ -502,6 +502,7 @@ async function start() {
   await Promise.all([...Object.values(model.told), ...model.outputs, ...deep].map(load));
   outputs = model.outputs.flatMap(outputsOf);
   model.anyFailed = model.told.status.values.some((code) => code !== COMPLETE);
+  state.cell = { gap: model.start.gap ?? 0, yield_force: model.start.yield_force ?? 0 };
   addChoices();
   addQuantities();
   document.querySelector("main").hidden = false;
