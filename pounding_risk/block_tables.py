@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from pounding_risk.contact_points import FLOOR_DEPTH
 from pounding_risk.errors import SceneError
 from pounding_risk.footprints import Array, Footprint, crosses_itself, ring_area
 from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, Quantity, QuantityError, parse, say, shown
@@ -44,6 +45,7 @@ COLUMNS: dict[str, Quantity | None] = {
     "floor mass": MASS,
     "floor area": AREA,
     "floor load": LOAD,
+    "floor depth": FLOOR_DEPTH,
     "left wall": WALL,
     "right wall": WALL,
     "gap": GAP,

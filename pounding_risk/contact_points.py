@@ -23,6 +23,7 @@ USUAL_DEPTH = 0.25
 DEEPEST_SHARE = 0.25  # of the lowest storey that a floor without a depth of its own takes at most
 FLOOR_DEPTH = Quantity("m", 0.0, 5.0, "depth of a floor", open_low=True, example="0.25 m")
 HERE = r"(storey|column) ([1-9][0-9]*)(?: at ([0-9]*\.?[0-9]+))?"  # how a scene names a place on a building
+ROUNDING = 1e-9  # m, of levels that are sums of storeys
 LOWEST = 0.001  # part of a storey up which a column may be met; below it is the floor
 Meeting = tuple[float, float, str, float]  # floor of the left building, of the right one, kind, level [m]
 IsOne = Callable[[float, float], bool]  # of a level of the left building and one of the right [m]: one contact point?
@@ -63,7 +64,7 @@ class LevelRule(NamedTuple):
     def is_one(self, left: float, right: float) -> bool:
         """True where floors at these levels [m] are one contact point."""
         apart, limit = abs(left - right), self.limit(left, right)
-        return apart <= limit if self.tolerance is not None else apart < limit
+        return apart <= limit if self.tolerance is not None else apart < limit - ROUNDING
 
 
 class Outline(NamedTuple):

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from math import isnan
 from typing import Any, NamedTuple
 
-from pounding_risk.contact_points import LevelRule, automatic_points, outlines
+from pounding_risk.contact_points import ROUNDING, LevelRule, automatic_points, outlines
 from pounding_risk.quantities import STOREY_HEIGHT, say
 from pounding_risk.study import Neighbour, Study
 
@@ -76,8 +76,8 @@ def _kinds(left: Any, right: Any, rule: LevelRule | _Flipped) -> list[str]:
 def _is_close(rule: LevelRule, left: float, right: float) -> bool:
     """True where floors at these levels [m] are near the limit of being one, on either side."""
     apart, limit = abs(left - right), rule.limit(left, right)
-    overlap = apart < rule._replace(tolerance=None).limit(left, right)
-    return abs(apart - limit) < max(NEAR, NEAR_SHARE * limit) or (overlap and not rule.is_one(left, right))
+    overlap = rule._replace(tolerance=None).is_one(left, right)
+    return abs(apart - limit) < max(NEAR, NEAR_SHARE * limit) - ROUNDING or (overlap and not rule.is_one(left, right))
 
 
 def _sentence(sides: tuple[Any, Any], neighbour: Neighbour, calls: list[CloseCall]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import accumulate
-from math import inf, isnan, nextafter
+from math import inf, isnan
 from typing import NamedTuple
 
 import pytest
@@ -116,9 +116,9 @@ def test_slabs_that_do_not_overlap_meet_columns(higher):
 
 @pytest.mark.parametrize("apart", [0.125, 0.25])
 def test_the_depth_of_the_higher_floor_decides_at_both_sides_of_the_limit(apart):
-    """Numbers that binary fractions hold exactly: at the limit slabs touch by a line, just below it they overlap."""
+    """At the limit slabs touch by a line, a micrometre below it they overlap."""
     low, high = Tower((3.0, 6.0)), Tower((3.0 + apart, 6.0))
-    deep, thin = nextafter(apart, 1.0), 0.01
+    deep, thin = apart + 1e-6, 0.01
     assert kinds(low, high, LevelRule(thin, deep)) == kinds(high, low, LevelRule(deep, thin)) == [FLOOR, FLOOR]
     for rule, left, right in ((LevelRule(deep, apart), low, high), (LevelRule(apart, deep), high, low)):
         assert kinds(left, right, rule) == [COLUMN, COLUMN, FLOOR]  # the lower floor's depth has no say
