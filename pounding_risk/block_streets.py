@@ -80,8 +80,11 @@ class Street(NamedTuple):
             left, right = flat[pair.left], flat[pair.right]
             length, share = faced(left, right, reach)
             key = frozenset((pair.left, pair.right))
-            if pair.gap < -survey and clear_between(left, right) > 0.0:
-                reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
+            if pair.gap < -survey:
+                if clear_between(left, right) == 0.0:
+                    yield Beside(pair, length, share)  # a fault
+                else:
+                    reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
             elif share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:
@@ -98,7 +101,9 @@ class Street(NamedTuple):
             if gap < limit:
                 held.append(each._replace(pair=each.pair._replace(gap=gap)))
             else:
-                reasons[frozenset(each.pair[:2])] = f"with a gap of {say(gap, GAP)} given"
+                given = isfinite(self.houses[each.pair.left].gap)
+                words = f"{say(gap, GAP)} apart along the street"
+                reasons[frozenset(each.pair[:2])] = f"{words}, as given" if given else words
         onward = {each.pair.left: each.pair.right for each in held}
         before = {right: left for left, right in onward.items()}
         for left, right, _ in (each.pair for each in rounded):
@@ -110,9 +115,9 @@ class Street(NamedTuple):
     def _second(self, left: int, right: int, onward: Mapping[int, int], before: Mapping[int, int]) -> str:
         """Why two that face each other are no neighbours: which neighbour stands there in the row."""
         if left in onward:
-            return f"a second neighbour of {self.houses[left].name}, on the side of {self.houses[onward[left]].name}"
+            return f"{self.houses[left].name} has {self.houses[onward[left]].name} as its neighbour on that side"
         if right in before:
-            return f"a second neighbour of {self.houses[right].name}, on the side of {self.houses[before[right]].name}"
+            return f"{self.houses[right].name} has {self.houses[before[right]].name} as its neighbour on that side"
         return "in a ring of buildings, which is no line"
 
     def _rows(self, held: Sequence[Beside], direction: float) -> Iterator[BlockRow]:
@@ -220,7 +225,7 @@ def _where(one: Footprint, other: Footprint) -> str:
     corners = [np.concatenate(each.rings) for each in (one, other)]
     lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
     shared = np.minimum(*highs) - np.maximum(*lows)
-    return ACROSS if shared[0] > shared[1] else CORNER
+    return ACROSS if shared[0] > 0.0 else CORNER
 
 
 def _partial(pair: Neighbours) -> str:

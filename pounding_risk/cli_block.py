@@ -166,7 +166,7 @@ def print_block(found: Block) -> None:
         print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
         lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in found.close]
         print_table(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
-        print("for such a pair make a table of its own; --axis states the direction from one building to the other")
+        print("give such buildings a table of their own, and with --axis the direction from one to the other")
     if found.filled:
         print()
         lines = [(each.column, str(each.number), each.values, each.rule) for each in shares(found.filled)]
