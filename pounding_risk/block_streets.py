@@ -59,12 +59,14 @@ class Street(NamedTuple):
         footprints = [each.footprint for each in self.houses if each.footprint is not None]
         if len(footprints) < len(self.houses):
             beside = [Beside(pair) for pair in _by_walls([each.walls for each in self.houses])]
-            return LinedUp(list(self._rows(self._held(beside, {}), nan)), [])
+            return LinedUp(list(self._rows(self._held(beside, {}), nan)), [])  # without footprints no more is known
         along = self._axis(footprints)
         flat = turned(footprints, along)
         reasons: dict[frozenset[int], str] = {}
         held = self._held(self._beside(flat, reasons), reasons)
-        return LinedUp(list(self._rows(held, azimuth(along))), list(self._close(flat, held, reasons)))
+        rows = list(self._rows(held, azimuth(along)))
+        self._note_partial(each for row in rows for each in row.pairs if each.is_partial)
+        return LinedUp(rows, list(self._close(flat, held, reasons)))
 
     def _axis(self, footprints: Sequence[Footprint]) -> np.ndarray:
         """The unit vector along the street (east, north), as stated or by its walls."""
@@ -130,7 +132,6 @@ class Street(NamedTuple):
                 last = right
             buildings = (self.houses[first], *(each.right for each in pairs))
             gaps = tuple(each.gap for each in pairs)
-            self.notes.doubts.extend(map(_partial, (each for each in pairs if each.is_partial)))
             yield BlockRow("", self.houses[first].street, buildings, gaps, direction, tuple(pairs))
 
     def _close(
@@ -143,6 +144,15 @@ class Street(NamedTuple):
             if key not in neighbours:
                 reason = reasons.get(key) or _where(flat[one], flat[other])
                 yield ClosePair(self.houses[one], self.houses[other], round(distance, FINEST_GAP), reason)
+
+    def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
+        """A note on neighbours that face each other over a part of their fronts."""
+        told = "; ".join(f"{each.left.name} and {each.right.name} {each.faced_words}" for each in pairs)
+        if told:
+            self.notes.doubts.append(
+                f"{told}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
+                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
+            )
 
     def _named(self, place: int) -> str:
         return f"{self.places[place]}, {self.houses[place].name}"
@@ -226,14 +236,6 @@ def _where(one: Footprint, other: Footprint) -> str:
     lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
     shared = np.minimum(*highs) - np.maximum(*lows)
     return ACROSS if shared[0] > 0.0 else CORNER
-
-
-def _partial(pair: Neighbours) -> str:
-    return (
-        f"{pair.left.name} and {pair.right.name} {pair.faced_words}, and are taken as full neighbours; a blow beside "
-        "the middle turns buildings, which a row leaves out. --least-facing (least_facing= in Python) parts neighbours "
-        "that face each other over less than a share"
-    )
 
 
 def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:

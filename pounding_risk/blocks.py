@@ -108,10 +108,12 @@ class Block:
         limit = f"no two buildings stand within {say(self.rules.limit, GAP)} of each other along the street"
         if not self.close:
             return f"no row: {limit}; check the walls and the coordinates, or write a larger limit (--limit)"
-        axis = "another direction of the street (--axis)" if self.rules.axis is not None else "the direction (--axis)"
+        axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
+        part = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
+        count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
         return (
-            f"no row: {limit}, though {len(self.close)} pair{'s do' if len(self.close) > 1 else ' does'} in another "
-            f"direction, such as {self.close[0].words}; state {axis}"
+            f"no row: {limit} as neighbours, though {count} so close, such as {self.close[0].words}; state {axis} "
+            f"(--axis){part}"
         )
 
 

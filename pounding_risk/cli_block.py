@@ -43,8 +43,11 @@ def block(
         str, typer.Option(help="Depth of floors without one; floors that overlap in height meet floor to floor.")
     ] = "0.25 m",
     least_facing: Annotated[
-        str, typer.Option(help='Neighbours face each other over this share of the shorter front, "10 %".')
-    ] = "0 %",
+        str | None,
+        typer.Option(
+            help='Share of the shorter front over which neighbours face each other, "10 %".', show_default="any"
+        ),
+    ] = None,
     metres: Annotated[bool, typer.Option("--metres", help="Coordinates are metres, not degrees.")] = False,
     axis: Annotated[
         str | None, typer.Option(help='Direction of the street from north, "30 deg".', show_default="its walls'")
@@ -71,12 +74,12 @@ def block(
     """
     if out is not None:
         check_folder(out)
-    from pounding_risk.block_rules import FACING, LIMIT, Rules
+    from pounding_risk.block_rules import LIMIT, Rules
     from pounding_risk.block_scenes import Contact
     from pounding_risk.block_tables import AREA, HEIGHT, LOAD
     from pounding_risk.blocks import read_block, write_block
     from pounding_risk.contact_points import FLOOR_DEPTH
-    from pounding_risk.quantities import DIRECTION, GAP, PGA
+    from pounding_risk.quantities import DIRECTION, GAP, PGA, share
 
     rules = Rules(
         storey_height=read_option("--storey-height", storey_height, HEIGHT),
@@ -86,7 +89,7 @@ def block(
         floor_depth=read_option("--floor-depth", floor_depth, FLOOR_DEPTH),
         gap=read_option("--gap", gap, GAP),
         limit=read_option("--limit", limit, LIMIT),
-        least_facing=read_option("--least-facing", least_facing, FACING),
+        least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
         metres=metres,
         axis=None if axis is None else read_option("--axis", axis, DIRECTION),
     )

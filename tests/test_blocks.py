@@ -351,9 +351,7 @@ def test_neighbours_that_face_each_other_over_a_part_are_noted(folder, across, l
     if not length:
         assert notes == [] and "face each other" not in scene
         return
-    assert notes[0].startswith(
-        f"A and B face each other over {length} of a front of 10 m ({share}), and are taken as full"
-    )
+    assert notes[0].startswith(f"A and B face each other over {length} of a front of 10 m ({share}): taken as full")
     assert f"#   A | B: face each other over {length} of a front of 10 m ({share})\n" in scene
     parted = footprints_read(folder, *features, axis=90.0, least_facing=0.49)
     assert parted.rows == () and close_words(parted) == [
@@ -370,8 +368,8 @@ def test_no_row_ends_with_status_2_and_the_reason(folder, tmp_path):
         (["wide.csv"], "no row: no two buildings stand within 1 m of each other along the street; check the walls"),
         (
             ["behind.geojson", "--metres", "--axis", "90 deg"],
-            "though 1 pair does in another direction, such as A and B: 30 mm clear, across the axis of the street; "
-            "state another direction of the street (--axis)",
+            "as neighbours, though 1 pair stands so close, such as A and B: 30 mm clear, across the axis of the "
+            "street; state another direction of the street (--axis)",
         ),
     ):
         out = tmp_path / "out"

@@ -174,7 +174,7 @@ def test_large_outlines_are_compared_in_blocks(monkeypatch):
     """The same distance whatever fits into memory at once."""
     angles = np.arange(700) * tau / 700
     ring = np.column_stack([np.cos(angles), np.sin(angles)]) * 20.0
-    round_ones = Footprint((ring,)), Footprint((ring + (40.03, 0.0),))
+    round_ones = Footprint((ring,)), Footprint((ring + np.array([40.03, 0.0]),))
     whole = clear_between(*round_ones)
     assert whole == pytest.approx(0.03, rel=1e-9)
     monkeypatch.setattr("pounding_risk.footprint_distances.MOST_AT_ONCE", 97)
