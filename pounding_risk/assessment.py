@@ -7,7 +7,7 @@ at every gap, not only at those of the grid, from its closing without contact.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -224,8 +224,16 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         sensitivity=sensitivity,
         what_matters=ranked(sensitivity),
         separations=code_table(_one_amplitude(results, level), options.percentile).rules,
-        verdict=judge(Asked(gap, options.criterion), seen),
+        verdict=_with_level_note(judge(Asked(gap, options.criterion), seen), results, name),
     )
+
+
+def _with_level_note(verdict: Verdict, results: xr.Dataset, name: str) -> Verdict:
+    """The verdict with what the dataset notes of floors that barely meet, or barely miss, at this interface."""
+    from pounding_risk.results import told
+
+    note = told(results, "level_notes", {}).get(name)
+    return replace(verdict, evidence=(*verdict.evidence, str(note))) if note else verdict
 
 
 def _level(amplitudes: tuple[float | None, ...], asked: float | None) -> int:

@@ -8,6 +8,7 @@ from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
 from pounding_risk.block_tables import AREA, HEIGHT, LOAD, Entry
+from pounding_risk.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.errors import PoundingError
 from pounding_risk.footprints import Footprint, area
 from pounding_risk.quantities import (
@@ -27,6 +28,7 @@ from pounding_risk.typologies import known_typology
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
+FACING = Quantity("1", 0.0, 1.0, "share of a front", open_high=True, example="0.1")
 STATED = "stated for buildings without one"
 
 Fill = Callable[[str, str, str], None]  # column, value, rule
@@ -45,9 +47,11 @@ class Rules:
     damping: float = 0.05
     floor_load: float = 10e3  # Pa; the weight of a floor with its walls and its share of live load
     floor_area: float | None = None  # m²
+    floor_depth: float = USUAL_DEPTH  # m; floors that overlap in height meet floor to floor
     gap: float = 0.0  # m
     limit: float = 1.0  # m; buildings with a gap below it are one row
     survey: float = 0.1  # m, by which walls may be off: overlaps up to it are gaps of 0
+    least_facing: float = 0.0  # share of the shorter front; two that face each other over less are no neighbours
     metres: bool = False  # coordinates of footprints are metres, not longitude and latitude
     axis: float | None = None  # degrees clockwise from north, of a street from left to right
 
@@ -65,6 +69,8 @@ _RANGES = {
     "damping": DAMPING,
     "floor_load": LOAD,
     "floor_area": AREA,
+    "floor_depth": FLOOR_DEPTH,
+    "least_facing": FACING,
     "gap": GAP,
     "limit": LIMIT,
     "survey": GAP,
@@ -83,6 +89,7 @@ class House(NamedTuple):
     floor_mass: float  # kg
     damping: float
     period: float | None = None  # s; None is the typology's
+    floor_depth: float = USUAL_DEPTH  # m
     gap: float = nan  # m, as given, to the building on its right
     walls: tuple[float, float] = (nan, nan)  # m along the street, left and right
     footprint: Footprint | None = None  # m east and north of the middle of all footprints
@@ -129,7 +136,10 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
     if walls[0] >= walls[1]:
         notes.faults.append(f"{where}, right wall: is not to the right of its left wall; exchange the two")
     mass = _floor_mass(where, entry, rules, notes, fill)
-    facts = (height, storeys, typology, mass, damping, given.get("period"), given.get("gap", nan))
+    depth = given.get("floor depth", rules.floor_depth)
+    if "floor depth" not in given:
+        fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
+    facts = (height, storeys, typology, mass, damping, given.get("period"), depth, given.get("gap", nan))
     return House(name, street, *facts, walls, entry.footprint)
 
 

@@ -16,6 +16,7 @@ from pounding_risk.quantities import GAP, MASS, PERIOD, Quantity, exact, parse, 
 from pounding_risk.scene_text import write_toml
 
 if TYPE_CHECKING:
+    from pounding_risk.block_pairs import ClosePair
     from pounding_risk.block_rules import Filled, House
     from pounding_risk.blocks import BlockRow
 
@@ -34,7 +35,7 @@ class Contact(NamedTuple):
     restitution: str | float | None = 0.65
     yield_force: str | None = None
     column_yield_force: str | None = None
-    tolerance: str | None = None  # of the levels of floors that meet
+    tolerance: str | None = None  # of the levels of floors that meet, in place of the floors' depth
 
 
 CONCRETE = Contact()  # concrete on concrete: β and e of Jankowski (2005)
@@ -97,6 +98,7 @@ def slug(name: str) -> str:
 def scene_text(
     row: BlockRow,
     filled: Sequence[Filled],
+    close: Sequence[ClosePair],
     source: str,
     *,
     records: Sequence[str] | None,
@@ -118,17 +120,24 @@ def scene_text(
         "interface": [_interface(gap, contact) for gap in row.gaps],
         **{name: asked[name] for name in SECTIONS if name in asked},
     }
-    return "".join(f"# {line}\n" for line in _origin(row, filled, source)) + "\n" + write_toml(whole)
+    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source)) + "\n" + write_toml(whole)
 
 
-def _origin(row: BlockRow, filled: Sequence[Filled], source: str) -> list[str]:
-    """Where the numbers of a scene are from."""
+def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str) -> list[str]:
+    """Where the numbers of a scene are from, and what stands close that it does not hold."""
     lines = [f"{len(row.buildings)} buildings of {source}, side by side; written by pounding-risk block."]
     if not isnan(row.direction):
         lines.append(f"From left to right is {row.direction:.1f} degrees clockwise from north.")
     if filled:
         lines.append("Filled in, as the table does not say:")
         lines += [f"  {each.column} of {each.number}: {each.values}; {each.rule}" for each in shares(filled)]
+    partial = [neighbours for neighbours in row.pairs if neighbours.is_partial]
+    if partial:
+        lines.append("Neighbours that face each other over a part of the shorter front, taken as full neighbours:")
+        lines += [f"  {each.left.name} | {each.right.name}: {each.faced_words}" for each in partial]
+    if close:
+        lines.append("Close to a building of this row, and not in it as its neighbour:")
+        lines += [f"  {each.words}" for each in close]
     return lines
 
 
@@ -156,6 +165,7 @@ def _building(house: House) -> dict[str, Any]:
         "floor_mass": written(house.floor_mass, MASS),
         **period,
         "damping": house.damping,
+        "floor_depth": written(house.floor_depth, GAP),
     }
 
 

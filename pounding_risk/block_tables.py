@@ -12,12 +12,14 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from math import inf
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from pounding_risk.contact_points import FLOOR_DEPTH
 from pounding_risk.errors import SceneError
-from pounding_risk.footprints import Array, Footprint, crosses_itself, ring_area
+from pounding_risk.footprints import Array, Footprint, crosses_itself, length, local, middle, ring_area
 from pounding_risk.quantities import DAMPING, GAP, MASS, PERIOD, Quantity, QuantityError, parse, say, shown
 from pounding_risk.scene_text import nearest
 from pounding_risk.storeys import MOST_STOREYS
@@ -44,10 +46,20 @@ COLUMNS: dict[str, Quantity | None] = {
     "floor mass": MASS,
     "floor area": AREA,
     "floor load": LOAD,
+    "floor depth": FLOOR_DEPTH,
     "left wall": WALL,
     "right wall": WALL,
     "gap": GAP,
 }
+# Tags of OpenStreetMap that are columns here; its heights are in metres unless they have one (its wiki, Key:height).
+OSM_COLUMNS = {"building:levels": "storeys"}
+OSM_UNITS = {"height": "m"}
+OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
+# Values of the tag building that are no building with floors; of others the use is told, which is no typology.
+OSM_HOLLOW = ("no", "roof", "carport", "construction", "ruins", "collapsed", "demolished", "proposed", "tent", "bridge")
+NOT_KNOWN = ("na", "n/a", "n.a.", "nan", "null", "none", "nil", "unknown", "?", "-", "--", "–", "—", "#n/a")
+WORDS = ("name", "street")  # columns in which any word is a value
+SMALLEST, LARGEST = 0.5, 2e3  # m, across a footprint; outside, its coordinates are taken for those of the other kind
 NONE = np.empty((0, 2))
 HEAD = "write a head such as 'name,height [m],storeys,typology,floor area [m^2],gap [mm]' and a line for each building"
 LIKE = 0.8  # from which likeness on an unknown column is taken for a misspelt one
@@ -106,25 +118,32 @@ def _text(path: Path) -> str:
         raise BlockError(str(path), [f"cannot be read ({error.strerror}){near}; check the name"]) from None
 
 
-def _columns(heads: Sequence[str], where: str, faults: list[str]) -> tuple[dict[str, tuple[str, str]], list[str]]:
-    """Column and unit of each head that is one, and what is left out; faults for heads that are nearly one."""
+def _columns(
+    heads: Sequence[str], where: str, faults: list[str], tags: Mapping[str, str] = MappingProxyType({})
+) -> tuple[dict[str, tuple[str, str]], list[str]]:
+    """Column and unit of each head that is one, and a note on those that are not; faults for heads that nearly are.
+
+    ``tags`` are columns that have another name in the file.
+    """
     found: dict[str, tuple[str, str]] = {}
     left_out = []
     for head in heads:
         parted = re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", head, re.DOTALL)
         name = " ".join((parted[1] if parted else head).replace("_", " ").lower().split())
+        name = tags.get(name, name)
         unit = (parted[2] or "").strip() if parted else ""
         near = nearest(name, COLUMNS, LIKE)
         if name not in COLUMNS:
             if near:
                 faults.append(f"{where}: {shown(head)} is no column{near}; it may be {', '.join(COLUMNS)}")
             elif name:
-                left_out.append(f"{where}: {shown(head)} is not read")
+                left_out.append(head)
         elif name in (column for column, _ in found.values()):
             faults.append(f"{where}: {shown(head)} stands twice; leave one of the two out")
         else:
             found[head] = name, unit
-    return found, left_out
+    verb = "is" if len(left_out) == 1 else "are"
+    return found, [f"{where}: {', '.join(map(shown, left_out))} {verb} not read"] if left_out else []
 
 
 def _read_csv(text: str, faults: list[str]) -> Table:
@@ -166,6 +185,10 @@ def _values(
             continue
         column, unit = columns[head]
         try:
+            if column not in WORDS and isinstance(cell, str) and cell.strip().lower() in NOT_KNOWN:
+                raise ValueError(
+                    f"{shown(cell)} is no value; leave it empty where it is not known, to be filled by rule"
+                )
             values[column] = _value(cell, unit, COLUMNS[column])
         except ValueError as error:
             faults.append(f"{place}, {column}: {error}")
@@ -207,12 +230,17 @@ def _read_geojson(text: str, faults: list[str], metres: bool) -> Table:
     if not metres and not any(known in system for known in WORLD):
         faults.append(
             f"crs: {shown(whole['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the file "
-            "in WGS 84, or where its coordinates are metres say so with the option metres"
+            "in WGS 84, or where its coordinates are metres say so with --metres (metres=True in Python)"
         )
         return Table([], [])
     properties = [each.get("properties") if isinstance(each, dict) else None for each in features]
     tables = [each if isinstance(each, dict) else {} for each in properties]
-    columns, left_out = _columns(list(dict.fromkeys(key for each in tables for key in each)), "properties", faults)
+    is_osm = any(key == "building" or str(key).startswith("building:") for each in tables for key in each)
+    if is_osm:
+        tables = [_in_metres_of_osm(each) for each in tables]
+    heads = list(dict.fromkeys(key for each in tables for key in each if not (is_osm and key == "building")))
+    columns, left_out = _columns(heads, "properties", faults, OSM_COLUMNS if is_osm else {})
+    left_out += _osm_notes(tables) if is_osm else []
     entries = []
     for number, (feature, table) in enumerate(zip(features, tables, strict=True), start=1):
         place = f"feature {number}"
@@ -222,7 +250,55 @@ def _read_geojson(text: str, faults: list[str], metres: bool) -> Table:
         footprint = _footprint(place, geometry, metres, faults)
         if footprint is not None:
             entries.append(Entry(place, values, footprint))
-    return Table(entries, [*left_out, *_coarse([each.footprint for each in entries], metres)])
+    footprints = [each.footprint for each in entries if each.footprint is not None]
+    if not faults:
+        faults += _other_coordinates(footprints, metres)
+    return Table(entries, [*left_out, *_coarse(footprints, metres)])
+
+
+def _in_metres_of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
+    """The tags of a building, its height with its unit: a plain number is in metres, 12'6" in feet and inches."""
+    read = dict(tags)
+    for key, unit in OSM_UNITS.items():
+        text = str(tags.get(key, "")).strip()
+        feet = OSM_FEET.fullmatch(text)
+        if feet:
+            read[key] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
+        elif re.fullmatch(r"[0-9]+(\.[0-9]+)?", text):
+            read[key] = f"{text} {unit}"
+    return read
+
+
+def _osm_notes(tables: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """How tags of OpenStreetMap are taken, and which features are perhaps no building."""
+    yield (
+        "tags of OpenStreetMap: a height without a unit is in metres, building:levels are the storeys, and building is "
+        "a use, from which no typology follows; give typology where it is known"
+    )
+    for number, tags in enumerate(tables, start=1):
+        kind = str(tags.get("building", "")).strip().lower()
+        if kind in OSM_HOLLOW:
+            yield f'feature {number}: its tag building is "{kind}"; leave it out where nothing with floors stands there'
+
+
+def _other_coordinates(footprints: Sequence[Footprint], metres: bool) -> Iterator[str]:
+    """A fault where metres are read as degrees, or degrees as metres: no building is so large, or so small."""
+    if not footprints:
+        return
+    if metres:
+        widest = max(length([each]) for each in footprints)
+        if widest < SMALLEST:
+            yield (
+                f"read as metres, no footprint is more than {say(widest, GAP, 2)} across: the coordinates look like "
+                "longitude and latitude; leave out --metres (metres=True in Python)"
+            )
+        return
+    least = min(length(local([each], middle([each]))) for each in footprints)
+    if least > LARGEST:
+        yield (
+            f"read as longitude and latitude, every footprint is {say(least, GAP, 2)} across or more: the coordinates "
+            "look like metres; say so with --metres (metres=True in Python)"
+        )
 
 
 def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[str]:
@@ -282,7 +358,7 @@ def _ring(ring: Any, metres: bool) -> tuple[Array, str]:
         far = corners[(np.abs(corners) > (180.0, 90.0)).any(axis=1)][0]
         return NONE, (
             f"[{far[0]:g}, {far[1]:g}] is no longitude and latitude in degrees; export the file in WGS 84, or where "
-            "its coordinates are metres say so with the option metres"
+            "its coordinates are metres say so with --metres (metres=True in Python)"
         )
     if not np.array_equal(corners[0], corners[-1]):
         return NONE, "a ring does not end where it starts; repeat its first position at its end"

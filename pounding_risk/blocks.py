@@ -1,54 +1,57 @@
 """Streets as rows: which buildings of a table stand side by side, how far apart, and what the table left open.
 
-A row is a chain of buildings whose gaps are below a limit. A wider gap parts it, and a building without a neighbour
-stands alone. What a table does not give is filled by `Rules`, and every value so filled is listed.
+A row is a chain of buildings whose gaps are below a limit. A wider gap parts it. Two buildings that stand closer than
+the limit and that a row cannot hold as neighbours are listed with the reason; a building near which nothing stands is
+alone. What a table does not give is filled by `Rules`, and every value so filled is listed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
-from math import cos, inf, isfinite, isnan, nan, radians, sin
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-
+from pounding_risk.block_pairs import NEIGHBOURS, STREETS, ClosePair, neighbours_csv
 from pounding_risk.block_rules import Filled, House, Notes, Rules, house
 from pounding_risk.block_scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
+from pounding_risk.block_streets import FINEST_GAP, BlockRow, Street
 from pounding_risk.block_tables import BlockError, Entry, read_table, repeated
-from pounding_risk.footprints import Array, Facing, azimuth, facing, length, local, middle, street_axis, turned
-from pounding_risk.quantities import GAP, say, shown
+from pounding_risk.footprint_distances import close_pairs
+from pounding_risk.footprints import Array, length, local, middle
+from pounding_risk.quantities import GAP, say
 from pounding_risk.scenario import parse_scene
 
 LONGEST_STREET = 5e3  # m, within which a plane stands for the ellipsoid to 1e-3
-FINEST_GAP = 4  # decimals of a metre: no survey tells less than 0.1 mm
-
-
-class BlockRow(NamedTuple):
-    """Buildings side by side, left to right, and the gaps between them [m]."""
-
-    name: str
-    street: str
-    buildings: tuple[House, ...]
-    gaps: tuple[float, ...]
-    direction: float = nan  # degrees clockwise from north, from left to right; NaN without footprints
 
 
 @dataclass(frozen=True)
 class Block:
-    """What a table holds: its rows, the buildings that stand alone, and what was filled in.
+    """What a table holds: its rows, the buildings in no row, and what was filled in.
 
-    ``notes`` are sentences on what is not read and what is doubtful.
+    ``close`` are pairs that stand closer than the limit and are no neighbours in a row; without footprints they are
+    not known. ``notes`` are sentences on what is not read and what is doubtful.
     """
 
     source: str
     rows: tuple[BlockRow, ...]
-    alone: tuple[House, ...]
+    in_no_row: tuple[House, ...]
     filled: tuple[Filled, ...]
     notes: tuple[str, ...] = ()
     rules: Rules = field(default_factory=Rules)
+    close: tuple[ClosePair, ...] = ()
+
+    @property
+    def alone(self) -> tuple[House, ...]:
+        """The buildings that stand close to no other one: along the street, and with footprints in any direction."""
+        beside = {(house.street, house.name) for pair in self.close for house in (pair.one, pair.other)}
+        return tuple(house for house in self.in_no_row if (house.street, house.name) not in beside)
+
+    @property
+    def has_footprints(self) -> bool:
+        """True where the buildings' outlines are known, and with them what stands behind and across."""
+        houses = [*self.in_no_row, *(house for row in self.rows for house in row.buildings)]
+        return any(house.footprint is not None for house in houses)
 
     def scenes(
         self,
@@ -64,7 +67,15 @@ class Block:
         Raises PoundingError for a section that belongs to the buildings.
         """
         return {
-            name: scene_text(row, self.filled_of(row), self.source, records=records, contact=contact, tables=tables)
+            name: scene_text(
+                row,
+                self.filled_of(row),
+                self.close_to(row),
+                self.source,
+                records=records,
+                contact=contact,
+                tables=tables,
+            )
             for name, row in zip(self.file_names(), self.rows, strict=True)
         }
 
@@ -79,6 +90,32 @@ class Block:
         names = {each.name for each in row.buildings}
         return [each for each in self.filled if each.street == row.street and each.building in names]
 
+    def close_to(self, row: BlockRow) -> list[ClosePair]:
+        """The pairs of `close` of which a building is in this row."""
+        members = {(row.street, each.name) for each in row.buildings}
+        return [
+            pair
+            for pair in self.close
+            if members & {(pair.one.street, pair.one.name), (pair.other.street, pair.other.name)}
+        ]
+
+    def check(self) -> None:
+        """Raise BlockError, with the reason, where no two buildings are neighbours in a row."""
+        if not self.rows:
+            raise BlockError(self.source, [self._no_row()])
+
+    def _no_row(self) -> str:
+        limit = f"no two buildings stand within {say(self.rules.limit, GAP)} of each other along the street"
+        if not self.close:
+            return f"no row: {limit}; check the walls and the coordinates, or write a larger limit (--limit)"
+        axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
+        part = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
+        count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
+        return (
+            f"no row: {limit} as neighbours, though {count} so close, such as {self.close[0].words}; state {axis} "
+            f"(--axis){part}"
+        )
+
 
 def block(
     path: str | Path,
@@ -89,18 +126,38 @@ def block(
     contact: Contact = CONCRETE,
     tables: Mapping[str, Any] | None = None,
 ) -> Block:
-    """Read a street's table, and write the scene of each row and filled.csv, what was filled in, to the folder ``out``.
+    """Read a street's table, and write to the folder ``out`` what `write_block` does.
 
-    The table and ``rules`` are as for `read_block`; ``records``, ``contact`` and ``tables`` as for `Block.scenes`.
-    Nothing is written where the table has a fault, or a scene would have one (SceneError).
+    The table and ``rules`` are as for `read_block`; the others as for `write_block`. Nothing is written where the
+    table has a fault.
     """
     found = read_block(path, rules)
     if out is not None:
-        scenes = found.scenes(records, contact=contact, tables=tables)
-        for name, text in scenes.items():
-            parse_scene(text, source=name)  # so that no scene is written that cannot be read
-        write_texts(Path(out), {**scenes, FILLED: filled_csv(found.filled)})
+        write_block(found, out, records=records, contact=contact, tables=tables)
     return found
+
+
+def write_block(
+    found: Block,
+    out: str | Path,
+    *,
+    records: Sequence[str] | None = None,
+    contact: Contact = CONCRETE,
+    tables: Mapping[str, Any] | None = None,
+) -> list[Path]:
+    """Write the scene of each row, filled.csv, what was filled in, and neighbours.csv, every pair that stands close.
+
+    ``records``, ``contact`` and ``tables`` are as for `Block.scenes`. Returns the files; raises BlockError where there
+    is no row, SceneError where a scene would have a fault, and writes nothing then.
+    """
+    found.check()
+    scenes = found.scenes(records, contact=contact, tables=tables)
+    for name, text in scenes.items():
+        parse_scene(text, source=name)  # so that no scene is written that cannot be read
+    pairs = neighbours_csv(((row.name, row.pairs) for row in found.rows), found.close)
+    texts = {**scenes, FILLED: filled_csv(found.filled), NEIGHBOURS: pairs}
+    write_texts(Path(out), texts)
+    return [Path(out) / name for name in texts]
 
 
 def read_block(path: str | Path, rules: Rules | None = None) -> Block:
@@ -124,18 +181,34 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
     outlines = [entry.footprint for entry in table.entries if entry.footprint is not None]
     origin = middle(outlines) if outlines else None  # one for all streets, so that a plan can show them
     rows: list[BlockRow] = []
-    alone: list[House] = []
+    in_no_row: list[House] = []
+    close: list[ClosePair] = []
+    every: list[tuple[House, Entry]] = []
     for street in dict.fromkeys(entry.values.get("street", "") for entry in table.entries):
-        entries = [entry for entry in table.entries if entry.values.get("street", "") == street]
-        if not rules.metres:
-            entries = _in_metres(entries, origin, notes.faults)
+        given = [entry for entry in table.entries if entry.values.get("street", "") == street]
+        entries = given if rules.metres else _in_metres(given, origin, notes.faults)
         houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
-        found = list(_Street(houses, [entry.place for entry in entries], rules, notes).rows())
-        alone += [row.buildings[0] for row in found if not row.gaps]
-        rows += _named(street or source.stem, [row for row in found if row.gaps])
+        found = Street(houses, [entry.place for entry in entries], rules, notes).lined_up()
+        in_no_row += [row.buildings[0] for row in found.rows if not row.gaps]
+        rows += _named(street or source.stem, [row for row in found.rows if row.gaps])
+        close += found.close
+        every += zip(houses, given, strict=True)
     if notes.faults:
         raise BlockError(str(source), notes.faults)
-    return Block(source.name, tuple(rows), tuple(alone), tuple(notes.filled), tuple(notes.doubts), rules)
+    close += _between_streets(every, rules)
+    facts = tuple(notes.filled), tuple(notes.doubts), rules, tuple(close)
+    return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
+
+
+def _between_streets(every: Sequence[tuple[House, Entry]], rules: Rules) -> list[ClosePair]:
+    """Buildings of two streets that stand closer than the limit; each with its entry as in the file."""
+    outlined = [(each, entry.footprint) for each, entry in every if entry.footprint is not None]
+    pairs = close_pairs([footprint for _, footprint in outlined], rules.limit, rules.metres)
+    return [
+        ClosePair(outlined[one][0], outlined[other][0], round(distance, FINEST_GAP), STREETS)
+        for one, other, distance in pairs
+        if outlined[one][0].street != outlined[other][0].street
+    ]
 
 
 def _in_metres(entries: Sequence[Entry], origin: Array | None, faults: list[str]) -> list[Entry]:
@@ -157,106 +230,3 @@ def _named(name: str, rows: Sequence[BlockRow]) -> list[BlockRow]:
     if len(rows) == 1:
         return [rows[0]._replace(name=name)]
     return [row._replace(name=f"{name}, row {number}") for number, row in enumerate(rows, start=1)]
-
-
-class _Street(NamedTuple):
-    """The buildings of one street, where each stands in the file, and what lines them up."""
-
-    houses: list[House]
-    places: list[str]
-    rules: Rules
-    notes: Notes
-
-    def rows(self) -> Iterator[BlockRow]:
-        """Rows, and buildings alone as rows without a gap, in the order of their first buildings."""
-        self._check_names()
-        direction, axis = nan, self.rules.axis
-        if all(each.footprint is not None for each in self.houses):
-            footprints = [each.footprint for each in self.houses if each.footprint is not None]
-            reach, least = self.rules.limit + self.rules.survey, self.rules.survey
-            if axis is None:
-                along = street_axis(footprints, reach, least)
-            else:
-                along = np.array([sin(radians(axis)), cos(radians(axis))])
-            direction = azimuth(along)
-            pairs = facing(turned(footprints, along), reach, least)
-        else:
-            pairs = list(_by_walls([each.walls for each in self.houses]))
-        # A wall that is a rounding error beyond another does not overlap it.
-        rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in pairs]
-        settled = [pair._replace(gap=self._gap(pair)) for pair in rounded]
-        kept = [pair for pair in settled if pair.gap < self.rules.limit]
-        self._check_line(kept)
-        after = {pair.left: pair for pair in kept}
-        for first in sorted(set(range(len(self.houses))) - {pair.right for pair in kept}):
-            members, gaps = [first], []
-            while members[-1] in after and len(members) <= len(self.houses):
-                pair = after[members[-1]]
-                members.append(pair.right)
-                gaps.append(pair.gap)
-            buildings = tuple(self.houses[place] for place in members)
-            yield BlockRow("", buildings[0].street, buildings, tuple(gaps), direction)
-
-    def _where(self, place: int) -> str:
-        return f"{self.places[place]}, {self.houses[place].name}"
-
-    def _check_names(self) -> None:
-        for name in repeated(each.name for each in self.houses):
-            places = [where for each, where in zip(self.houses, self.places, strict=True) if each.name == name]
-            self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
-
-    def _gap(self, pair: Facing) -> float:
-        """The gap of two neighbours: as given, as measured, or by rule."""
-        left = self.houses[pair.left]
-        both = f"{self._where(pair.left)} and {self._where(pair.right)}"
-        survey = self.rules.survey
-
-        def fill(gap: float, rule: str) -> float:
-            self.notes.filled.append(Filled(left.street, left.name, "gap", say(gap, GAP), rule))
-            return gap
-
-        if pair.gap < -survey:
-            self.notes.faults.append(
-                f"{both}: overlap by {say(-pair.gap, GAP, 3)} along the street, {say(survey, GAP)} are allowed to the "
-                "survey; correct the walls, or give a building behind the others a street of its own"
-            )
-            return inf
-        if isfinite(left.gap):
-            if abs(left.gap - pair.gap) > survey:
-                self.notes.faults.append(
-                    f"{both}: the gap is given as {say(left.gap, GAP)}, but the walls are {say(pair.gap, GAP, 3)} "
-                    "apart; correct one of the two"
-                )
-            return left.gap
-        if isnan(pair.gap):
-            return fill(self.rules.gap, "stated for neighbours without one")
-        if pair.gap < 0.0:
-            return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
-        return pair.gap
-
-    def _check_line(self, kept: Sequence[Facing]) -> None:
-        """A fault for a building with two neighbours on one side, and for a gap that leads nowhere."""
-        onward = [(pair.left, pair.right) for pair in kept]
-        for side, ways in (("right", onward), ("left", [(right, left) for left, right in onward])):
-            for place in repeated(own for own, _ in ways):
-                faced = " and ".join(self._where(other) for own, other in ways if own == place)
-                self.notes.faults.append(
-                    f"{self._where(place)}: has two neighbours on its {side}, {faced}; a row is one line: leave one "
-                    "out, or give it a street of its own"
-                )
-        started = {pair.left for pair in kept}
-        for place, each in enumerate(self.houses):
-            if place not in started and each.gap < self.rules.limit:
-                self.notes.faults.append(
-                    f"{self._where(place)}, gap: {say(each.gap, GAP)} is given, but no building stands on its right "
-                    f"within {say(self.rules.limit, GAP)}; leave the gap out, or correct the order"
-                )
-
-
-def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:
-    """Each building and the next: by their left walls where all are given, else as the file lists them."""
-    order: Iterable[int] = range(len(walls))
-    if not any(isnan(left) for left, _ in walls):
-        order = sorted(order, key=lambda place: walls[place][0])
-    for left, right in pairwise(order):
-        yield Facing(left, right, walls[right][0] - walls[left][1])

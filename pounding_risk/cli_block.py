@@ -39,6 +39,15 @@ def block(
     floor_area: Annotated[
         str | None, typer.Option(help="Area of floors without one.", show_default="it must be given")
     ] = None,
+    floor_depth: Annotated[
+        str, typer.Option(help="Depth of floors without one; floors that overlap in height meet floor to floor.")
+    ] = "0.25 m",
+    least_facing: Annotated[
+        str | None,
+        typer.Option(
+            help='Share of the shorter front over which neighbours face each other, "10 %".', show_default="any"
+        ),
+    ] = None,
     metres: Annotated[bool, typer.Option("--metres", help="Coordinates are metres, not degrees.")] = False,
     axis: Annotated[
         str | None, typer.Option(help='Direction of the street from north, "30 deg".', show_default="its walls'")
@@ -53,7 +62,8 @@ def block(
         str | None, typer.Option(help="F_E of floor against column.", show_default="no yielding")
     ] = None,
     tolerance: Annotated[
-        str | None, typer.Option(help="Levels of floors that meet may differ by it.", show_default="50 mm")
+        str | None,
+        typer.Option(help="Levels of floors that meet may differ by it.", show_default="by the floors' depth"),
     ] = None,
 ) -> None:
     """Rows and scenes from the table of a street.
@@ -65,18 +75,21 @@ def block(
     if out is not None:
         check_folder(out)
     from pounding_risk.block_rules import LIMIT, Rules
-    from pounding_risk.block_scenes import FILLED, Contact
+    from pounding_risk.block_scenes import Contact
     from pounding_risk.block_tables import AREA, HEIGHT, LOAD
-    from pounding_risk.blocks import block as run
-    from pounding_risk.quantities import DIRECTION, GAP, PGA
+    from pounding_risk.blocks import read_block, write_block
+    from pounding_risk.contact_points import FLOOR_DEPTH
+    from pounding_risk.quantities import DIRECTION, GAP, PGA, share
 
     rules = Rules(
         storey_height=read_option("--storey-height", storey_height, HEIGHT),
         typology=typology,
         floor_load=read_option("--floor-load", floor_load, LOAD),
         floor_area=None if floor_area is None else read_option("--floor-area", floor_area, AREA),
+        floor_depth=read_option("--floor-depth", floor_depth, FLOOR_DEPTH),
         gap=read_option("--gap", gap, GAP),
         limit=read_option("--limit", limit, LIMIT),
+        least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
         metres=metres,
         axis=None if axis is None else read_option("--axis", axis, DIRECTION),
     )
@@ -86,11 +99,13 @@ def block(
         tables["records"] = {"pga": pga}
     contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
     _check(contact)
-    found = run(street, out, rules, records=_known(record) or None, contact=contact, tables=tables)
+    records = _known(record) or None
+    found = read_block(street, rules)
     print_block(found)
+    found.check()
     if out is not None:
-        for name in (*found.file_names(), FILLED):
-            typer.echo(f"written: {out / name}")
+        for file in write_block(found, out, records=records, contact=contact, tables=tables):
+            typer.echo(f"written: {file}")
 
 
 def _restitution(text: str) -> str | float:
@@ -137,17 +152,24 @@ def _known(records: Sequence[str]) -> Sequence[str]:
 
 
 def print_block(found: Block) -> None:
-    """The rows, the buildings alone, what was filled in, and what a user should know."""
+    """The rows, the buildings in none, what was filled in, and what a user should know."""
     from pounding_risk.block_scenes import shares
 
     if found.rows:
         heads = ("row", "buildings", "storeys", "gaps", "from left to right")
         print_table(heads, [_row(row) for row in found.rows], "lrrrl")
-    else:
-        print(f"no row: no two buildings have a gap below {engineering(found.rules.limit, 'm')}")
     if found.alone:
         names = ", ".join(f"{house.street} {house.name}".strip() for house in found.alone)
-        print(f"\nalone, no neighbour within {engineering(found.rules.limit, 'm')}: {names}")
+        where = "in any direction" if found.has_footprints else "along the street"
+        print(f"\nalone, no neighbour within {engineering(found.rules.limit, 'm')} {where}: {names}")
+    if not found.has_footprints:
+        print("\nwithout footprints it is not known what stands behind the buildings, or across the street's axis")
+    if found.close:
+        limit = engineering(found.rules.limit, "m")
+        print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
+        lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in found.close]
+        print_table(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
+        print("give such buildings a table of their own, and with --axis the direction from one to the other")
     if found.filled:
         print()
         lines = [(each.column, str(each.number), each.values, each.rule) for each in shares(found.filled)]

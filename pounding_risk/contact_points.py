@@ -1,19 +1,32 @@
-"""Where neighbours in a row meet: floor to floor at matching levels, or floor to column part-way up a storey."""
+"""Where neighbours in a row meet: floor to floor at matching levels, or floor to column part-way up a storey.
+
+A floor is a slab whose top is its level. Two slabs overlap in height where the higher one is deeper than their levels
+are apart: with the levels z_A > z_B, where z_A - z_B < d_A. Slabs that overlap are one contact point, floor to floor.
+"""
 
 from __future__ import annotations
 
 import re
 from bisect import bisect_left
+from collections.abc import Callable
+from itertools import pairwise
 from math import isnan, nan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.structures import Building
+from pounding_risk.quantities import Quantity
 
 FLOOR, COLUMN = KINDS = ("floor", "column")
-TOLERANCE = 0.05  # m, between the levels of floors that count as one
+# m, of a floor without a depth of its own: a slab of 6 m span, of span / 24 (ACI 318-19, table 7.3.1.1, one end
+# continuous). Edge beams are deeper.
+USUAL_DEPTH = 0.25
+DEEPEST_SHARE = 0.25  # of the lowest storey that a floor without a depth of its own takes at most
+FLOOR_DEPTH = Quantity("m", 0.0, 5.0, "depth of a floor", open_low=True, example="0.25 m")
 HERE = r"(storey|column) ([1-9][0-9]*)(?: at ([0-9]*\.?[0-9]+))?"  # how a scene names a place on a building
+ROUNDING = 1e-9  # m, of levels that are sums of storeys
 LOWEST = 0.001  # part of a storey up which a column may be met; below it is the floor
 Meeting = tuple[float, float, str, float]  # floor of the left building, of the right one, kind, level [m]
+IsOne = Callable[[float, float], bool]  # of a level of the left building and one of the right [m]: one contact point?
 
 
 class Point(NamedTuple):
@@ -24,6 +37,34 @@ class Point(NamedTuple):
     right_floor: float
     kind: str  # "floor" or "column": what the other side's floor meets
     level: float  # m above the ground; NaN where neither building has levels
+
+
+class LevelRule(NamedTuple):
+    """When two floors are one contact point. All in m.
+
+    Two floors whose slabs overlap in height are one: their levels differ by less than the depth of the higher one. A
+    ``tolerance`` replaces the depths: levels that differ by no more than it are one.
+    """
+
+    left_depth: float = USUAL_DEPTH
+    right_depth: float = USUAL_DEPTH
+    tolerance: float | None = None
+
+    def limit(self, left: float, right: float) -> float:
+        """How far apart [m] floors at these levels [m] may be to be one."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return self.left_depth if left > right else self.right_depth
+
+    @property
+    def largest(self) -> float:
+        """How far apart [m] two floors may be at most, whichever is the higher one."""
+        return max(self.left_depth, self.right_depth) if self.tolerance is None else self.tolerance
+
+    def is_one(self, left: float, right: float) -> bool:
+        """True where floors at these levels [m] are one contact point."""
+        apart, limit = abs(left - right), self.limit(left, right)
+        return apart <= limit if self.tolerance is not None else apart < limit - ROUNDING
 
 
 class Outline(NamedTuple):
@@ -46,22 +87,43 @@ class Outline(NamedTuple):
         return foot if floor == below else foot + (floor - below) * (self.levels[below] - foot)
 
 
-def automatic_points(left: Any, right: Any, tolerance: float = TOLERANCE) -> list[Meeting]:
+def automatic_points(left: Any, right: Any, is_one: IsOne | None = None) -> list[Meeting]:
     """Where two neighbours meet, from the ground up: (left floor, right floor, kind, level).
 
-    Every floor at or below the other's roof meets the other's floor at its level, within ``tolerance`` [m], or the
-    other's column there. Two floors that meet are one point. A single mass stands for a whole building, and meets its
-    neighbour once, at the lower of the two roofs; without a height it is as tall as its neighbour. A rigid building is
-    a wall: floors meet it wherever they are, and without a height it is as tall as its neighbour. Two buildings
-    without heights meet mass to mass.
+    Every floor at or below the other's roof meets the other's floor that is one contact point with it, or the other's
+    column there. Two floors that meet are one point, at the mean of their levels. A single mass stands for a whole
+    building, and meets its neighbour once, at the lower of the two roofs; without a height it is as tall as its
+    neighbour. A rigid building is a wall: floors meet it wherever they are, and without a height it is as tall as its
+    neighbour. Two buildings without heights meet mass to mass.
 
-    ``left`` and ``right`` are a `Building` or have ``levels`` [m]. ``tolerance`` is less than half of any storey.
+    Parameters
+    ----------
+    left, right
+        A `Building`, or what has ``levels`` [m].
+    is_one
+        As `LevelRule.is_one`, by default that of `usual_rule`. No floor is one with two floors of the other building:
+        the rule's depths, or its tolerance, are less than half of any storey.
     """
     one, other = outlines(left, right)
     if isnan(one.levels[-1]):
         return [(1.0, 1.0, FLOOR, nan)]
-    found = [_meeting(one, other, *pair) for pair in _pairs(one.levels, other.levels, tolerance)]
-    return found[-1:] if one.is_mass or other.is_mass else found
+    pairs = _pairs(one.levels, other.levels, is_one or usual_rule(left, right).is_one)
+    points = [_meeting(one, other, *pair) for pair in pairs]
+    return points[-1:] if one.is_mass or other.is_mass else points
+
+
+def usual_rule(left: Any, right: Any) -> LevelRule:
+    """The rule of two neighbours whose floors have the usual depth."""
+    return LevelRule(usual_depth(left), usual_depth(right))
+
+
+def usual_depth(building: Any) -> float:
+    """Depth of the floors [m] of a building that is given without one: 0.25 m, a quarter of its lowest storey at most.
+
+    ``building`` is a `Building`, whose storey is its height, or has ``levels`` [m].
+    """
+    heights = [top - foot for foot, top in pairwise((0.0, *_own_levels(building)))]
+    return min(USUAL_DEPTH, round(DEEPEST_SHARE * min(heights), 6)) if heights else USUAL_DEPTH
 
 
 def given_point(left: Any, right: Any, left_floor: float, right_floor: float) -> Meeting:
@@ -126,14 +188,12 @@ def _outline(building: Any, levels: tuple[float, ...]) -> Outline:
     return Outline(levels, is_mass, building.is_rigid)
 
 
-def _pairs(
-    one: tuple[float, ...], other: tuple[float, ...], tolerance: float
-) -> list[tuple[float | None, float | None]]:
+def _pairs(one: tuple[float, ...], other: tuple[float, ...], is_one: IsOne) -> list[tuple[float | None, float | None]]:
     """The levels that meet, from the ground up to the lower roof; None where a floor meets no floor."""
     found: list[tuple[float | None, float | None]] = []
     i = j = 0
     while i < len(one) and j < len(other):
-        if abs(one[i] - other[j]) <= tolerance:
+        if is_one(one[i], other[j]):
             found.append((one[i], other[j]))
         elif one[i] < other[j]:
             found.append((one[i], None))

@@ -39,7 +39,7 @@ def plan_figure(
     """Street plan of one row or several: the share of the motions in which each building touches, and yields.
 
     ``footprints`` are corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row
-    are drawn as standing alone. Without footprints rows are drawn one below the other, with nominal widths and depths.
+    are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
     Raises PoundingError where a building of a row has no footprint, or one that is no polygon.
     """
     cases = [rows] if isinstance(rows, RowCase) else list(rows)
@@ -174,5 +174,5 @@ def _legend(figure: Figure, alone: bool) -> None:
         for most, hatch in HATCHES
     ]
     if alone:
-        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="stands alone"))
+        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False)

@@ -166,11 +166,11 @@ def clear_distance(left: Footprint, right: Footprint) -> float:
     (_, bottom), (_, top) = np.maximum(_ends(left)[0], _ends(right)[0]), np.minimum(_ends(left)[1], _ends(right)[1])
     across = np.concatenate([ring[:, 1] for each in (left, right) for ring in each.rings])
     levels = np.unique(np.append(across[(across >= bottom) & (across <= top)], (bottom, top)))
-    walls = _farthest(right, levels, -1.0) - _farthest(left, levels, 1.0)
+    walls = reaches(right, levels, -1.0) - reaches(left, levels, 1.0)
     return float(walls.min(initial=inf)) if bottom <= top else inf
 
 
-def _farthest(footprint: Footprint, levels: Array, side: float) -> Array:
+def reaches(footprint: Footprint, levels: Array, side: float) -> Array:
     """The largest u of the outline at each v (``side`` 1), or the smallest (−1); ∓inf where there is none."""
     starts = np.concatenate(footprint.rings)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in footprint.rings])

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from math import inf, isnan
 from typing import TYPE_CHECKING
 
-from pounding_risk.contact_points import COLUMN, FLOOR
+from pounding_risk.contact_points import COLUMN, FLOOR, LevelRule
+from pounding_risk.level_notes import level_notes
 from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
@@ -71,8 +72,18 @@ def _of_row(study: Study) -> list[tuple[str, str]]:
         quantity = stiffness_quantity(known_law(study.stiff_name))
         stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
         rows.append(("interface", f"{name}: gap {say(here.gap, GAP)}{stiffness}, restitution {_restitution(here)}"))
+        if not here.neighbours[0].given:
+            rows.append(("levels", _levels(here.neighbours[0].levels)))
         rows += [("contact points", words) for words in _points(here)]
-    return rows
+    return rows + [("note", f"{name}: {note}") for name, note in level_notes(study).items()]
+
+
+def _levels(rule: LevelRule) -> str:
+    """When floors of two neighbours meet floor to floor."""
+    if rule.tolerance is not None:
+        return f"floors up to {say(rule.tolerance, STOREY_HEIGHT)} apart in level are one, by tolerance"
+    depths = " and ".join(dict.fromkeys(say(depth, STOREY_HEIGHT) for depth in (rule.left_depth, rule.right_depth)))
+    return f"floors {depths} deep are one where they overlap in height, by floor_depth"
 
 
 def _points(here: Study) -> list[str]:

@@ -11,6 +11,7 @@ import xarray as xr
 
 from pounding_risk.contact_points import Point
 from pounding_risk.layout import CaseVariable
+from pounding_risk.level_notes import level_notes
 from pounding_risk.models.effects import bare
 from pounding_risk.motions import Motion
 from pounding_risk.results import as_text
@@ -47,6 +48,8 @@ def row_skeleton(study: Study, motions: tuple[Motion, ...], driven: np.ndarray, 
         "stiffness": as_text(_stiffnesses(study, grid)),
         "restitution": _told([neighbour.restitution_words for neighbour in study.neighbours]),
     }
+    if notes := level_notes(study):
+        attrs["level_notes"] = as_text(notes)
     coords = case_coordinates(study, motions) | row_coordinates(study, grid)
     return one_amplitude(xr.Dataset(found, coords=coords, attrs=attrs), study)
 

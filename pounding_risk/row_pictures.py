@@ -88,7 +88,7 @@ def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
     from pounding_risk.blocks import read_block
 
     block = read_block(street)
-    houses = [*(house for row in block.rows for house in row.buildings), *block.alone]
+    houses = [*(house for row in block.rows for house in row.buildings), *block.in_no_row]
     found = {house.name: house.footprint.rings for house in houses if house.footprint is not None}
     if not found:
         raise PoundingError(f"{street}: has no footprints; a plan to scale needs a GeoJSON with polygons")

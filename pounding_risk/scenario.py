@@ -26,7 +26,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk import scene_keys, scene_records
-from pounding_risk.contact_points import TOLERANCE
+from pounding_risk.contact_points import FLOOR_DEPTH
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact import DESIGN_PENETRATION, EXPONENT, SHIPPED
 from pounding_risk.models.effects import EFFECTS
@@ -154,6 +154,7 @@ class BuildingTable(Section):
     floor_length: Annotated[float, measured(FLOOR_LENGTH)] = 0.0
     wave_speed: Annotated[float, measured(WAVE_SPEED)] = CONCRETE_WAVE_SPEED
     height: Annotated[float, measured(HEIGHT)] = 0.0
+    floor_depth: Annotated[float | None, measured(FLOOR_DEPTH)] = None
     floor_masses: Annotated[tuple[float, ...] | float, storeyed(FLOOR_MASS)] = ()
     storey_stiffnesses: Annotated[tuple[float, ...] | float, storeyed(STIFFNESS)] = ()
     storey_heights: Annotated[tuple[float, ...] | float, storeyed(STOREY_HEIGHT)] = ()
@@ -184,7 +185,7 @@ class InterfaceTable(Section):
     yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
     column_yield_force: Annotated[float, measured(YIELD_FORCE)] = inf
     contact: Annotated[tuple[tuple[float, float], ...], Reads(scene_keys.contact_points, _POINTS)] = ()
-    tolerance: Annotated[float, measured(LEVELS)] = TOLERANCE
+    tolerance: Annotated[float | None, measured(LEVELS)] = None
     plastic_exponent: Annotated[float, measured(EXPONENT)] = 0.0
     design_penetration: Annotated[float, measured(DESIGN_PENETRATION)] = 0.0
     equal_terms: EqualTermsTable | None = None

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.chains import chain_of
-from pounding_risk.contact_points import Point
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
@@ -17,7 +16,7 @@ from pounding_risk.quantities import parse
 from pounding_risk.record_request import RecordRequest
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.scene_buildings import building_of
-from pounding_risk.scene_row import contact_points, neighbour
+from pounding_risk.scene_row import Beside, contact_points, neighbour
 from pounding_risk.scene_text import Fault, KeyPath
 from pounding_risk.storeys import Storeys
 from pounding_risk.study import Effect, EqualTerms, Grid, Neighbour, Study, interface_name, stiff_model
@@ -103,11 +102,12 @@ def _neighbours(
     for place in range(len(buildings) - 1):
         index = min(place, len(tables.interface) - 1)
         table, base = tables.interface[index], ("interface", index)
-        points: tuple[Point, ...]
-        points, wrong = contact_points(table, base, place, (buildings[place], buildings[place + 1]))
+        sides, given = buildings[place : place + 2], tables.building[place : place + 2]
+        here = Beside(place, (sides[0], sides[1]), (given[0], given[1]), table, base)
+        points, wrong = contact_points(here)
         faults += wrong
         stiffness = _stiffness(table, law_name, tables.grid.contact_model)
-        made = neighbour(table, points, _gap(table, tables.grid), stiffness)
+        made = neighbour(here, points, _gap(table, tables.grid), stiffness)
         found.append(made._replace(yield_force=_yield_force(table, tables.grid, True)))
     return tuple(found), faults
 

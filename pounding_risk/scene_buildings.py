@@ -31,12 +31,13 @@ from pounding_risk.typologies import TYPOLOGIES
 RIGID, MASS_ALONE, STOREYS, GENERATED = "rigid", "mass", "storeys", "generated"
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights")  # what tells the storeys, each a list or one value
 OF_TYPOLOGY = ("height", "storeys", "typology", "floor_mass")
+OF_ALL = ("rigid", "floor_depth")
 # The keys that each kind of building takes beside its name; of those that it does not take, and what to do about them.
 TAKES: Mapping[str, tuple[str, ...]] = {
-    RIGID: ("rigid", "mass", "height"),
-    MASS_ALONE: ("rigid", "mass", "period", "stiffness", "damping", "floor_length", "wave_speed", "height"),
-    STOREYS: ("rigid", *LISTS, "storeys", "damping", "damping_rule", "storey_strengths"),
-    GENERATED: ("rigid", *OF_TYPOLOGY, "period", "damping", "damping_rule"),
+    RIGID: (*OF_ALL, "mass", "height"),
+    MASS_ALONE: (*OF_ALL, "mass", "period", "stiffness", "damping", "floor_length", "wave_speed", "height"),
+    STOREYS: (*OF_ALL, *LISTS, "storeys", "damping", "damping_rule", "storey_strengths"),
+    GENERATED: (*OF_ALL, *OF_TYPOLOGY, "period", "damping", "damping_rule"),
 }
 KEYS = tuple(dict.fromkeys(key for keys in TAKES.values() for key in keys))
 REPAIRS = {

@@ -9,15 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from pounding_risk.contact_points import (
+    LevelRule,
     Meeting,
     Point,
     automatic_points,
     floor_words,
     given_point,
     level_gap,
+    usual_depth,
 )
 from pounding_risk.models.contact import LAWS
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
@@ -40,7 +42,7 @@ def is_row(raw: Mapping[str, Any]) -> bool:
     effects = [name for name in table(raw, "effects") if name in EFFECTS and acts_on_buildings(name)]
     return (
         len(buildings) > 2
-        or any(map(has_storeys, buildings))
+        or any(has_storeys(keys) or "floor_depth" in keys for keys in buildings)
         or any(key in keys for _, keys in tables(raw, "interface") for key in OF_POINTS)
         or bool(effects)
         or (len(buildings) == 2 and _heights_differ(buildings))
@@ -175,36 +177,66 @@ def _instant(raw: Mapping[str, Any]) -> Iterator[Fault]:
             yield Fault(path, f"{name} is for a pair of single masses; in a row choose among {', '.join(LAWS)}")
 
 
-def contact_points(
-    table: Any, base: KeyPath, place: int, sides: tuple[Building | Storeys, Building | Storeys]
-) -> tuple[tuple[Point, ...], list[Fault]]:
-    """The contact points of interface ``place``, and what is wrong with them; ``base`` is where its table stands."""
+class Beside(NamedTuple):
+    """Two neighbours with their tables: the left one's place in the row, from 0, and what stands between them."""
+
+    place: int
+    sides: tuple[Building | Storeys, Building | Storeys]
+    tables: tuple[Any, Any]  # of the [[building]] sections
+    table: Any  # of the [[interface]]
+    base: KeyPath  # where that one stands
+
+    @property
+    def rule(self) -> LevelRule:
+        """When two of their floors are one contact point."""
+        left, right = (
+            usual_depth(side) if table.floor_depth is None else table.floor_depth
+            for side, table in zip(self.sides, self.tables, strict=True)
+        )
+        return LevelRule(left, right, self.table.tolerance)
+
+
+def contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
+    """The contact points of two neighbours, and what is wrong with them."""
+    table, sides, rule = here.table, here.sides, here.rule
     if table.contact:
         faults = [
-            Fault((*base, "contact"), sentence)
+            Fault((*here.base, "contact"), sentence)
             for floors in table.contact
-            if (sentence := _misplaced(sides, floors, table.tolerance))
+            if (sentence := _misplaced(sides, floors, rule))
         ]
-        found = [] if faults else [given_point(*sides, *floors) for floors in table.contact]
-        return _numbered(place, found), faults
-    lowest = min((height for side in sides if isinstance(side, Storeys) for height in side.heights), default=inf)
-    if table.tolerance >= 0.5 * lowest:
-        return (), [
-            Fault(
-                (*base, "tolerance"),
-                f"{say(table.tolerance, STOREY_HEIGHT)} is not below half of the lowest storey here, "
-                f"{say(lowest, STOREY_HEIGHT)}, so that a floor could meet two; write a smaller one, or the points "
-                "themselves in contact",
-            )
-        ]
-    return _numbered(place, automatic_points(*sides, table.tolerance)), []
+        points = [] if faults else [given_point(*sides, *floors) for floors in table.contact]
+        return _numbered(here.place, points), faults
+    if faults := _too_deep(here):
+        return (), faults
+    return _numbered(here.place, automatic_points(*sides, rule.is_one)), []
+
+
+def _too_deep(here: Beside) -> list[Fault]:
+    """A tolerance, or depths of floors, by which a floor could meet two floors of the other building."""
+    lowest = min((height for side in here.sides if isinstance(side, Storeys) for height in side.heights), default=inf)
+    rule = here.rule
+    told = f"is not below half of the lowest storey here, {say(lowest, STOREY_HEIGHT)}, so that a floor could meet two"
+    if rule.tolerance is not None:
+        if rule.tolerance < 0.5 * lowest:
+            return []
+        repair = "write a smaller one, or the points themselves in contact"
+        return [Fault((*here.base, "tolerance"), f"{say(rule.tolerance, STOREY_HEIGHT)} {told}; {repair}")]
+    faults = []
+    for side, depth in enumerate((rule.left_depth, rule.right_depth)):
+        if depth >= 0.5 * lowest:
+            usual = "" if here.tables[side].floor_depth is not None else "missing, and the usual "
+            repair = "write the depth of the floor slabs, or the points themselves in contact"
+            path = ("building", here.place + side, "floor_depth")
+            faults.append(Fault(path, f"{usual}{say(depth, STOREY_HEIGHT)} {told}; {repair}", absent=bool(usual)))
+    return faults
 
 
 def _numbered(place: int, found: Sequence[Meeting]) -> tuple[Point, ...]:
     return tuple(Point(place, *meeting) for meeting in found)
 
 
-def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], tolerance: float) -> str:
+def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], rule: LevelRule) -> str:
     """What is wrong with a contact point that the scene gives; "" where nothing is."""
     words = [f"{floor_words(floor)} of {side.name}" for side, floor in zip(sides, floors, strict=True)]
     for side, floor, told in zip(sides, floors, words, strict=True):
@@ -213,17 +245,20 @@ def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], tolerance: f
             return f"{told}: {side.name} has {count} storey{'s' * (count != 1)}; write one of these"
     if not any(floor == int(floor) or side.is_rigid for side, floor in zip(sides, floors, strict=True)):
         return f"{words[0]} against {words[1]}: a column meets a floor; write storey in place of one of them"
-    apart = level_gap(*sides, *floors)
-    if apart > tolerance:
+    apart, limit = level_gap(*sides, *floors), rule.largest
+    if apart > limit:
+        key = "floor_depth" if rule.tolerance is None else "tolerance"
+        what = "the depth of a floor here," if rule.tolerance is None else "the tolerance of"
         return (
-            f"{words[0]} and {words[1]} are {say(apart, STOREY_HEIGHT)} apart in level, more than the tolerance of "
-            f"{say(tolerance, STOREY_HEIGHT)}; correct the place, or write a larger tolerance"
+            f"{words[0]} and {words[1]} are {say(apart, STOREY_HEIGHT)} apart in level, more than {what} "
+            f"{say(limit, STOREY_HEIGHT)}; correct the place, or write a larger {key}"
         )
     return ""
 
 
-def neighbour(table: Any, points: tuple[Point, ...], gap: float, stiffness: float | None) -> Neighbour:
+def neighbour(here: Beside, points: tuple[Point, ...], gap: float, stiffness: float | None) -> Neighbour:
     """What stands between two neighbours, of an [[interface]] without a fault."""
+    table = here.table
     return Neighbour(
         gap=gap,
         stiffness=stiffness,
@@ -232,6 +267,6 @@ def neighbour(table: Any, points: tuple[Point, ...], gap: float, stiffness: floa
         yield_force=table.yield_force,
         column_yield_force=table.column_yield_force,
         points=points,
-        tolerance=table.tolerance,
+        levels=here.rule,
         given=bool(table.contact),
     )

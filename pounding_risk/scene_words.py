@@ -46,6 +46,12 @@ KEYS: dict[str, dict[str, Key]] = {
             '"12 m"',
             "a single mass or wall is as tall as its neighbour",
         ),
+        "floor_depth": Key(
+            "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
+            "floor, others meet columns.",
+            '"0.3 m"',
+            "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
+        ),
         "floor_masses": Key(
             f"Mass of each floor, in place of mass: {_STOREYS}.", '["210 t", "210 t", "180 t"]', "a single mass"
         ),
@@ -97,7 +103,11 @@ KEYS: dict[str, dict[str, Key]] = {
             '[{left = "storey 2", right = "storey 2"}, {left = "storey 3", right = "column 3 at 0.5"}]',
             "every floor below the lower roof meets the other's floor at its level, or its column",
         ),
-        "tolerance": Key("How far apart levels may be that count as one.", '"0.1 m"', '"0.05 m"'),
+        "tolerance": Key(
+            "How far apart the levels of floors may be that meet floor to floor, in place of the floors' depth.",
+            '"0.1 m"',
+            "floors meet where they overlap in height, by floor_depth",
+        ),
         "plastic_exponent": Key("Exponent n of the plastic branch, for van_mier.", "0.5", "0, ideally plastic"),
         "design_penetration": Key(
             "Penetration for which bilinear is set up.", '"10 mm"', "the Hertz spring's at each approach speed"

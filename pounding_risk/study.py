@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk import quantities
-from pounding_risk.contact_points import COLUMN, TOLERANCE, Point, floor_words
+from pounding_risk.contact_points import COLUMN, FLOOR_DEPTH, LevelRule, Point, floor_words
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact import DESIGN_PENETRATION, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS
@@ -76,7 +76,7 @@ class Neighbour(NamedTuple):
     yield_force: float  # N, of floors; inf without yielding
     column_yield_force: float  # N, of columns that are hit part-way up; inf without yielding
     points: tuple[Point, ...]  # from the ground up
-    tolerance: float = TOLERANCE  # m, between levels that count as one
+    levels: LevelRule = LevelRule()  # when two floors are one contact point
     given: bool = False  # whether the scene gives the points; else they follow from the heights
 
 
@@ -263,7 +263,7 @@ class Study:
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
             "scene": {"name": self.name},
-            "building": [building_table(building) for building in self.buildings],
+            "building": [building_table(each) | self._depth(place) for place, each in enumerate(self.buildings)],
             "interface": [self.at(place)._interface() for place in range(max(len(self.neighbours), 1))],
             **({"effects": effects} if effects else {}),
             "records": self.records.written(),
@@ -324,11 +324,20 @@ class Study:
         given = [
             {"left": floor_words(point.left_floor), "right": floor_words(point.right_floor)} for point in here.points
         ]
+        tolerance = here.levels.tolerance
         return {
             **column,
-            "tolerance": exact(here.tolerance, STOREY_HEIGHT),
+            **({} if tolerance is None else {"tolerance": exact(tolerance, STOREY_HEIGHT)}),
             **({"contact": given} if here.given else {}),
         }
+
+    def _depth(self, place: int) -> dict[str, Any]:
+        """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
+        if not self.neighbours:
+            return {}
+        is_last = place == len(self.neighbours)
+        levels = self.neighbours[place - is_last].levels
+        return {"floor_depth": exact(levels.right_depth if is_last else levels.left_depth, FLOOR_DEPTH)}
 
     def _stiffness(self) -> dict[str, Any]:
         if self.stiffness is None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from matplotlib.path import Path as Outline
 
 from pounding_risk import footprints
+from pounding_risk.footprint_distances import clear_between, close_pairs, faced
 from pounding_risk.footprints import Footprint
 
 # WGS 84 once more, by its semi-axes, so that a slip in the module's numbers shows.
@@ -117,6 +118,98 @@ def test_moved_together_by_their_clear_distance_two_outlines_touch(left, right, 
     assert 16.0 <= gap <= 64.0  # radii are 12 at most
     assert not overlap(left, right - (gap - 1e-5, 0.0))
     assert overlap(left, right - (gap + 1e-5, 0.0))
+
+
+def sampled(corners: np.ndarray, step: float) -> np.ndarray:
+    """Points on an outline, no farther apart than a step."""
+    ends = np.roll(corners, -1, axis=0)
+    walls = zip(corners, ends, np.hypot(*(ends - corners).T), strict=True)
+    return np.concatenate(
+        [start + (end - start) * np.linspace(0, 1, int(w / step) + 2)[:, None] for start, end, w in walls]
+    )
+
+
+@given(stars(), stars(), st.floats(-pi, pi), st.floats(0.0, 40.0))
+def test_the_clear_distance_in_any_direction_is_that_of_points_on_the_walls(one, other, angle, away):
+    """Points a step apart are as far apart as the outlines, or farther by a step; 0 where matplotlib sees overlap."""
+    other = other + away * np.array([cos(angle), sin(angle)])
+    step = 0.05
+    told = clear_between(Footprint((one,)), Footprint((other,)))
+    assert told == pytest.approx(clear_between(Footprint((other,)), Footprint((one,))), rel=1e-12)
+    if overlap(one, other):
+        assert told == 0.0
+        return
+    here, there = sampled(one, step), sampled(other, step)
+    least = min(float(np.hypot(*(there - point).T).min()) for point in here)
+    assert least - step <= told <= least + 1e-9
+    assert clear_between(Footprint((one,)), Footprint((other,)), told + 0.1) == pytest.approx(told, rel=1e-12)
+
+
+def test_a_building_in_a_court_is_clear_and_one_within_the_walls_is_not():
+    court = Footprint(rectangle(20.0, 30.0).rings, rectangle(8.0, 8.0, (4.0, 4.0)).rings)
+    assert clear_between(court, rectangle(2.0, 2.0, (5.0, 6.0))) == 1.0
+    assert clear_between(rectangle(2.0, 2.0, (14.0, 20.0)), court) == 0.0
+    assert clear_between(court, rectangle(2.0, 2.0, (20.0, 30.0))) == 0.0  # corner on corner
+    assert clear_between(court, rectangle(2.0, 2.0, (23.0, 34.0))) == 5.0  # 3, 4, 5
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 60.0), st.floats(0.0, 60.0)), min_size=2, max_size=12), st.booleans())
+def test_no_close_pair_is_missed(places, metres):
+    """Squares of 6 m anywhere: their distance is that of two intervals on each axis. In degrees too, at 60° north."""
+    per_degree = (1.0, 1.0) if metres else (55.80e3, 111.41e3)  # m, WGS 84 (Snyder 1987, table 3)
+    squares = [rectangle(6.0, 6.0, place) for place in places]
+    origin = np.array([0.0, 0.0] if metres else [10.0, 60.0])
+    given_ones = [footprints.moved(each, lambda ring: ring / per_degree + origin) for each in squares]
+    close = {(one, other): distance for one, other, distance in close_pairs(given_ones, 2.0, metres)}
+    for one, (x, y) in enumerate(places):
+        for other, (u, v) in enumerate(places[:one]):
+            apart = float(np.hypot(max(abs(x - u) - 6.0, 0.0), max(abs(y - v) - 6.0, 0.0)))
+            if abs(apart - 2.0) > 0.01:  # degrees of one latitude over 60 m, rounded to four digits
+                assert ((other, one) in close) == (apart < 2.0)
+            if apart < 1.99:
+                assert close[other, one] == pytest.approx(apart, abs=1e-9 if metres else 0.01)
+
+
+def test_large_outlines_are_compared_in_blocks(monkeypatch):
+    """The same distance whatever fits into memory at once."""
+    angles = np.arange(700) * tau / 700
+    ring = np.column_stack([np.cos(angles), np.sin(angles)]) * 20.0
+    round_ones = Footprint((ring,)), Footprint((ring + np.array([40.03, 0.0]),))
+    whole = clear_between(*round_ones)
+    assert whole == pytest.approx(0.03, rel=1e-9)
+    monkeypatch.setattr("pounding_risk.footprint_distances.MOST_AT_ONCE", 97)
+    assert clear_between(*round_ones) == whole
+    assert clear_between(*round_ones, 0.1) == whole
+
+
+@given(stars(), stars(), st.floats(-20.0, 20.0), st.floats(0.5, 60.0))
+def test_the_faced_length_is_that_of_lines_along_the_street(left, right, across, reach):
+    """Lines a step apart in v, cut with both outlines by hand: each of some forty corners is off by a step at most."""
+    right = right + np.array([40.0, across])
+    low, high = max(left[:, 1].min(), right[:, 1].min()), min(left[:, 1].max(), right[:, 1].max())
+    length, share = faced(Footprint((left,)), Footprint((right,)), reach)
+    assert share == pytest.approx(length / min(np.ptp(left[:, 1]), np.ptp(right[:, 1])), abs=1e-12)
+    if high <= low:
+        assert length == 0.0
+        return
+    lines = np.linspace(low, high, 1002)[1:-1]
+    gaps = np.array([first(right, v) - last(left, v) for v in lines])
+    step = (high - low) / 1001
+    assert length == pytest.approx((gaps < reach).sum() * step, abs=40 * step)
+
+
+def cuts(corners: np.ndarray, v: float) -> list[float]:
+    """Where a line along the street cuts an outline."""
+    walls = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+    return [a[0] + (v - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) for a, b in walls if (a[1] > v) != (b[1] > v)]
+
+
+def first(corners: np.ndarray, v: float) -> float:
+    return min(cuts(corners, v))
+
+
+def last(corners: np.ndarray, v: float) -> float:
+    return max(cuts(corners, v))
 
 
 def test_parts_that_do_not_reach_a_line_do_not_count():

@@ -88,7 +88,7 @@ def test_a_plan_takes_the_footprints_of_a_street(file, tmp_path):
     street.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
     told = run("draw", file, "--plan", tmp_path / "p.svg", "--street", street)
     assert told.exit_code == 0, told.output
-    assert "stands alone" in (tmp_path / "p.svg").read_text("utf-8")
+    assert "in no row" in (tmp_path / "p.svg").read_text("utf-8")
 
 
 def _square(east: float) -> list[list[float]]:

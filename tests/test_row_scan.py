@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 from pounding_risk import ensemble, row_job
+from pounding_risk.assessment import assess
 from pounding_risk.ensemble import scan
 from pounding_risk.outputs import RUN
 from pounding_risk.results import open_results
@@ -228,3 +229,21 @@ def test_storeys_that_yield_have_ductility_and_residual_drift():
         assert np.allclose(shear, backbone, rtol=1e-6), "peaks of drift and shear are searched apart, to 1e-7"
         remains = found[f"storey_residual_drift{suffix}"].sel(building="A")
         assert ((remains > 0.0) == (yields > 1.0)).all()
+
+
+def test_levels_that_barely_decide_are_in_the_dataset_and_in_the_evidence():
+    """Floors of A and B at 3 and 3.24 m overlap by 10 mm of a slab of 250 mm, the others do not."""
+    near = SCENE.replace('"3.9 m"', '"3.24 m"').replace('names = ["RSN6-180", "RSN1690-090"]', 'names = ["RSN6-180"]')
+    study = parse_scene(near, overrides=['grid.gap=["20 mm"]', 'grid.yield_force=["inf"]'])
+    results = scan(study, check_fraction=0.0, workers=1)
+    (name, note), *others = json.loads(results.attrs["level_notes"]).items()
+    assert (name, others) == ("A | B", [])
+    assert note.startswith("Floors 1 of A and 1 of B are 240 mm apart in level, limit 250 mm: taken as floor to floor.")
+    evidence = {one.name: one.verdict.evidence for one in assess(results).interfaces}
+    assert evidence["A | B"][-1] == note
+    assert not any("apart in level" in sentence for sentence in evidence["B | C"])
+    assert results["contact_point_kind"].values.tolist()[:3] == ["floor", "column", "column"]
+    thin = parse_scene(
+        near, overrides=["building.B.floor_depth=0.15 m", 'grid.gap=["20 mm"]', 'grid.yield_force=["inf"]']
+    )
+    assert "level_notes" not in scan(thin, check_fraction=0.0, workers=1).attrs

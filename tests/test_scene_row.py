@@ -15,8 +15,10 @@ from scene_cases import cases
 from pounding_risk import compare, read_scene, scenario
 from pounding_risk.contact_points import COLUMN, FLOOR, Point, floor_number, floor_words
 from pounding_risk.errors import SceneError
+from pounding_risk.level_notes import level_notes
 from pounding_risk.models.structures import Building
 from pounding_risk.plan import validate
+from pounding_risk.plan_words import scene_words
 from pounding_risk.scenario import parse_scene, study_from
 from pounding_risk.storeys import Storeys, generated
 from pounding_risk.study import Study
@@ -174,6 +176,10 @@ def test_storeys_make_a_scene_a_row_and_a_wall_does_not():
     [
         (["building.height=6 m"], False),
         (["building.1.height=6 m", "building.2.height=6.04 m"], False),
+        (["building.1.height=6 m", "building.2.height=6.24 m"], False),
+        (["building.1.height=6 m", "building.2.height=6.26 m"], True),
+        (["building.1.height=6 m", "building.2.height=6.26 m", "building.floor_depth=0.3 m"], True),
+        (["interface.column_yield_force=inf"], True),
         (["building.1.height=6 m", "building.2.height=8 m"], True),
         (["interface.tolerance=0.1 m"], True),
         (['interface.contact=[{left = "storey 1", right = "storey 1"}]'], True),
@@ -185,6 +191,39 @@ def test_two_masses_are_a_pair_unless_something_asks_for_a_row(overrides, row):
     found = parse_scene(PAIR, overrides=overrides)
     assert (found.is_row, len(found.neighbours)) == (row, int(row))
     assert parse_scene(found.to_toml()) == found
+
+
+CLOSE = ["building.offices.storey_heights=3.23 m", "building.flats.storey_heights=3 m"]
+
+
+@pytest.mark.parametrize(
+    ("more", "kinds", "note"),
+    [
+        # 230, 460, 690 and 920 mm apart: slabs of 250 mm overlap at the first floors only.
+        ([], [FLOOR, *[COLUMN] * 5], "taken as floor to floor. Slightly farther apart, floors strike columns"),
+        (["interface.1.tolerance=50 mm"], [COLUMN] * 7, "The tolerance of 50 mm stands in place of floors 250 mm deep"),
+        (["building.offices.floor_depth=0.4 m"], [FLOOR, *[COLUMN] * 5], "460 mm apart in level, limit 400 mm"),
+        (["building.offices.floor_depth=0.15 m"], [COLUMN] * 7, ""),
+        (["building.flats.floor_depth=0.15 m"], [FLOOR, *[COLUMN] * 5], "230 mm apart in level, limit 250 mm"),
+    ],
+)
+def test_the_depth_of_floors_decides_what_meets_what_and_is_told(more, kinds, note):
+    study = parse_scene(ROW, overrides=[*CLOSE, *more])
+    assert [point.kind for point in study.neighbours[0].points] == kinds
+    told = [words for what, words in scene_words(study, 1) if what == "note"]
+    assert len(told) == bool(note) and all(note in words and words.startswith("offices | flats: ") for words in told)
+    assert parse_scene(study.to_toml()) == study
+    assert level_notes(parse_scene(study.to_toml())) == level_notes(study)
+
+
+def test_validate_tells_the_depth_that_holds():
+    told = [words for what, words in scene_words(parse_scene(ROW), 1) if what == "levels"]
+    assert told == ["floors 250 mm deep are one where they overlap in height, by floor_depth"] * 2
+    deep = parse_scene(ROW, overrides=["building.flats.floor_depth=0.3 m", "interface.2.tolerance=10 mm"])
+    assert [words for what, words in scene_words(deep, 1) if what == "levels"] == [
+        "floors 250 mm and 300 mm deep are one where they overlap in height, by floor_depth",
+        "floors up to 10 mm apart in level are one, by tolerance",
+    ]
 
 
 def test_a_wall_is_met_wherever_it_stands_beside_a_mass():
@@ -271,7 +310,7 @@ def written(rows: list[Building | Storeys], gaps: list[float]) -> dict:
     """The tables of a scene of these buildings, through those of the shipped one."""
     shipped = parse_scene(ROW)
     tables = dataclasses.replace(shipped, buildings=tuple(rows), neighbours=(), gridded_interface=None).resolved()
-    tables["interface"] = [{**tables["interface"][0], "gap": f"{gap!r} m", "tolerance": "0.1 m"} for gap in gaps]
+    tables["interface"] = [{**tables["interface"][0], "gap": f"{gap!r} m"} for gap in gaps]
     del tables["grid"]["gap"], tables["grid"]["yield_force"]
     return tables
 
@@ -279,11 +318,21 @@ def written(rows: list[Building | Storeys], gaps: list[float]) -> dict:
 @settings(deadline=None, max_examples=40)
 @given(data=st.data(), count=st.integers(2, 6))
 def test_round_trip_of_any_row(data, count):
+    """With floors of the usual depth or a given one, below half of the lowest storey, and with a tolerance."""
     rows = [data.draw(buildings(str(place))) for place in range(count)]
     if any(left.is_rigid and right.is_rigid for left, right in pairwise(rows)):
         return
     gaps = [data.draw(st.floats(0.0, 1.0)) for _ in rows[1:]]
-    found = study_from(written(rows, gaps))
+    tables = written(rows, gaps)
+    depth, tolerance = (data.draw(st.none() | st.floats(0.01, 0.9)) for _ in range(2))
+    tables["building"][-1] |= {} if depth is None else {"floor_depth": f"{depth!r} m"}
+    tables["interface"][0] |= {} if tolerance is None else {"tolerance": f"{tolerance!r} m"}
+    found = study_from(tables)
+    assert not found.is_row or found.neighbours[-1].levels.right_depth == (depth or 0.25)
+    if not found.is_row:  # two masses of no height
+        assert depth is tolerance is None
+        return
+    assert found.neighbours[0].levels.tolerance == tolerance
     assert found.buildings == tuple(rows)
     assert found.interface_gaps(found.grid.gaps[0]) == tuple(gaps)
     assert all(neighbour.points for neighbour in found.neighbours)
