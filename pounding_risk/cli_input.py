@@ -31,7 +31,13 @@ Target = Annotated[
     float | None,
     typer.Option(help="Probability of contact that is accepted.", show_default="what the percentile leaves"),
 ]
-Intensity = Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")]
+Intensity = Annotated[
+    str | None,
+    typer.Option(
+        help='Of fragilities: pga, sa(left), sa(right), sa(NAME) or "sa(0.5 s)".',
+        show_default="what the motions are scaled to, or pga",
+    ),
+]
 Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")]
 Hazard = Annotated[
     Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
+from pounding_risk.amplitudes import intensity_words, usual_intensity
 from pounding_risk.assessed_data import scene_gap
 from pounding_risk.quantities import GAP, PGA, exact
 from pounding_risk.reports.content import (
@@ -14,7 +15,6 @@ from pounding_risk.reports.content import (
     facts,
     head,
     heading,
-    intensity_words,
     listing,
     number,
     paragraph,
@@ -119,7 +119,7 @@ def _asked(material: Material) -> list[str]:
         told += ["--confidence", f"{asked.confidence:g}"]
     if asked.target != 1.0 - asked.percentile / 100.0:
         told += ["--target", f"{asked.target:g}"]
-    if asked.intensity != "pga":
+    if asked.intensity != usual_intensity(material.results):
         told += ["--intensity", asked.intensity]
     if "pga" in material.results.dims and one.amplitude != material.results["pga"].values.max():
         told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
