@@ -243,7 +243,10 @@ def _level(amplitudes: tuple[float | None, ...], asked: float | None) -> int:
     for place, amplitude in enumerate(amplitudes):
         if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
             return place
-    known = ", ".join(own(each, PGA) for each in amplitudes if each is not None) or "none of a grid"
+    known = (
+        ", ".join(own(each, PGA) for each in amplitudes if each is not None)
+        or "none: its motions have no amplitudes of a grid"
+    )
     raise PoundingError(f"pga {own(asked, PGA)} is not in the dataset, which has {known}")
 
 

@@ -119,7 +119,7 @@ def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None
     contact = next(each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
     yields = _some([each for each in one.fragility if each.what == "yield" and not each.fault], one.own_model)
     if yields:
-        axis.set_title(f"yielding: {law_words(str(yields[0].contact_model))}", fontsize=9.5)
+        axis.set_title(_yield_words(yields, one), fontsize=9.5)
     drawn = [each for each in (contact, *yields) if not each.fault]
     axis.set(xlabel=f"{intensity_words(found.intensity)} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
     if not drawn:
@@ -138,6 +138,13 @@ def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None
     _legend(axis, 1)
 
 
+def _yield_words(drawn: list[Fragility], one: InterfaceAssessment) -> str:
+    """The contact model whose curves of yielding are drawn, and how many there are in all where not all are."""
+    whole = sum(each.what == "yield" and not each.fault for each in one.fragility)
+    some = f", {len(drawn)} of {whole} curves" if whole > len(drawn) else ""
+    return f"yielding: {law_words(str(drawn[0].contact_model))}{some}"
+
+
 def _hazard(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
     """The range of the hazard curve, and how likely contact is in 50 years by motions of that range."""
     if not found.hazard_rows:
@@ -149,7 +156,7 @@ def _hazard(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
     for rate in here:
         least = "at least " if rate.at_least else ""
         told += f": contact in 50 years {least}{100.0 * rate.fifty_years:.2g} %"
-        told += f", {100.0 * rate.missing:.0f} % of failures left out" if rate.at_least else ""
+        told += f", about {100.0 * rate.missing:.0f} % of failures beyond it" if rate.at_least else ""
     axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=QUIET, alpha=0.6, linewidth=0.0, label=told)
 
 
@@ -167,7 +174,7 @@ def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None
     colour, dash = look
     about = "contact" if each.yield_force is None else f"$F_E$ {_force(each.yield_force)}"
     about += f", gap {own(each.gap, GAP)}"
-    label = f"{about}: median {each.median / STANDARD_GRAVITY:.2g} g, dispersion {each.dispersion:.2f}"
+    label = f"{about}: median {each.median / STANDARD_GRAVITY:.3g} g, dispersion {each.dispersion:.2f}"
     label += f" ({SCALED}, times {each.factor:.2g})" if each.method == SCALED else ""
     axis.plot(im / STANDARD_GRAVITY, each.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
     if each.what == "contact":

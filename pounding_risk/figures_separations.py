@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.figures_style import QUIET, STYLES, blank, title
 from pounding_risk.separations import COMBINATIONS, CodeTable, Comparison
 
 if TYPE_CHECKING:
@@ -25,9 +25,8 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     _by_motion(axes[0, 0], table)
     _by_rule(axes[0, 1], drawn, table)
     left, right = table.buildings
-    peak = "as recorded" if table.amplitude is None else f"at {table.amplitude / STANDARD_GRAVITY:.2f} g"
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
-    title(figure, table.finding, f"{left} | {right}, motions {peak}{correlation}", note)
+    title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)
     return figure
 
 
