@@ -209,7 +209,7 @@ def test_a_dispersion_that_its_error_does_not_tell_from_none_is_refused():
 
 
 def test_a_median_outside_the_tested_intensities_is_refused():
-    """A quarter of the motions fail at the strongest of three stripes: the median lies beyond it, and no motion is there."""
+    """A quarter of the motions fail at the strongest of three stripes: the median lies beyond it."""
     im, failed = stripes(np.array([1, 4, 9]), np.array([0.3, 0.4, 0.5]))
     found = fit(im, failed, np.arange(im.size))
     assert "lies above the intensities that were tested, between 0.0306 g and 0.051 g: scan stronger motions" in (
