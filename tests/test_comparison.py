@@ -285,8 +285,8 @@ def test_the_sentence_follows_from_the_numbers():
     sentence = told(made)[1]
     assert sentence.startswith(
         "Yielding matters here, which is F_E and not the model: against base, no output is off by over 10 % in the "
-        "middle 68 % of the cases; with yielding, peak contact force is 0.50 to 0.50 times as large (third); peak relative "
-        "displacement is off"
+        "middle 68 % of the cases; with yielding, peak contact force is 0.50 to 0.50 times as large (third); peak "
+        "relative displacement is off"
     )
     made["capped"][:2] = 1
     assert "against base, peak contact force is 0.50 to 0.50 times as large (third); peak rel" in told(made)[1]
