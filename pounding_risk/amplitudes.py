@@ -102,13 +102,34 @@ def scaled_to(results: xr.Dataset) -> Spectral | None:
 def usual_intensity(results: xr.Dataset) -> str:
     """The intensity that the motions are scaled by, which fragilities are against unless told otherwise.
 
-    That is Sa at a period where the scene scales to it or to the ensemble's median of it, and PGA elsewhere.
+    That is Sa at a period where the scene scales to it, or to the ensemble's median of it and the dataset's spectra have
+    it; PGA elsewhere.
     """
     one = scaled_to(results)
     if one is not None:
         return one.intensity
     measure = _records(results).get("to_median")
-    return _spectral(measure).intensity if isinstance(measure, dict) and "pga" not in results.coords else "pga"
+    if not isinstance(measure, dict) or "pga" in results.coords:
+        return "pga"
+    one = _spectral(measure)
+    return one.intensity if has_spectrum_at(results, one) else "pga"
+
+
+def spectral_range(results: xr.Dataset) -> tuple[float, float] | None:
+    """The shortest and the longest period [s] at which the dataset has Sa of every record; None where it has none."""
+    if "record_spectral_acceleration" not in results:
+        return None
+    spectra = results["record_spectral_acceleration"].transpose("record", "period").values
+    known = results["period"].values[(spectra > 0.0).all(axis=0)]
+    return (float(known[0]), float(known[-1])) if known.size else None
+
+
+def has_spectrum_at(results: xr.Dataset, asked: Spectral) -> bool:
+    """True where Sa at a period and damping can be read from the dataset's spectra, which are of 5 % damping."""
+    span = spectral_range(results)
+    return (
+        span is not None and asked.is_at(asked._replace(damping=USUAL_DAMPING)) and span[0] <= asked.period <= span[1]
+    )
 
 
 def spectral(text: str) -> Spectral | None:

@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.amplitudes import USUAL_DAMPING, Spectral, intensity_words, scaled_to, spectral
+from pounding_risk.amplitudes import (
+    Spectral,
+    has_spectrum_at,
+    intensity_words,
+    scaled_to,
+    spectral,
+    spectral_range,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.proportions import labels
 from pounding_risk.quantities import GAP, YIELD_FORCE, parse
@@ -267,14 +274,13 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
     known = scaled_to(results)
     if known is not None and known.value is not None and known.is_at(asked):
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
-    spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
-    known_at = periods.values[np.isfinite(spectra).all(axis=0)]
-    if asked.damping != USUAL_DAMPING or not (known_at.size and known_at[0] <= asked.period <= known_at[-1]):
-        span = f"{known_at[0]:.3g} s to {known_at[-1]:.3g} s" if known_at.size else "no period"
+    if not has_spectrum_at(results, asked):
+        span = spectral_range(results)
+        told = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
         raise PoundingError(
-            f"intensity {intensity!r}: the dataset has spectra of 5 % damping from {span}; write a period among them, "
-            "or pga"
+            f"intensity {intensity!r}: the dataset has spectra {told}; write a period among them, or pga"
         )
+    spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
     at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(each))) for each in spectra]
     scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
     peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)

@@ -133,7 +133,7 @@ def _of_model(levels: Sequence[Response], force: float) -> Influence:
     if not one.spread > 0.0:
         return one
     if at == inf:
-        return replace(one, words=f"{one.words}; {NEVER}")
+        return replace(one, words=f"{one.words}, without yielding")
     told = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
     return replace(one, words=f"{one.words}; {told}", spread=nan)
 

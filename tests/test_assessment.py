@@ -443,6 +443,11 @@ def test_a_curve_by_far_scaling_is_refused():
         ('to_median = "pgv"', "at the ensemble's median PGV", "pga"),
         ('to_median = "pgv"\nscale = 2.5', "at the ensemble's median PGV times 2.5", "pga"),
         ('to_median = {period = "1.0 s", damping = 0.05}', "at the ensemble's median Sa(1 s)", "sa(1 s)"),
+        (
+            'to_median = {period = "7.0 s", damping = 0.05}',
+            "at the ensemble's median Sa(7 s)",
+            "pga",
+        ),  # no such spectrum
         ('manifest = "chosen.csv"', "with the factors of chosen.csv", "pga"),
     ],
 )

@@ -264,13 +264,18 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
 
 
 def _not_fitted(pair: Pair) -> list[Block]:
-    """Which curves there are none of, and why."""
+    """Which curves there are none of, and why: contact at the judged gap, yielding, and at how many other gaps."""
     faults: dict[str, list[str]] = {}
+    others = 0
     for each in pair.found.fragility:
-        if each.fault:
+        if each.fault and each.what == "contact" and each.gap != pair.found.gap:
+            others += 1
+        elif each.fault:
             model = f" under {name_of(each.contact_model)}" if each.contact_model else ""
             faults.setdefault(each.fault, []).append(f"{_what(each)}{model}".replace("$F_E$", "F_E"))
     told = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
+    if others:
+        told.append(f"contact at {others} other gap{'s' * (others > 1)}: `assess -o` writes the reason of each.")
     return [paragraph(f"{pair.name}, not fitted:"), listing(told)] if told else []
 
 
