@@ -102,8 +102,8 @@ def scaled_to(results: xr.Dataset) -> Spectral | None:
 def usual_intensity(results: xr.Dataset) -> str:
     """The intensity that the motions are scaled by, which fragilities are against unless told otherwise.
 
-    That is Sa at a period where the scene scales to it, or to the ensemble's median of it and the dataset's spectra have
-    it; PGA elsewhere.
+    That is Sa at a period where the scene scales to it, or to the ensemble's median of it and the dataset has such a
+    spectrum; PGA elsewhere.
     """
     one = scaled_to(results)
     if one is not None:
@@ -127,9 +127,8 @@ def spectral_range(results: xr.Dataset) -> tuple[float, float] | None:
 def has_spectrum_at(results: xr.Dataset, asked: Spectral) -> bool:
     """True where Sa at a period and damping can be read from the dataset's spectra, which are of 5 % damping."""
     span = spectral_range(results)
-    return (
-        span is not None and asked.is_at(asked._replace(damping=USUAL_DAMPING)) and span[0] <= asked.period <= span[1]
-    )
+    usual = isclose(asked.damping, USUAL_DAMPING, rel_tol=SAME)
+    return span is not None and usual and span[0] <= asked.period <= span[1]
 
 
 def spectral(text: str) -> Spectral | None:
