@@ -149,7 +149,7 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     """One sentence on what runs, and one on what is seen of it."""
     told = [law_words(str(run.attrs[name])) for name in TOLD if name in run.attrs]
     if "pga" in run.attrs:
-        told.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.2g} g")
+        told.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
     gaps = _gaps(run)
     widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
     told.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")

@@ -6,6 +6,7 @@ Nothing here runs a case; a dataset on disk is enough.
 from __future__ import annotations
 
 import re
+import shlex
 import tomllib
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,9 +15,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.amplitudes import (
+    Spectral,
+    has_spectrum_at,
+    intensity_words,
+    scaled_to,
+    spectral,
+    spectral_range,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.proportions import labels
-from pounding_risk.quantities import GAP, parse
+from pounding_risk.quantities import GAP, YIELD_FORCE, parse
 from pounding_risk.recordings import recording
 from pounding_risk.results import told
 
@@ -205,6 +214,23 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
     return float(gaps[nearest]), np.where(values == UNDEFINED, np.nan, values.astype(float))
 
 
+def scene_force(results: xr.Dataset) -> float:
+    """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
+    tables = tomllib.loads(results.attrs["scene_resolved"])["interface"]
+    forces = results["yield_force"].values
+    own = parse(tables[0].get("yield_force", "inf"), YIELD_FORCE)
+    if np.isinf(own):
+        return float(forces.max())
+    return float(forces[np.abs(forces - own).argmin()])
+
+
+def scene_model(results: xr.Dataset) -> str:
+    """The scene's own contact model where the grid has it, or the grid's first."""
+    own = str(tomllib.loads(results.attrs["scene_resolved"])["interface"][0].get("contact_model", ""))
+    known = list(map(str, results["contact_model"].values))
+    return own if own in known else known[0]
+
+
 def finite_forces(results: xr.Dataset) -> Array:
     """The grid's yield forces [N] without inf, which never yields, unless columns have a yield force of their own."""
     return np.asarray(results["yield_force"].values[_may_yield(results)])
@@ -220,76 +246,99 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def intensities(results: xr.Dataset, intensity: str) -> Array:
-    """The intensity of every motion [m/s2], (motions, amplitudes): "pga", or "sa(left)", "sa(right)" or by name.
+    """The intensity of every motion [m/s2], (motions, amplitudes).
 
-    Sa of a single mass is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest
-    displacement without contact; of a building with storeys, that of the record at its first period with a damping of
-    5 %, by the lines between the periods of the dataset's spectra. Raises PoundingError for another word, and for a
-    rigid building.
+    That is "pga", or "sa(left)", "sa(right)" or by name, or "sa(0.62 s)" at any period. Sa of a single mass is its
+    pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest displacement without contact;
+    of a building with storeys, that of the record at its first period. Sa at a period is what the scene scales its
+    motions to where that is the same, or is read from the dataset's spectra, of 5 % damping, by straight lines in
+    the logarithms. Raises PoundingError for another word, for a rigid building, and where the dataset has no such
+    spectrum.
     """
-    polarities = results.sizes["polarity"]
     if intensity == "pga":
+        polarities = results.sizes["polarity"]
         peaks = results["pga"].values if "pga" in results.coords else None
         if peaks is None:
             return np.repeat(results["record_pga"].values, polarities)[:, None]
         return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
+    one = _spectral_of(results, intensity)
     side = _side(results, intensity)
-    period = _period(results, intensity)
-    if "building_storeys" in results.coords and int(results["building_storeys"].values[side]) > 1:
-        return _of_records(results, period)
-    return _by_amplitude(results["peak_displacement_free"].isel(building=side)) * (2.0 * np.pi / period) ** 2
+    if side is None or ("building_storeys" in results.coords and int(results["building_storeys"].values[side]) > 1):
+        return _of_records(results, one, intensity)
+    free = _by_amplitude(results["peak_displacement_free"].isel(building=side))
+    return free * (2.0 * np.pi / one.period) ** 2
 
 
-def _of_records(results: xr.Dataset, period: float) -> Array:
-    """Sa of the records at a period [m/s2], as they are scaled, (motions, amplitudes)."""
+def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
+    """Sa of the records at a period and damping [m/s2], as they are scaled, (motions, amplitudes)."""
+    known = scaled_to(results)
+    if known is not None and known.value is not None and known.is_at(asked):
+        return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
+    if not has_spectrum_at(results, asked):
+        span = spectral_range(results)
+        told = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
+        raise PoundingError(
+            f"intensity {intensity!r}: the dataset has spectra {told}; write a period among them, or pga"
+        )
     spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
-    at = [np.exp(np.interp(np.log(period), np.log(periods.values), np.log(each))) for each in spectra]
+    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(each))) for each in spectra]
     scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
     peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
     return np.asarray(peaks * intensities(results, "pga"))
 
 
-def _period(results: xr.Dataset, intensity: str) -> float:
-    """Period [s] of the building whose Sa is asked for; raises PoundingError for a rigid one."""
-    period = float(results["building_period"].values[_side(results, intensity)])
+def _spectral_of(results: xr.Dataset, intensity: str) -> Spectral:
+    """Period and damping of the Sa that is asked for; raises PoundingError for a rigid building's."""
+    side = _side(results, intensity)
+    if side is None:
+        return spectral(intensity[3:-1]) or Spectral(np.nan)
+    period = float(results["building_period"].values[side])
     if np.isnan(period):
         raise PoundingError(
             f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
         )
-    return period
+    return Spectral(period)
 
 
 def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
     """Raise PoundingError where a hazard curve, by its name, is not of the intensity that fragilities are against.
 
-    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the building.
+    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the intensity.
     """
     kind = re.match(r"[a-z]*", curve)
     if kind is None or kind[0] != intensity.partition("(")[0]:
+        repair = f", such as --intensity {shlex.quote(curve)}" if curve == "pga" or spectral(curve[3:-1]) else ""
         raise PoundingError(
-            f"the hazard curve is one of {curve}, the fragility one against {intensity}; write the intensity that the "
-            "curve is of"
+            f"the hazard curve is one of {curve}, the fragility one against {intensity_words(intensity)}; write the "
+            f"intensity that the curve is of{repair}"
         )
     named = re.search(r"\d*\.?\d+", curve)
     if intensity == "pga" or named is None:
         return
-    period = _period(results, intensity)
+    period = _spectral_of(results, intensity).period
     if abs(float(named[0]) - period) > NEAR * period:
+        whose = ", the building's own period" if _side(results, intensity) is not None else ""
         raise PoundingError(
-            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.3g} s, the building's own "
-            "period; take the curve of that period, or pga"
+            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
+            "curve of that period, or the intensity that the curve is of"
         )
 
 
-def _side(results: xr.Dataset, intensity: str) -> int:
+def _side(results: xr.Dataset, intensity: str) -> int | None:
+    """The building whose Sa is asked for; None where it is that of a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
     found = re.fullmatch(r"sa\((.+)\)", intensity)
     asked = found[1].strip() if found else ""
     for known in (["left", "right"], names):
         if asked in known:
             return known.index(asked)
+    if asked and spectral(asked) is not None:
+        return None
     listed = ", ".join(f"sa({name})" for name in names)
-    raise PoundingError(f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), or by name {listed}")
+    raise PoundingError(
+        f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such as "
+        "sa(0.5 s)"
+    )
 
 
 def run_counts(results: xr.Dataset) -> dict[str, int]:

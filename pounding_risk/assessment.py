@@ -17,14 +17,16 @@ from numpy.typing import NDArray
 
 from pounding_risk import assessed_data as data
 from pounding_risk import fragility as curves
+from pounding_risk.amplitudes import amplitude_words, own, usual_intensity
 from pounding_risk.assessed_data import Motions, interfaces
+from pounding_risk.assessed_response import Response, responses_of
 from pounding_risk.assessment_options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
-from pounding_risk.influences import Influence, Yielding, of_contact, of_yielding, ranked
+from pounding_risk.influences import Influence, Yielding, of_contact, of_response, of_yielding, ranked
 from pounding_risk.proportions import Share, independent_motions, labels, shares
-from pounding_risk.quantities import PGA, say
+from pounding_risk.quantities import PGA
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.separations import Comparison, code_table
 from pounding_risk.verdicts import Asked, Seen, Verdict, judge
@@ -41,19 +43,25 @@ __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 class InterfaceAssessment:
     """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
-    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None: as recorded),
-    as is ``closing``, what each motion closes, in rising order. ``yielding`` is at every gap of the grid. ``fragility``
-    of contact is at these and the assessed one, of yielding at ``yield_gap``, the grid's nearest. ``rates`` go with
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None where the grid
+    has none; ``at`` says it in words), as is ``closing``, what each motion closes, in rising order. ``yielding`` is at
+    every gap of the grid. ``fragility`` of contact is at these and the assessed one, of yielding at ``yield_gap``, the
+    grid's nearest, as is ``response``, what the motions do under each contact model and F_E. ``own_force`` is the
+    grid's F_E that is nearest to the scene's own, ``own_model`` the scene's contact model. ``rates`` go with
     ``fragility``, where a hazard curve is given; ``separations`` are those of codes, beside the motions.
     """
 
     name: str
     gap: float
     amplitude: float | None
+    at: str
     yield_gap: float
+    own_force: float
+    own_model: str
     closing: tuple[float, ...]
     contact: tuple[Share, ...]
     yielding: tuple[Share, ...]
+    response: tuple[Response, ...]
     required: tuple[RequiredGap, ...]
     fragility: tuple[Fragility, ...]
     rates: tuple[Rate, ...]
@@ -125,7 +133,7 @@ def assess(
     hazard: Hazard | str | Path | None = None,
     confidence: float | str = USUAL_CONFIDENCE,
     percentile: float | str | None = None,
-    intensity: str = "pga",
+    intensity: str | None = None,
     target: float | str | None = None,
     pga: float | None = None,
 ) -> Assessment:
@@ -138,7 +146,8 @@ def assess(
     where both are given the verdict uses the target. Of a dataset
     with several amplitudes the assessed one is ``pga`` [m/s2], the largest by default. Fragilities are against
     ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
-    period. ``hazard``, a curve or its CSV file, adds annual rates.
+    period, or "sa(0.62 s)" at any; by default the one that the scene scales its motions to, or PGA. ``hazard``, a
+    curve or its CSV file, adds annual rates.
 
     Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
     """
@@ -149,6 +158,7 @@ def assess(
     data.check_dataset(results)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
+    intensity = usual_intensity(results) if intensity is None else intensity
     options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
     _check(options)
     counts = data.run_counts(results)
@@ -190,14 +200,18 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     asked = (options.percentile, options.target)
     sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
-    sensitivity += of_yielding(about, options.target) if about.forces else ()
+    own_force, own_model = data.scene_force(results), data.scene_model(results)
+    sensitivity += of_yielding(about, own_force, options.target) if own_force in about.forces else ()
+    response = responses_of(_one_amplitude(results, level), yield_gap)
+    sensitivity += of_response(response, own_model, own_force)
+    at = amplitude_words(results, every.amplitudes[level])
     fragility = (
         *_contact_curves(results, every, gaps, options),
         *_yield_curves(results, every, (yield_gap, yields), options),
     )
     seen = Seen(
         motions,
-        _amplitude_words(every.amplitudes[level]),
+        at,
         next(share for share in contact if share.gap == gap),
         next(each for each in required if each.percentile == options.percentile),
         next(each for each in required if each.percentile == options.criterion.target_percentile),
@@ -214,10 +228,14 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         name=name,
         gap=gap,
         amplitude=every.amplitudes[level],
+        at=at,
         yield_gap=yield_gap,
+        own_force=own_force,
+        own_model=own_model,
         closing=tuple(np.sort(motions.closing[:, 0]).tolist()),
         contact=contact,
         yielding=_yield_shares(results, level, weight, options.confidence),
+        response=response,
         required=required,
         fragility=fragility,
         rates=rates,
@@ -243,8 +261,11 @@ def _level(amplitudes: tuple[float | None, ...], asked: float | None) -> int:
     for place, amplitude in enumerate(amplitudes):
         if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
             return place
-    known = ", ".join(say(each, PGA) for each in amplitudes if each is not None) or "none: its motions are as recorded"
-    raise PoundingError(f"pga {say(asked, PGA)} is not in the dataset, which has {known}")
+    known = (
+        ", ".join(own(each, PGA) for each in amplitudes if each is not None)
+        or "none: its motions have no amplitudes of a grid"
+    )
+    raise PoundingError(f"pga {own(asked, PGA)} is not in the dataset, which has {known}")
 
 
 def _one_amplitude(results: xr.Dataset, level: int) -> xr.Dataset:
@@ -265,10 +286,6 @@ def _at_level(motions: Motions, level: int) -> Motions:
         motions.finite[kept],
         None if motions.alone is None else motions.alone[kept, level : level + 1],
     )
-
-
-def _amplitude_words(amplitude: float | None) -> str:
-    return "as scanned" if amplitude is None else f"at {say(amplitude, PGA, 3)}"
 
 
 def _models(results: xr.Dataset) -> tuple[str, ...]:
@@ -318,15 +335,24 @@ def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options:
     linear = data.is_linear(results) and not pushed
     for gap in map(float, gaps):
         touching = (closing > gap).ravel()
-        found, method, note = curves.fit(im, touching, who), _method(motions, options), ""
+        found, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
         if linear:
-            reach = np.divide(gap, closing[:, :1], where=closing[:, :1] > 0.0, out=np.full((len(closing), 1), np.inf))
-            scaled = curves.fit_capacities((ims[:, :1] * reach).ravel(), recordings)
+            scaled, times = _by_scaling(ims, closing, gap, recordings)
             if found.fault or not scaled.fault:
-                found, method, note = scaled, curves.SCALED, found.fault
+                found, method, note, factor = scaled, curves.SCALED, found.fault, times
         about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
-        about |= {"intensity": options.intensity, "method": method, "note": note}
+        about |= {"intensity": options.intensity, "method": method, "note": note, "factor": factor}
         yield Fragility(**about, **asdict(found), stripes=curves.stripes_of(im, touching))
+
+
+def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.int64]) -> tuple[curves.Fit, float]:
+    """The curve of the intensities at which the motions close the gap once scaled, and by how much that scales them."""
+    reach = np.divide(gap, closing, where=closing > 0.0, out=np.full(closing.shape, np.inf))
+    found = curves.fit_capacities((ims * reach)[:, 0], recordings)
+    if found.fault:
+        return found, np.nan
+    factor, fault = curves.out_of_scale(found, np.exp(np.log(reach).mean(axis=0)))
+    return (curves.Fit(fault=fault), np.nan) if fault else (found, factor)
 
 
 def _yield_curves(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -30,10 +30,11 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from pounding_risk.assessment import Assessment, InterfaceAssessment
     from pounding_risk.fragility import Fragility
+    from pounding_risk.hazard import Rate
 
 MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
-MOST_CURVES = 8  # fragilities of yielding that are listed
-WORDS = {"contact": "contact", "yield": "yielding"}
+OWN = 6  # digits of what a user has asked for
+AT_LEAST = "the hazard curve ends where failures do not; give one that reaches further"
 COLUMNS = "columns' own"
 KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
 
@@ -46,7 +47,7 @@ def assess(
     percentile: Percentile = None,
     confidence: Confidence = "95 %",
     target: Target = None,
-    intensity: Intensity = "pga",
+    intensity: Intensity = None,
     pga: Amplitude = None,
     hazard: Hazard = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write it all (.json).", show_default=False)] = None,
@@ -105,6 +106,7 @@ def print_assessment(found: Assessment) -> None:
         _print_required(one)
         _print_contact(one, found.confidence)
         _print_yielding(one, found)
+        _print_response(one)
         _print_influences(one)
         _print_curves(one, found)
         _print_rates(one, found)
@@ -119,7 +121,7 @@ def _print_row(found: Assessment) -> None:
         here = one.contact_at_gap()
         needed = next(each.gap for each in one.required if each.percentile == found.percentile)
         shares = (f"{here.count} of {here.runs}", _part(here.probability))
-        rows.append((one.name, _length(one.gap), one.verdict.word, *shares, _length(needed)))
+        rows.append((one.name, _own_length(one.gap), one.verdict.word, *shares, _length(needed)))
     print_table(heads, rows, "lrlrrr")
 
 
@@ -143,7 +145,7 @@ def _print_required(one: InterfaceAssessment) -> None:
 
 def _print_contact(one: InterfaceAssessment, confidence: float) -> None:
     heads = ("gap", "contact in", "P(contact)", f"{100 * confidence:g} % bounds", "by recording")
-    rows = [(_length(each.gap), *_share(each)) for each in _thinned(one)]
+    rows = [(_own_length(each.gap), *_share(each)) for each in _thinned(one)]
     print_table(heads, rows, "rrrrr")
     print("bounds take every motion for independent; those by recording count components and polarities together\n")
 
@@ -170,7 +172,7 @@ def _print_yielding(one: InterfaceAssessment, found: Assessment) -> None:
     shown = [each for each in one.yielding if each.gap == one.yield_gap]
     if not shown:
         return
-    print(f"The force reaches F_E, at a gap of {_length(one.yield_gap)}\n")
+    print(f"The force reaches F_E, at a gap of {_own_length(one.yield_gap)}\n")
     heads = (
         "contact model",
         "F_E",
@@ -186,21 +188,57 @@ def _print_yielding(one: InterfaceAssessment, found: Assessment) -> None:
     print_table(heads, rows, "lrrrrrr")
     if len(found.interfaces) > 1:
         print("F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene")
-    print()
+    print(f"the scene's own F_E: {_own(one)}\n")
+
+
+def _print_response(one: InterfaceAssessment) -> None:
+    """What the motions do under each F_E: medians over those with contact, under the scene's own contact model."""
+    shown = [each for each in one.response if each.contact_model == one.own_model and each.motions]
+    if not shown:
+        return
+    print(f"Response against F_E, at a gap of {_own_length(one.yield_gap)}, under {one.own_model}\n")
+    outputs = list(dict.fromkeys(each.output for each in shown))
+    words = {each.output: each.words for each in shown}
+    rows = []
+    for force in dict.fromkeys(each.yield_force for each in shown):
+        here = {each.output: each for each in shown if each.yield_force == force}
+        values = (engineering(here[output].median, here[output].unit, 3) for output in outputs)
+        rows.append((_level(force), str(max(each.motions for each in here.values())), *values))
+    print_table(("F_E", "contact in", *(words[output] for output in outputs)), rows, "r" * (2 + len(outputs)))
+    print(f"medians over the motions with contact, the larger of both buildings; the scene's own F_E: {_own(one)}\n")
+
+
+def _own(one: InterfaceAssessment) -> str:
+    """The grid's F_E that is the scene's own, or nearest to it."""
+    return _level(one.own_force)
+
+
+def _level(force: float) -> str:
+    """A level of F_E of the grid."""
+    return engineering(force, "N", OWN) if isfinite(force) else "no yielding"
 
 
 def _print_influences(one: InterfaceAssessment) -> None:
-    rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity]
+    on: dict[tuple[str, str], list[str]] = {}
+    for each in one.sensitivity:
+        on.setdefault((KEYS[each.key], each.words), []).append(each.what)
+    # What one sentence answers for all alike, such as a key of one level, stands in one row.
+    rows = [
+        (key, what[0] if len(what) == 1 else f"{what[0]} and {len(what) - 1} more", words)
+        for (key, words), what in on.items()
+    ]
     print_table(("influence of", "on", "from one level to another"), rows, "lll")
     print()
 
 
 def _print_curves(one: InterfaceAssessment, found: Assessment) -> None:
+    from pounding_risk.amplitudes import intensity_words
+
     heads = (
         "fragility of",
         "gap",
         "F_E",
-        f"median {found.intensity}",
+        f"median {intensity_words(found.intensity)}",
         "dispersion",
         "s.e. ln median",
         "s.e. disp.",
@@ -212,28 +250,40 @@ def _print_curves(one: InterfaceAssessment, found: Assessment) -> None:
         print_table(heads, fitted, "lrrrrrrl")
         print("standard errors: as if motions were independent, then by recording")
     for fault in dict.fromkeys(each.fault for each in shown if each.fault):
-        what = " and ".join(dict.fromkeys(WORDS[each.what] for each in shown if each.fault == fault))
-        print(f"not fitted, {what}: {fault}")
+        print(f"not fitted, {_named(each for each in shown if each.fault == fault)}: {fault}")
     print()
 
 
 def _curves(one: InterfaceAssessment) -> Iterator[Fragility]:
+    """Of contact that at the judged gap, and every one of yielding."""
     yield from (each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
-    yields = [each for each in one.fragility if each.what == "yield"]
-    yield from ([each for each in yields if not each.fault] or yields)[:MOST_CURVES]
+    yield from (each for each in one.fragility if each.what == "yield")
+
+
+def _named(curves: Iterable[Fragility]) -> str:
+    """Which curves: contact, or yielding by contact model and F_E."""
+    forces: dict[str, list[str]] = {}
+    for each in curves:
+        forces.setdefault(_what(each), []).append(_force(each.yield_force))
+    return "; ".join(what + (f" at F_E {', '.join(own)}" if own != ["–"] else "") for what, own in forces.items())
+
+
+def _what(each: Fragility | Rate) -> str:
+    """Contact, or yielding under its contact model."""
+    return f"yielding, {each.contact_model}" if each.what == "yield" else each.what
 
 
 def _curve(each: Fragility) -> tuple[str, ...]:
-    model = f"yielding, {each.contact_model}" if each.what == "yield" else each.what
-    force = _force(each.yield_force)
-    about = (model, _length(each.gap), force)
+    times = "" if isnan(each.factor) else f", times {each.factor:.2g}"
     return (
-        *about,
+        _what(each),
+        _own_length(each.gap),
+        _force(each.yield_force),
         engineering(each.median, "m/s2"),
         f"{each.dispersion:.3f}",
         f"{each.se_median:.3f}, {each.se_median_recordings:.3f}",
         f"{each.se_dispersion:.3f}, {each.se_dispersion_recordings:.3f}",
-        each.method,
+        f"{each.method}{times}",
     )
 
 
@@ -241,23 +291,30 @@ def _print_rates(one: InterfaceAssessment, found: Assessment) -> None:
     shown = {each for each in _curves(one) if not each.fault}
     if not one.rates or not shown:
         return
-    heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "P at the weakest", "stronger add at most")
-    rows = []
-    for each, rate in zip(one.fragility, one.rates, strict=True):
-        if each not in shown:
-            continue
-        force = _force(rate.yield_force)
-        values = (
-            f"{rate.annual:.3g}",
-            "–" if isnan(rate.low) else f"{rate.low:.2g} to {rate.high:.2g}",
-            _part(rate.fifty_years),
-            f"{rate.below:.2g}",
-            f"{rate.above:.2g} a year",
-        )
-        rows.append((rate.what, _length(rate.gap), force, *values))
-    print(f"Annual rates over the range of {found.hazard}; what is weaker is left out\n")
-    print_table(heads, rows, "lrrrrrrr")
+    heads = ("rate of", "gap", "F_E", "a year", "bounds", "in 50 years", "left out", "P at the weakest")
+    rates = [rate for each, rate in zip(one.fragility, one.rates, strict=True) if each in shown]
+    weakest, strongest = (engineering(im, "m/s2") for im in (found.hazard_rows[0][0], found.hazard_rows[-1][0]))
+    print(f"Annual rates by motions from {weakest} to {strongest}, the range of {found.hazard}\n")
+    print_table(heads, [_rate(each) for each in rates], "lrrrrrrr")
+    if any(each.at_least for each in rates):
+        print(f"at least: {AT_LEAST}")
+    print("left out: the share of failures beyond the curve's ends, were it continued at the slope of its last rows;")
+    print(f"stronger motions add at most {rates[0].above:.2g} a year, of weaker ones a curve says nothing")
     print("bounds carry the fragility's standard errors, the larger ones, and none of the hazard's\n")
+
+
+def _rate(rate: Rate) -> tuple[str, ...]:
+    least = "at least " if rate.at_least else ""
+    return (
+        _what(rate),
+        _own_length(rate.gap),
+        _force(rate.yield_force),
+        f"{least}{rate.annual:.3g}",
+        "–" if isnan(rate.low) else f"{rate.low:.2g} to {rate.high:.2g}",
+        f"{least}{_part(rate.fifty_years)}",
+        f"{100.0 * rate.missing:.0f} %",
+        f"{rate.below:.2g}",
+    )
 
 
 def _print_separations(one: InterfaceAssessment, percentile: float) -> None:
@@ -294,6 +351,11 @@ def _force(value: float | None) -> str:
     if value is None:
         return "–"
     return engineering(value, "N") if isfinite(value) else COLUMNS
+
+
+def _own_length(value: float) -> str:
+    """A length that a user has asked for, in the digits that it was asked with."""
+    return engineering(value, "m", OWN)
 
 
 def _length(value: float | None) -> str:

@@ -37,7 +37,13 @@ Target = Annotated[
         help='Probability of contact that is accepted, "10 %".', show_default="16 %, or what the percentile leaves"
     ),
 ]
-Intensity = Annotated[str, typer.Option(help="Of fragilities: pga, sa(left), sa(right) or sa(NAME).")]
+Intensity = Annotated[
+    str | None,
+    typer.Option(
+        help='Of fragilities: pga, sa(left), sa(right), sa(NAME) or "sa(0.5 s)".',
+        show_default="what the motions are scaled to, or pga",
+    ),
+]
 Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")]
 Hazard = Annotated[
     Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)

@@ -35,7 +35,7 @@ def report(
     percentile: Percentile = None,
     confidence: Confidence = "95 %",
     target: Target = None,
-    intensity: Intensity = "pga",
+    intensity: Intensity = None,
     pga: Amplitude = None,
     hazard: Hazard = None,
     others: Annotated[

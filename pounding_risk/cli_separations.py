@@ -166,13 +166,12 @@ def print_code_table(table: CodeTable) -> None:
     for sentence in (*footnotes([each.row for each in table.rules]), "`pounding-risk separations` lists the clauses."):
         print(sentence)
     print()
-    peak = "" if table.amplitude is None else f" at {engineering(table.amplitude, 'm/s2')}"
     still = f"; {table.without} more close no gap" if table.without else ""
     correlation = "–, one is rigid" if table.correlation is None else f"{table.correlation:.3f}"
     median, upper = (engineering(each, "m") for each in (table.demand_median, table.demand))
     print_pairs(
         [
-            ("motions", f"{table.motions}{peak}, each a record and a polarity{still}"),
+            ("motions", f"{table.motions} {table.at}, each a record and a polarity{still}"),
             ("gap needed", f"{median} in the median, {upper} in {asked} of the motions"),
             (f"displacement, {left}", f"{engineering(table.displacements[0], 'm')} in the median"),
             (f"displacement, {right}", f"{engineering(table.displacements[1], 'm')} in the median"),

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import STANDARD_GRAVITY
 from pounding_risk.own_case import own_case
@@ -274,8 +275,8 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     """Sentences at the head of the page: how many cases, how many failed and why, what was checked."""
     status = dataset["status"]
     facts = [f"{status.size:,} cases."]
-    if "pga" in dataset.coords and "pga" not in dataset.dims:
-        facts.append(f"Peak ground acceleration: {label_words('pga', float(dataset['pga']))}.")
+    if "pga" not in dataset.dims:
+        facts.append(f"Motions {amplitude_words(dataset)}.")
     if "rtol" in dataset.attrs:
         facts.append(f"Each case to a relative tolerance of {float(dataset.attrs['rtol']):g}.")
     if "sensitive" in dataset:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.amplitudes import own
 from pounding_risk.figures_style import (
     QUIET,
-    STANDARD_GRAVITY,
     STYLES,
     blank,
     force_words,
@@ -18,6 +18,7 @@ from pounding_risk.figures_style import (
     plain,
     title,
 )
+from pounding_risk.quantities import PGA
 from pounding_risk.row_findings import RowCase, Standing, Touch, force_told
 
 if TYPE_CHECKING:
@@ -101,7 +102,8 @@ def where_words(case: RowCase) -> str:
     """The cell of the grid in words."""
     one = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
-    told = f"gap {1e3 * gaps[0]:.3g} mm" if len(gaps) == 1 else f"gaps {1e3 * gaps[0]:.3g} to {1e3 * gaps[-1]:.3g} mm"
+    ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
+    told = f"gap{'s' * (len(gaps) > 1)} {ends} mm"
     force = force_words(float(one["yield_force"])).replace("$F_E$", "F_E")
     words = [
         told,
@@ -110,7 +112,7 @@ def where_words(case: RowCase) -> str:
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]
     if "pga" in one.coords and np.isfinite(float(one["pga"])):
-        words.append(f"{float(one['pga']) / STANDARD_GRAVITY:.2g} g")
+        words.append(own(float(one["pga"]), PGA))
     return ", ".join(words)
 
 

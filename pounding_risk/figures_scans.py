@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.assessed_data import own_gaps
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, blank, law_words, styles, title
+from pounding_risk.figures_style import QUIET, blank, law_words, styles, title
 from pounding_risk.own_case import own_case
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def _varied(results: xr.Dataset) -> int | None:
 
 
 def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
-    """The title of a dataset, with the law and the amplitude where only one of several is shown."""
+    """The title of a dataset, with the law where only one of several is shown, and the amplitude of its motions."""
     told = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
         told.append(law_words(str(shown["contact_model"].values)))
@@ -115,8 +116,7 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
         at, count = _varied(results), results.sizes["interface"]
         one = results["interface"].values[at or 0]
         told.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")
-    if results.sizes.get("pga", 1) > 1:
-        told.append(f"{float(shown['pga']) / STANDARD_GRAVITY:.2f} g")
+    told.append(f"motions {amplitude_words(shown)}")
     return ", ".join(told)
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.figures_style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
-from pounding_risk.quantities import PGA, say
 from pounding_risk.separation_rules import DERIVED, READ
 from pounding_risk.separations import COMBINATIONS, CodeTable, Comparison
 
@@ -27,9 +26,8 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     _by_motion(axes[0, 0], table)
     _by_rule(axes[0, 1], drawn, table)
     left, right = table.buildings
-    peak = "as recorded" if table.amplitude is None else f"at {say(table.amplitude, PGA)}"
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
-    title(figure, table.finding, f"{left} | {right}, motions {peak}{correlation}", note)
+    title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)
     return figure
 
 

@@ -154,7 +154,7 @@ def force_words(force: float) -> str:
 
 def motion_words(facts: Mapping[Any, Any]) -> str:
     """Record, polarity and amplitude of one run."""
-    return f"{facts['record']} {facts['polarity']} at {facts['pga'] / STANDARD_GRAVITY:.2f} g"
+    return f"{facts['record']} {facts['polarity']} at {facts['pga'] / STANDARD_GRAVITY:.4g} g"
 
 
 def plain(text: str) -> str:

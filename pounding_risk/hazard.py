@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from dataclasses import dataclass, field
-from math import nan
+from math import inf, nan
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +17,17 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility, fragility_curve
-from pounding_risk.quantities import PGA, QuantityError, parse
+from pounding_risk.quantities import PGA, Quantity, QuantityError, parse
 
 Array = NDArray[np.float64]
 
 YEARS = 50.0
 DRAWS, SEED = 400, 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
+LARGEST = 700.0  # exponent of a number that there is
+COVERED = 0.05  # the share of the failures that a table may leave out and its rate be called the rate
+LONGEST = 1000  # letters of a line of a table, which holds two numbers
+RATE = Quantity("1", 0.0, inf, "annual rate", open_low=True, open_high=True, example="0.002")
 HEAD = "write a table with the head 'pga [g],annual rate [1/year]' and a row for each intensity"
 A_YEAR = r".*\b(rate|frequency)\b[^\[]*(\[ *((1 */|per) *(year|yr|a)|(year|yr|a) *\^? *-1) *\])?\s*"
 
@@ -43,8 +47,10 @@ class Rate:
     """Annual rate and 50-year probability of a failure at one gap [m], over the intensities of the table.
 
     ``low`` and ``high`` carry the fragility's standard errors, the larger ones, and nothing of the hazard's own
-    uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out. ``above`` is the
-    rate of motions stronger than the table: they add at most that.
+    uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out, and how many
+    there are a table does not say. ``above`` is the rate of motions stronger than the table: they add at most that.
+    ``missing`` is the share of the failures that the table leaves out, were it continued at both ends at the slope of
+    its last rows; ``at_least`` is True where that is more than a twentieth: all numbers are then lower bounds.
     """
 
     what: str
@@ -58,6 +64,8 @@ class Rate:
     below: float
     above: float
     fault: str = ""
+    missing: float = nan
+    at_least: bool = False
 
 
 def read_hazard(path: str | Path) -> Hazard:
@@ -72,6 +80,9 @@ def read_hazard(path: str | Path) -> Hazard:
     except (OSError, UnicodeDecodeError) as error:
         raise PoundingError(f"{source}: cannot be read ({getattr(error, 'strerror', error)}); {HEAD}") from None
     rows = [(at, line) for at, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
+    for at, line in rows:
+        if len(line) > LONGEST:
+            raise PoundingError(f"{source}, line {at}: has {len(line):,} letters, and a row is two numbers; {HEAD}")
     if len(rows) < 3:
         raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
     name, unit = _head(source, *rows[0])
@@ -87,34 +98,42 @@ def read_hazard(path: str | Path) -> Hazard:
 
 def _head(source: Path, at: int, line: str) -> tuple[str, str]:
     """Name and unit of the intensity."""
-    cells = next(csv.reader([line]))
+    cells = _cells(line)
     found = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
     if len(cells) != 2 or found is None:
-        raise PoundingError(f"{source}, line {at}: {line.strip()!r} names no intensity with its unit; {HEAD}")
+        raise PoundingError(f"{source}, line {at}: {_shown(line)} names no intensity with its unit; {HEAD}")
     if not re.fullmatch(A_YEAR, cells[1].strip(), re.IGNORECASE):
         raise PoundingError(
-            f"{source}, line {at}: the second column is {cells[1].strip()!r}; it must be an annual rate or frequency. "
+            f"{source}, line {at}: the second column is {_shown(cells[1])}; it must be an annual rate or frequency. "
             "A probability p in t years is a rate of -ln(1 - p) / t, a return period T one of 1 / T"
         )
     return found[1].lower(), found[2]
 
 
 def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
-    cells = next(csv.reader([line]))
+    """Intensity [m/s2] and annual rate [1/year] of one row."""
+    cells = _cells(line)
     if len(cells) != 2:
         raise PoundingError(
-            f"{source}, line {at}: {line.strip()!r} has {len(cells)} cells; write two, the intensity and its "
-            "annual rate"
+            f"{source}, line {at}: {_shown(line)} has {len(cells)} cells; write two, the intensity and its annual rate"
         )
+    if "%" in cells[1]:
+        raise PoundingError(f"{source}, line {at}: {_shown(line)} has a percentage; write a number a year; {HEAD}")
     try:
-        im, rate = parse(f"{cells[0].strip()} {unit}", PGA), float(cells[1])
-    except (QuantityError, ValueError) as error:
-        raise PoundingError(f"{source}, line {at}: {line.strip()!r} is no row of the table ({error}); {HEAD}") from None
-    if not 0.0 < rate < np.inf:
-        raise PoundingError(
-            f"{source}, line {at}: the annual rate {cells[1].strip()} must be above 0; leave the row out"
-        )
-    return im, rate
+        return parse(f"{cells[0].strip()} {unit}", PGA), parse(cells[1].strip(), RATE)
+    except QuantityError as error:
+        raise PoundingError(f"{source}, line {at}: {_shown(line)} is no row of the table ({error}); {HEAD}") from None
+
+
+def _cells(line: str) -> list[str]:
+    """The cells of a line, which is no longer than the reader of tables takes."""
+    return next(csv.reader([line]))
+
+
+def _shown(text: str) -> str:
+    """Text of a table, shortened."""
+    text = text.strip()
+    return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:
@@ -151,6 +170,36 @@ def in_years(annual: float, years: float = YEARS) -> float:
     return float(-np.expm1(-years * annual))
 
 
+def missing_share(hazard: Hazard, median: float, dispersion: float) -> float:
+    """The share of all failures that the table leaves out, were it continued at the slope of its last rows; 0 to 1.
+
+    Beyond a table's ends λ = A im^−k there. Over all im that is Cornell's k₀ θ^−k exp(k²β²/2), over a table's rows
+    `annual_rate`: the difference is what weaker and stronger motions add. Hazard curves flatten towards weak motions,
+    so that the share is more often told too large than too small.
+    """
+    inside = float(annual_rate(hazard, median, dispersion))
+    tails = [_beyond(hazard, end, median, dispersion) for end in (0, -1)]
+    whole = inside + sum(tails)
+    return sum(tails) / whole if whole > 0.0 else 0.0
+
+
+def _beyond(hazard: Hazard, end: int, median: float, dispersion: float) -> float:
+    """The rate of failures by motions beyond one end of the table, 0 the weakest and −1 the strongest.
+
+    With x the intensity at that end, λ its rate, k the slope and z = ln(x/θ)/β: below x
+    −λ Φ(z) + λ (x/θ)^k exp(k²β²/2) Φ(z + kβ), above it λ Φ(z) + λ (x/θ)^k exp(k²β²/2) [1 − Φ(z + kβ)].
+    """
+    from scipy.special import log_ndtr, ndtr
+
+    pair = slice(0, 2) if end == 0 else slice(-2, None)
+    steep = float(-np.diff(np.log(hazard.rate[pair]))[0] / np.diff(np.log(hazard.im[pair]))[0])
+    rate, away = float(hazard.rate[end]), float(np.log(hazard.im[end] / median))
+    z, side = away / dispersion, 1.0 if end == 0 else -1.0
+    moved = steep * dispersion
+    grown = steep * away + 0.5 * moved**2 + float(log_ndtr(side * (z + moved)))
+    return max(rate * (float(np.exp(min(grown, LARGEST))) - side * float(ndtr(z))), 0.0)
+
+
 def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
     """Annual rate and 50-year probability of one fragility; NaN where that could not be fitted."""
     about = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
@@ -159,7 +208,9 @@ def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
     annual = float(annual_rate(hazard, fragility.median, fragility.dispersion))
     low, high = _bounds(hazard, fragility, confidence)
     below = float(fragility_curve(hazard.im[0], fragility.median, fragility.dispersion))
-    return Rate(*about, annual, low, high, in_years(annual), below, float(hazard.rate[-1]))
+    missing = missing_share(hazard, fragility.median, fragility.dispersion)
+    numbers = (annual, low, high, in_years(annual), below, float(hazard.rate[-1]))
+    return Rate(*about, *numbers, missing=missing, at_least=missing > COVERED)
 
 
 def _bounds(hazard: Hazard, fragility: Fragility, confidence: float) -> tuple[float, float]:

@@ -5,13 +5,12 @@ From a dataset of `scan` alone, on disk or not; nothing here runs a case. Length
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessed_data import check_dataset, own_gaps, scene_place
+from pounding_risk.assessed_data import check_dataset, own_gaps, scene_force, scene_model, scene_place
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
@@ -103,7 +102,9 @@ def row_case(
     check_row(results)
     place = {
         "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
-        "yield_force": _nearest(results["yield_force"].values, _scene_force(results, yield_force)),
+        "yield_force": _nearest(
+            results["yield_force"].values, scene_force(results) if yield_force is None else yield_force
+        ),
         "contact_model": _model(results, contact_model),
     }
     if "pga" in results.dims:
@@ -120,23 +121,9 @@ def _nearest(values: Array, wanted: float) -> int:
     return int(np.abs(values - wanted).argmin())
 
 
-def _scene_interface(results: xr.Dataset) -> dict[str, Any]:
-    return dict(tomllib.loads(results.attrs["scene_resolved"])["interface"][0])
-
-
-def _scene_force(results: xr.Dataset, asked: float | None) -> float:
-    """What is asked, or the scene's own yield force where it yields, or the grid's smallest."""
-    if asked is not None:
-        return asked
-    own = float(str(_scene_interface(results).get("yield_force", "inf")).split()[0])
-    return own if np.isfinite(own) else float(results["yield_force"].values.min())
-
-
 def _model(results: xr.Dataset, asked: str | None) -> int:
     known = list(map(str, results["contact_model"].values))
-    if asked is None:
-        own = str(_scene_interface(results).get("contact_model", known[0]))
-        return known.index(own) if own in known else 0
+    asked = scene_model(results) if asked is None else asked
     if asked not in known:
         raise PoundingError(f"contact model {asked!r} is not in the dataset, which has {', '.join(known)}")
     return known.index(asked)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.assessment_options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
@@ -104,7 +105,8 @@ class CodeTable:
     """Rules beside what the motions of a dataset ask for, at one amplitude."""
 
     buildings: tuple[str, str]
-    amplitude: float | None  # m/s², PGA; None where the motions are as recorded
+    amplitude: float | None  # m/s², PGA; None where the grid has none
+    at: str  # how strong the motions are, in words
     percentile: float  # %
     motions: int  # record and polarity, those with a demand
     without: int  # motions that close no gap at all, in no ratio
@@ -234,6 +236,7 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
     return CodeTable(
         buildings=(buildings[0], buildings[1]),
         amplitude=amplitude if isfinite(amplitude) else None,
+        at=amplitude_words(shown),
         percentile=percentile,
         motions=int(moved.sum()),
         without=int((known & ~moved).sum()),

@@ -160,7 +160,7 @@ def test_kernels_do_not_import_in_circles():
 
 ASSESSED = (
     r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|"
-    r"verdicts\.py"
+    r"verdicts\.py|amplitudes\.py"
 )
 DRAWN = [
     name

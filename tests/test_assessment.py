@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 
@@ -14,13 +15,15 @@ from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
-from pounding_risk.assessed_data import motions_of
+from pounding_risk.assessed_data import intensities, motions_of
 from pounding_risk.assessment import interfaces
+from pounding_risk.cli_assess import print_assessment
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_assess import assessment_figure
 from pounding_risk.results import as_text, save
 from pounding_risk.scenario import parse_scene
+from pounding_risk.separations import code_table
 
 G = 9.80665
 SCENE = """
@@ -216,15 +219,17 @@ def test_intensities_are_those_of_the_motions():
     assert "no dispersion" in contact.fault
     with pytest.raises(PoundingError, match=r"sa\(right\).*rigid"):
         assess(results, intensity="sa(right)")
-    with pytest.raises(PoundingError, match=r"write pga, sa\(left\), sa\(right\), or by name sa\(A\), sa\(B\)"):
+    with pytest.raises(
+        PoundingError, match=r"write pga, sa\(left\), sa\(right\), by name sa\(A\), sa\(B\), or a period"
+    ):
         assess(results, intensity="sa(C)")
 
 
 @pytest.mark.parametrize(
     ("closing", "gap", "word", "words"),
     [
-        (0.01, 0.02, "adequate", "none of 160 motions as scanned closes a gap of 20 mm: P(contact) 0 % (95 % bounds"),
-        (0.01, 0.005, "inadequate", "160 of 160 motions as scanned close a gap of 5 mm: P(contact) 100 %"),
+        (0.01, 0.02, "adequate", "none of 160 motions as recorded closes a gap of 20 mm: P(contact) 0 % (95 % bounds"),
+        (0.01, 0.005, "inadequate", "160 of 160 motions as recorded close a gap of 5 mm: P(contact) 100 %"),
         (0.01, 0.0, "inadequate", "close a gap of 0 mm"),
     ],
 )
@@ -305,28 +310,189 @@ def test_failed_runs_are_no_runs_without_yielding():
     assert "12 failed" in " ".join(one.verdict.evidence)
 
 
-def test_what_matters_is_ranked_by_its_spread():
-    """The law moves yielding by 1, F_E by a half of that, the polarity by nothing."""
-    yields = np.zeros((4, 2, 2, 4, 3), dtype=np.int32)
-    yields[:, :, 1, :, :2] = 1
-    yields[:2, :, 1, :, 1] = 0
-    (one,) = assess(made_up(lognormal(4), yields=yields)).interfaces
-    found = {each.key: each for each in one.sensitivity if each.what == "P(yield)"}
-    assert [each.key for each in one.sensitivity if each.what == "P(yield)"] == [
-        "contact_model",
-        "yield_force",
-        "polarity",
-    ]
-    assert found["contact_model"].spread == pytest.approx(0.75)
-    assert found["contact_model"].levels == (("law 0", 0.0), ("law 1", 0.75))
-    assert found["contact_model"].turns  # on both sides of 10 %
-    assert found["yield_force"].spread == pytest.approx(0.25)
-    assert found["polarity"].spread == 0.0
-    assert one.what_matters.startswith(
-        "whether F_E is reached depends most on the contact model (by 0.75), then on F_E (by 0.25);"
+def responding(closing: np.ndarray, own: str = "2000000.0 N") -> xr.Dataset:
+    """Three laws whose response follows the motion: "plain" never yields, "capped" is "plain" but for its cap, "soft"
+    moves the buildings twice as far."""
+    yields = np.zeros((*closing.shape, 3, 4, 3), dtype=np.int32)
+    yields[..., 0] = 1
+    results = made_up(closing, yields=yields).assign_coords(contact_model=["plain", "capped", "soft"])
+    factors = {"plain": [1.0, 1.0, 1.0], "capped": [1.6, 1.2, 1.0], "soft": [2.0, 2.0, 2.0]}
+    peak = np.stack([np.outer(closing.ravel(), each).reshape(*closing.shape, 3) for each in factors.values()], axis=-2)
+    peak = np.broadcast_to(peak[..., :, None, :], results["impact_count"].shape)
+    cases = results["impact_count"].dims
+    results["peak_relative_displacement"] = (cases, peak.copy())
+    results["peak_contact_force"] = (cases, np.minimum(1e8 * peak, results["yield_force"].values))
+    sides = np.stack([10.0 * peak, 20.0 * peak], axis=-1)
+    results["peak_floor_acceleration"] = ((*cases, "building"), sides)
+    results.attrs["scene_resolved"] = (
+        f'[[interface]]\ngap = "0.02 m"\nyield_force = "{own}"\ncontact_model = "capped"\n'
     )
-    contact = [each for each in one.sensitivity if each.what == "P(contact)" and each.key != "polarity"]
-    assert [each.spread for each in contact] == [0.0, 0.0]
+    return results
+
+
+def test_the_response_against_f_e_is_that_of_the_motions_with_contact():
+    """Medians over the motions that close 20 mm, of the larger building, at the assessed gap alone."""
+    closing = lognormal(12)
+    (one,) = assess(responding(closing)).interfaces
+    touching = closing[closing > 0.02]
+    for factor, force in ((1.6, 1e6), (1.2, 2e6), (1.0, np.inf)):
+        found = {
+            each.output: each for each in one.response if (each.contact_model, each.yield_force) == ("capped", force)
+        }
+        assert found["peak_relative_displacement"].median == pytest.approx(factor * np.median(touching))
+        assert found["peak_floor_acceleration"].median == pytest.approx(20.0 * factor * np.median(touching))
+        assert found["peak_floor_acceleration"].high == pytest.approx(20.0 * factor * np.percentile(touching, 84.0))
+        assert {each.motions for each in found.values()} == {touching.size}
+        assert {each.gap for each in found.values()} == {0.02}
+    assert (one.own_force, one.own_model) == (2e6, "capped")
+
+
+def test_f_e_is_held_against_the_response_and_not_against_itself():
+    (one,) = assess(responding(lognormal(12))).interfaces
+    assert not [each for each in one.sensitivity if each.key == "yield_force" and each.what.startswith("P(yield)")]
+    by_force = {each.output: each for each in one.sensitivity if each.key == "yield_force" and each.output}
+    assert set(by_force) == {"peak_relative_displacement", "peak_contact_force", "peak_floor_acceleration"}
+    moved = by_force["peak_relative_displacement"]
+    assert [name for name, _ in moved.levels] == ["F_E 1000 kN", "F_E 2000 kN", "no yielding"]
+    assert moved.share == pytest.approx(0.6 / 1.6)
+    assert moved.words.endswith("mm (F_E 1000 kN)") and "(no yielding) to" in moved.words
+    assert by_force["peak_contact_force"].words.endswith("F_E is its upper end under a law that yields")
+    assert one.what_matters.startswith("F_E changes the median peak ")
+
+
+def test_yielding_is_told_at_the_scenes_own_f_e():
+    """At 1 MN all yield under every law, at 2 MN none: what the scene has decides which is told."""
+    for own, share in (("1000000.0 N", 1.0), ("2000000.0 N", 0.0), ("1990000.0 N", 0.0)):
+        (one,) = assess(responding(lognormal(12), own)).interfaces
+        (found,) = [each for each in one.sensitivity if each.what.startswith("P(yield)") and each.key == "polarity"]
+        assert {value for _, value in found.levels} == {share}
+        assert found.what == f"P(yield) at F_E {1000 if share else 2000} kN"
+    (never,) = assess(responding(lognormal(12), "inf")).interfaces
+    assert never.own_force == np.inf
+    assert not [each for each in never.sensitivity if each.what.startswith("P(yield)")]
+
+
+def test_laws_that_differ_by_the_cap_alone_are_no_influence_of_the_model():
+    """Without yielding "capped" is "plain", to the last bit; "soft" is another law and does move the buildings."""
+    results = responding(lognormal(12))
+    for laws, share in ((["plain", "capped"], 0.0), (["plain", "capped", "soft"], 0.5)):
+        (one,) = assess(results.sel(contact_model=laws)).interfaces
+        found = {each.output: each for each in one.sensitivity if each.key == "contact_model" and each.output}
+        assert found["peak_relative_displacement"].share == pytest.approx(share)
+        assert ("the contact model changes the median" in one.what_matters) == bool(share)
+        assert ("the contact model changes no median response" in one.what_matters) == (not share)
+    # A grid without such a case cannot part the law from its cap, and says so.
+    (one,) = assess(results.isel(yield_force=[0, 1])).interfaces
+    found = {each.output: each for each in one.sensitivity if each.key == "contact_model" and each.output}
+    told = found["peak_relative_displacement"]
+    assert np.isnan(told.spread) and told.words.endswith(
+        'at F_E 2000 kN, where yielding may be part of it: "inf" in grid.yield_force parts them'
+    )
+    assert "the contact model changes" not in one.what_matters
+
+
+def scaled_to_sa(value: float, period: float, closing: np.ndarray, apart: float) -> xr.Dataset:
+    """Records scaled to Sa of building A, whose closing is told by its neighbour alone: PGA tells nothing."""
+    yields = np.zeros((*closing.shape, 1, 4, 3), dtype=np.int32)
+    yields[: len(closing) // 2, ..., 0] = 1
+    results = made_up(closing, yields=yields)
+    noise = np.random.default_rng(3).normal(size=closing.shape)
+    results["peak_displacement_free"][..., 0] = value / (2.0 * np.pi / period) ** 2 * np.exp(apart * noise)
+    results.attrs["scene_resolved"] += (
+        f'[records]\nsa = {{value = "{value} m/s^2", period = "{period} s", damping = 0.05}}\n'
+    )
+    return results
+
+
+def test_an_ensemble_scaled_to_sa_has_no_curve_of_yielding_and_no_rate(tmp_path):
+    """What a study was told of before: "dispersion 0.000" from intensities 1.5e-9 apart, and a rate from it."""
+    file = tmp_path / "site.csv"
+    file.write_text("Sa(0.5 s) [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    results = scaled_to_sa(6.0, 0.5, lognormal(20), 1.5e-9)
+    for intensity in (None, "sa(left)", "sa(A)", "sa(0.5 s)"):
+        found = assess(results, intensity=intensity, hazard=file)
+        (one,) = found.interfaces
+        yields = [(each, rate) for each, rate in zip(one.fragility, one.rates, strict=True) if each.what == "yield"]
+        assert yields
+        for each, rate in yields:
+            assert each.fault.startswith("all motions have one intensity, 0.6118 g")
+            assert np.isnan(rate.annual) and rate.fault == each.fault
+            assert len(each.stripes) == 1
+    assert assess(results).intensity == "sa(0.5 s)"
+    contact = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+    assert contact.method == "scaled motions" and not contact.fault
+    assert contact.median == pytest.approx(6.0 * 0.02 / np.exp(np.log(lognormal(20)).mean()))
+    assert contact.factor == pytest.approx(contact.median / 6.0)
+
+
+def test_a_curve_by_far_scaling_is_refused():
+    """Closings of 4 mm for a gap of 20 and of 40 mm: five and ten times the motions that were scanned."""
+    (one,) = assess(made_up(lognormal(20, scale=0.004), pga=4.0)).interfaces
+    contact = {each.gap: each for each in one.fragility if each.what == "contact"}
+    assert not contact[0.01].fault and contact[0.01].factor == pytest.approx(2.5, rel=0.2)
+    assert "scan stronger motions" in contact[0.04].fault and np.isnan(contact[0.04].median)
+
+
+@pytest.mark.parametrize(
+    ("records", "words", "intensity"),
+    [
+        ("", "as recorded", "pga"),
+        ("scale = 1.5", "times 1.5", "pga"),
+        ('pga = "1.2258312500000001 m/s^2"', "at PGA 0.125 g", "pga"),
+        ('sa = {value = "6.864655 m/s^2", period = "0.62 s", damping = 0.05}', "at Sa(0.62 s) = 0.7 g", "sa(0.62 s)"),
+        (
+            'sa = {value = "6.864655 m/s^2", period = "0.62 s", damping = 0.02}',
+            "at Sa(0.62 s, 2 %) = 0.7 g",
+            "sa(0.62 s, 2 %)",
+        ),
+        ('to_median = "pgv"', "at the ensemble's median PGV", "pga"),
+        ('to_median = "pgv"\nscale = 2.5', "at the ensemble's median PGV times 2.5", "pga"),
+        ('to_median = {period = "1.0 s", damping = 0.05}', "at the ensemble's median Sa(1 s)", "sa(1 s)"),
+        (
+            'to_median = {period = "7.0 s", damping = 0.05}',
+            "at the ensemble's median Sa(7 s)",
+            "pga",
+        ),  # no such spectrum
+        ('manifest = "chosen.csv"', "with the factors of chosen.csv", "pga"),
+    ],
+)
+def test_the_amplitude_is_said_in_the_same_words_everywhere(records, words, intensity):
+    results = made_up(lognormal(6))
+    results.attrs["scene_resolved"] += f"[records]\n{records}\n"
+    periods = np.geomspace(0.05, 5.0, 9)
+    results = results.assign(record_spectral_acceleration=(("record", "period"), np.ones((6, 9))), period=periods)
+    found = assess(results)
+    (one,) = found.interfaces
+    assert (one.at, found.intensity) == (words, intensity)
+    assert f"12 motions {words} close" in one.verdict.sentence
+    assert assessment_figure(found).get_suptitle().endswith(f"recordings {words}")
+    assert code_table(results).at == words
+
+
+def test_an_amplitude_of_the_grid_keeps_its_digits():
+    results = made_up(lognormal(6)[..., None] * np.array([1.0, 2.0])).assign_coords(pga=[0.125 * G, 0.35 * G])
+    found = assess(results, pga=0.125 * G, gap=0.0123456)
+    assert found.interfaces[0].at == "at PGA 0.125 g"
+    told = assessment_figure(found).get_suptitle()
+    assert told.startswith("12.3456 mm is ") and told.endswith("at PGA 0.125 g")
+
+
+def test_sa_at_any_period_is_read_from_the_spectra():
+    """A spectrum that is a power of the period is a straight line in the logarithms: read exactly, and as scaled."""
+    results = made_up(lognormal(6)[..., None] * np.array([1.0, 2.0]))
+    periods = np.geomspace(0.05, 5.0, 9)
+    spectra = np.linspace(1.0, 2.0, 6)[:, None] / periods
+    results = results.assign(record_spectral_acceleration=(("record", "period"), spectra), period=periods)
+    expected = np.repeat(np.linspace(1.0, 2.0, 6) / 0.7 / results["record_pga"].values, 2)[:, None] * [1.0, 2.0]
+    assert intensities(results, "sa(0.7 s)") == pytest.approx(expected, rel=1e-12)
+    for asked, words in (
+        ("sa(6 s)", "the dataset has spectra of 5 % damping from 0.05 s to 5 s; write a period among them"),
+        ("sa(0.7 s, 2 %)", "has spectra of 5 % damping"),
+        ("sa(0.7)", "or a period such as"),
+        ("sa(-1 s)", "is not known"),
+    ):
+        with pytest.raises(PoundingError, match=re.escape(words)):
+            intensities(results, asked)
 
 
 def test_rates_come_with_a_hazard_curve(tmp_path):
@@ -427,7 +593,7 @@ def test_options_out_of_range_are_refused(dataset):
     ):
         with pytest.raises(PoundingError, match=words):
             assess(dataset, **option)
-    with pytest.raises(PoundingError, match="its motions are as recorded"):
+    with pytest.raises(PoundingError, match="its motions have no amplitudes of a grid"):
         assess(made_up(lognormal(4)), pga=2.0)
 
 
@@ -474,7 +640,7 @@ def test_one_record_is_assessed_with_its_limits_told():
     found = assess(results)
     (one,) = found.interfaces
     assert one.verdict.word == "depends"
-    assert "1 of 1 motions as scanned closes" in one.verdict.sentence
+    assert "1 of 1 motions as recorded closes" in one.verdict.sentence
     assert one.yielding == ()
     assert all(each.fault for each in one.fragility)
     assert assessment_figure(found).axes
@@ -532,14 +698,104 @@ def test_the_figure_says_what_it_shows(dataset):
     figure = assessment_figure(assess(dataset), "as a test")
     left, right = figure.axes
     assert (left.get_xlabel(), left.get_ylabel()) == ("gap [mm]", "P(contact) [1]")
-    assert right.get_xlabel() == "pga [g]"
+    assert right.get_xlabel() == "PGA [g]"
     told = words_of(figure).replace("\n", " ")
     assert told.startswith("20 mm is ")
-    assert "6 motions of 2 recordings at 0.3 g" in told
+    assert "6 motions of 2 recordings at PGA 0.3 g" in told
     (step,) = left.patches
     closing = 1e3 * np.sort(dataset["peak_closing_free"].isel(pga=-1).values.ravel())
     assert step.get_data().edges[1:-1] == pytest.approx(closing)
     assert step.get_data().values == pytest.approx(np.arange(6, -1, -1) / 6.0)
+
+
+def drawn_rules(found: object) -> dict[str, tuple[float, str]]:
+    """Where each code rule is drawn [mm], by its words, and with which mark."""
+    axis = assessment_figure(found).axes[0]
+    return {
+        str(line.get_label()): (float(line.get_xdata()[0]), str(line.get_marker()))
+        for line in axis.lines
+        if str(line.get_label()).split(":")[0] in ("ABS", "SRSS", "CQC")
+    }
+
+
+def test_what_a_rule_asks_is_drawn_where_it_is_or_as_an_arrow():
+    """Buildings that move together: rules ask for more than the motions need, here 1.5 and 10 times."""
+    for factor, arrow in ((1.5, False), (10.0, True)):
+        results = made_up(lognormal(20))
+        results["peak_displacement_free"][..., 0] = factor * results["peak_closing_free"]
+        found = assess(results)
+        (one,) = found.interfaces
+        end = 1e-3 * assessment_figure(found).axes[0].get_xlim()[1]
+        for words, (place, mark) in drawn_rules(found).items():
+            name = words.split(":")[0].lower()
+            asked = next(each.upper for each in one.separations if each.row.rule == name)
+            assert (mark == ">") == arrow == words.endswith(", beyond the axis")
+            assert place == pytest.approx(1e3 * (end if arrow else asked))
+            assert arrow == (asked > end)
+
+
+def many_curves(forces: int = 12) -> xr.Dataset:
+    """Two laws and many yield forces, each reached from another closing on."""
+    closing = lognormal(40, scale=0.01)[..., None] * np.array([1.0, 2.0, 4.0, 8.0])
+    yields = np.zeros((*closing.shape, 2, 4, 3), dtype=np.int32)
+    results = made_up(closing, yields=yields).isel(yield_force=[0] * forces)
+    results = results.assign_coords(yield_force=1e6 * np.arange(1, forces + 1))
+    least = np.linspace(0.02, 0.06, forces)
+    reached = (closing[..., None] > least)[..., None, None, :]
+    results["yield_exceedance"] = (
+        results["yield_exceedance"].dims,
+        np.broadcast_to(reached, results["yield_exceedance"].shape).astype(np.int32),
+    )
+    return results
+
+
+def test_every_curve_and_rate_of_yielding_is_listed_with_its_model(tmp_path, capsys):
+    """Twelve F_E under two laws: 24 curves and as many rates, none of them dropped and none without its law."""
+    site = tmp_path / "site.csv"
+    site.write_text("pga [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    print_assessment(assess(many_curves(), hazard=site))
+    told = capsys.readouterr().out
+    curves, rates = (told.partition(head)[2].partition("standard errors")[0] for head in ("fragility of", "rate of"))
+    for law in ("law 0", "law 1"):
+        assert curves.count(f"yielding, {law} ") == 12
+        assert rates.count(f"yielding, {law} ") == 12
+
+
+def test_curves_that_are_not_fitted_are_named(capsys):
+    """F_E of 1 MN is never reached and that of 2 MN is: both are told, beside each other."""
+    results = many_curves(4)
+    results["yield_exceedance"][..., 0] = 0
+    print_assessment(assess(results))
+    told = capsys.readouterr().out
+    assert (
+        "not fitted, yielding, law 0 at F_E 1000 kN; yielding, law 1 at F_E 1000 kN: none of the 320 runs fail" in told
+    )
+
+
+def test_a_hazard_curve_that_ends_too_soon_gives_lower_bounds(tmp_path, capsys):
+    """0.3 to 0.35 g of a curve that goes on: in text, in the figure and in what is written it is "at least"."""
+    site, whole = tmp_path / "short.csv", tmp_path / "whole.csv"
+    rates = {pga: 0.01 * (pga * G) ** -2.0 for pga in (0.001, 0.3, 0.35, 50.0)}
+    for file, rows in ((site, (0.3, 0.35)), (whole, (0.001, 0.3, 0.35, 50.0))):
+        file.write_text("pga [g],annual rate\n" + "".join(f"{pga},{rates[pga]!r}\n" for pga in rows))
+    results = made_up(lognormal(20), pga=4.0)
+    found, known = (assess(results, hazard=file) for file in (site, whole))
+    (cut,), (full,) = (
+        [rate for rate in each.interfaces[0].rates if (rate.what, rate.gap) == ("contact", 0.02)]
+        for each in (found, known)
+    )
+    assert cut.at_least and not full.at_least
+    # One power of the intensity throughout: what is left out is what the whole curve has more, to its own ends.
+    assert cut.missing == pytest.approx(1.0 - cut.annual / full.annual, abs=1e-3)
+    print_assessment(found)
+    told = capsys.readouterr().out
+    assert f"at least {cut.annual:.3g}" in told and "the hazard curve ends where failures do not" in told
+    labels = [text.get_text() for text in assessment_figure(found).axes[1].get_legend().get_texts()]
+    assert any(f"contact in 50 years at least {100 * cut.fifty_years:.2g} %" in each for each in labels)
+    print_assessment(known)
+    assert "at least" not in capsys.readouterr().out
+    written = found.as_dict()["interfaces"][0]["rates"]
+    assert any(each["at_least"] is True and each["missing"] == cut.missing for each in written)
 
 
 def test_an_assessment_needs_no_solver():

@@ -285,12 +285,15 @@ def test_the_sentence_follows_from_the_numbers():
     made["capped"][2] = 1
     sentence = told(made)[1]
     assert sentence.startswith(
-        "The model matters here: against base, no output is off by over 10 % in the middle 68 % of the cases; "
-        "with yielding, peak contact force is 0.50 to 0.50 times as large (third); peak relative displacement is off"
+        "Yielding matters here, which is F_E and not the model: against base, no output is off by over 10 % in the "
+        "middle 68 % of the cases; with yielding, peak contact force is 0.50 to 0.50 times as large (third); peak "
+        "relative displacement is off"
     )
     made["capped"][:2] = 1
     assert "against base, peak contact force is 0.50 to 0.50 times as large (third); peak rel" in told(made)[1]
+    assert told(made)[1].startswith("The model matters here: against base, peak contact force")
     made["capped"][2] = 0
+    assert told(made)[1].startswith("Yielding matters here")
     assert "in the middle 68 % of the cases; without yielding, peak contact force is 0.50" in told(made)[1]
     # An elastic law is not on equal terms with damped ones, and the sentence is not about it.
     made["dissipates"][2] = 0

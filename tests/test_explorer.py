@@ -229,7 +229,7 @@ def test_axes_that_were_taken_out_are_put_back(results):
     model = explorer.page_model(one)
     labels = {axis["name"]: axis["labels"] for axis in model["axes"]}
     assert (labels["gap"], labels["yield_force"]) == (["0"], ["200"])
-    assert "Peak ground acceleration: 0.3 g." in model["facts"]
+    assert "Motions at PGA 0.3 g." in model["facts"]
 
 
 def test_the_command(results, tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from scipy.special import log_ndtr
 from scipy.stats import norm
 
 from pounding_risk import fragility
-from pounding_risk.fragility import fit, fit_capacities, stripes_of
+from pounding_risk.fragility import fit, fit_capacities, out_of_scale, stripes_of
 
 IM = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 COUNTS = np.array([0, 3, 9, 18, 25, 33])
@@ -160,6 +160,81 @@ def test_one_intensity_and_one_motion_are_told():
     assert "no dispersion" in fit_capacities(np.array([0.3, 0.3]), np.arange(2)).fault
     assert "closed gap" in fit_capacities(np.array([0.0, 0.1]), np.arange(2)).fault
     assert "closes nothing" in fit_capacities(np.array([np.inf, 0.1]), np.arange(2)).fault
+
+
+def at_sa(count: int, apart: float, seed: int = 21) -> np.ndarray:
+    """Intensities of an ensemble that is scaled to 0.7 g: ``apart`` is the deviation of their logarithms."""
+    return 0.7 * 9.80665 * np.exp(apart * np.random.default_rng(seed).normal(size=count))
+
+
+@pytest.mark.parametrize("apart", [0.0, 1.5e-9, 1e-6, 1e-4])
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.99, 1.0])
+def test_an_ensemble_scaled_to_one_intensity_has_no_curve(apart, share):
+    """What scaling and the solver's tolerance leave between the motions is no shaking of another strength."""
+    im = at_sa(44, apart)
+    failed = np.random.default_rng(5).random(44) < share
+    fault = fit(im, failed, np.arange(44) // 2).fault
+    assert fault.startswith("all motions have one intensity, 0.7 g: a curve needs several")
+    assert "no dispersion" in fit_capacities(im, np.arange(44)).fault
+    (stripe,) = stripes_of(im, failed)
+    assert (stripe.count, stripe.runs) == (failed.sum(), 44)
+    assert stripe.im == pytest.approx(0.7 * 9.80665, rel=1e-3)
+
+
+def test_failures_that_intensity_does_not_explain_have_no_curve():
+    """Coins tossed at intensities 5 % apart: the slope is told from 0 in 5 % of the ensembles, one-sided, by Wald.
+
+    That is 20 of 400; three standard deviations of the binomial are 13, and errors by recording, the larger of both
+    counting, take some away.
+    """
+    rng, fitted = np.random.default_rng(31), 0
+    for seed in range(400):
+        im, failed = at_sa(60, 0.05, seed), rng.random(60) < 0.5
+        fitted += not fit(im, failed, np.arange(60)).fault
+    assert fitted <= 33
+
+
+def test_a_dispersion_that_its_error_does_not_tell_from_none_is_refused():
+    """One weak failure among ten at 0.3 and one strong survivor at 0.31: parted but for two, at intensities 3 % apart.
+
+    By hand: between them lies all that tells the dispersion. The same motions ten times over carry it.
+    """
+    im = np.concatenate([np.linspace(0.1, 0.30, 10), np.linspace(0.31, 0.6, 10)])
+    failed = np.arange(20) >= 10
+    failed[[9, 10]] = True, False
+    once = fit(im, failed, np.arange(20))
+    assert "carry no dispersion: it would be" in once.fault and "scan more records" in once.fault
+    many = fit(np.tile(im, 10), np.tile(failed, 10), np.arange(200))
+    assert not many.fault and many.dispersion > 0.0
+
+
+def test_a_median_outside_the_tested_intensities_is_refused():
+    """A quarter of the motions fail at the strongest of three stripes: the median lies beyond it."""
+    im, failed = stripes(np.array([1, 4, 9]), np.array([0.3, 0.4, 0.5]))
+    found = fit(im, failed, np.arange(im.size))
+    assert "lies above the intensities that were tested, between 0.0306 g and 0.051 g: scan stronger motions" in (
+        found.fault
+    )
+    assert np.isnan(found.median)
+    im, failed = stripes(np.array([31, 36, 39]), np.array([0.3, 0.4, 0.5]))
+    assert "lies below the intensities that were tested" in fit(im, failed, np.arange(im.size)).fault
+
+
+@pytest.mark.parametrize(
+    ("factors", "nearest", "words"),
+    [
+        ([0.41], 0.41, ""),
+        ([3.9], 3.9, ""),
+        ([0.2], 0.2, "times 0.2, outside 0.25 to 4: scan weaker motions"),
+        ([40.0, 5.0], 5.0, "times 5, outside 0.25 to 4: scan stronger motions"),
+        ([20.0, 0.1], 0.1, ""),  # between two scanned amplitudes
+    ],
+)
+def test_scaling_beyond_the_usual_factors_is_refused(factors, nearest, words):
+    found = fit_capacities(np.array([2.0, 3.0, 4.0]), np.arange(3))
+    factor, fault = out_of_scale(found, np.array(factors))
+    assert factor == nearest
+    assert fault.endswith(words) and bool(fault) == bool(words)
 
 
 def test_stripes_are_counted():

@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
-from pounding_risk.hazard import Hazard, annual_rate, in_years, rate_of, read_hazard
+from pounding_risk.hazard import Hazard, annual_rate, in_years, missing_share, rate_of, read_hazard
 
 K0, K = 2e-3, 2.5
 
@@ -69,6 +69,33 @@ def test_what_the_table_cuts_off_is_told():
     assert missing == pytest.approx(beyond, rel=1e-5)  # 1e3 to infinity is 3e-7 of it
 
 
+def test_the_share_that_a_table_leaves_out_is_what_its_slopes_continue_to():
+    """Of a power law nothing is guessed: the share is that of SciPy's quadrature beyond the table's ends."""
+    cut = rate_of(power_law(3.0, 12.0), curve(), 0.95)
+    beyond = sum(quad(_density, *ends, epsabs=1e-16)[0] for ends in ((0.1, 3.0), (12.0, np.inf)))
+    assert cut.missing == pytest.approx(beyond / (beyond + cut.annual), rel=1e-6)
+    assert cut.at_least
+    whole = rate_of(power_law(), curve(), 0.95)
+    assert whole.missing < 1e-6 and not whole.at_least
+
+
+@pytest.mark.parametrize(("ends", "side"), [((1e-3, 3.0), "above"), ((3.0, 1e3), "below")])
+def test_a_curve_that_ends_on_one_side_alone_is_told(ends, side):
+    """Rows up to the median, or from it on: the other side is what is left out."""
+    cut = rate_of(power_law(*ends), curve(), 0.95)
+    limits = (3.0, np.inf) if side == "above" else (0.1, 3.0)
+    beyond = quad(_density, *limits, epsabs=1e-16)[0]
+    assert cut.missing == pytest.approx(beyond / (beyond + cut.annual), rel=1e-5)
+    assert cut.at_least
+
+
+def test_steep_and_wide_ends_stay_a_share():
+    steep = Hazard("pga", np.array([1.0, 2.0]), np.array([1e-2, 1e-6]))
+    for median, dispersion in ((1.5, 6.0), (1e-3, 0.01), (1e3, 0.01), (1e3, 9.0)):
+        found = missing_share(steep, median, dispersion)
+        assert 0.0 <= found <= 1.0
+
+
 def test_bounds_follow_the_fragilitys_errors():
     """No error, no width; an error of ln θ alone moves the rate by exp(−k z σ), its quantiles by simulation 400."""
     narrow = rate_of(power_law(), curve(se_median=0.0, se_dispersion=0.0), 0.95)
@@ -101,12 +128,23 @@ def test_a_table_is_read_with_its_unit(tmp_path):
         ("pga [g],rate\n0.1,0.01\nx,0.001\n", "line 3: 'x,0.001' is no row"),
         ("pga [mm],rate\n0.1,0.01\n0.2,0.001\n", "line 2"),
         ("pga [g],rate\n0.1,0.01\n0.2\n", "line 3"),
-        ("pga [g],rate\n0.1,0.01\n0.2,0\n", "line 3: the annual rate 0 must be above 0"),
+        ("pga [g],rate\n0.1,0.01\n0.2,0\n", "an annual rate must be greater than 0 and finite"),
         ("pga [g],rate\n0.1,0.01\n0.2,0.02\n", "line 3: intensities must rise and annual rates fall"),
         ("pga [g],rate\n0.2,0.01\n\n0.1,0.001\n", "line 4: intensities must rise"),
         ("pga [g],probability in 50 years\n0.1,0.5\n0.2,0.1\n", "line 1: the second column is 'probability in 50 y"),
         ("pga [g],return period [years]\n0.1,50\n0.2,475\n", "a return period T one of 1 / T"),
         ("pga [g],rate [1/50 years]\n0.1,0.5\n0.2,0.1\n", "it must be an annual rate or frequency"),
+        ("pga [g],rate\n0.1,1_0\n0.2,0.001\n", "line 2: '0.1,1_0' is no row of the table (\"1_0\" has a unit"),
+        ("pga [g],rate\n1_0,0.1\n0.2,0.001\n", "line 2: '1_0,0.1' is no row of the table"),
+        ("pga [g],rate\n0.1,inf\n0.2,0.001\n", "an annual rate must be greater than 0 and finite"),
+        ("pga [g],rate\n0.1,nan\n0.2,0.001\n", '"nan" is not a number'),
+        ("pga [g],rate\n0.1,0.01\ninf,0.001\n", "line 3: 'inf,0.001' is no row of the table"),
+        ("pga [g],rate\n0.1,1 %\n0.2,0.001\n", "line 2: '0.1,1 %' has a percentage; write a number a year"),
+        (
+            "pga [g],rate\n0.1," + 131_073 * "1" + "\n0.2,0.001\n",
+            "line 2: has 131,077 letters, and a row is two numbers",
+        ),
+        (131_073 * "p" + " [g],rate\n0.1,0.1\n0.2,0.001\n", "line 1: has 131,082 letters"),
         ("pga [g],rate\n0.1,0.01,0.02\n0.2,0.001,0.002\n", "line 2: '0.1,0.01,0.02' has 3 cells"),
     ],
 )
@@ -116,6 +154,7 @@ def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, words):
     with pytest.raises(PoundingError, match=r"site\.csv") as told:
         read_hazard(file)
     assert words in str(told.value)
+    assert len(str(told.value)) < 1000  # what is damaged is shown shortened
 
 
 @pytest.mark.parametrize(

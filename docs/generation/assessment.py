@@ -6,7 +6,17 @@ from dataclasses import fields
 from typing import Any
 
 from generation.markdown import docstring, plain
-from pounding_risk import assessment, fragility, hazard, influences, proportions, required_gaps, separations, verdicts
+from pounding_risk import (
+    assessed_response,
+    assessment,
+    fragility,
+    hazard,
+    influences,
+    proportions,
+    required_gaps,
+    separations,
+    verdicts,
+)
 
 HEAD = """# Assessment
 
@@ -20,6 +30,7 @@ PARTS = (
     verdicts.Verdict,
     verdicts.Governing,
     proportions.Share,
+    assessed_response.Response,
     required_gaps.RequiredGap,
     fragility.Fragility,
     fragility.Stripe,

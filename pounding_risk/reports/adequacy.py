@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pounding_risk.amplitudes import intensity_words
 from pounding_risk.figures_report import (
     Curve,
     Judged,
@@ -32,7 +33,6 @@ from pounding_risk.reports.content import (
     figure,
     head,
     heading,
-    intensity_words,
     listing,
     name_of,
     number,
@@ -257,9 +257,9 @@ def _of_law(shares: Sequence[Any], law: str) -> list[int]:
 def fragility(material: Material, pair: Pair) -> list[Block]:
     """Lognormal fragilities: curves and stripes, and the table of medians and dispersions with standard errors."""
     found = [each for each in pair.found.fragility if np.isfinite(each.median) and np.isfinite(each.dispersion)]
+    refused = _not_fitted(pair)
     if not found:
-        faults = dict.fromkeys(each.fault for each in pair.found.fragility if each.fault)
-        return [paragraph(f"{pair.name}: no fragility: {'; '.join(faults)}.")] if faults else []
+        return refused
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
     heads += [(head("median", ACCELERATION), "r"), ("error of its ln; by recording", "r"), ("dispersion", "r")]
     heads += [("its error; by recording", "r"), ("from", "l")]
@@ -278,7 +278,24 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
             f"{pair.anchor}-fragility", drawing, f"{caption}.", f"{caption}; the table has medians and dispersions."
         ),
         table(f"{pair.name}: fragility against {words}, by maximum likelihood.", heads, rows, keep=keep, note=note),
+        *refused,
     ]
+
+
+def _not_fitted(pair: Pair) -> list[Block]:
+    """Which curves there are none of, and why: contact at the judged gap, yielding, and at how many other gaps."""
+    faults: dict[str, list[str]] = {}
+    others = 0
+    for each in pair.found.fragility:
+        if each.fault and each.what == "contact" and each.gap != pair.found.gap:
+            others += 1
+        elif each.fault:
+            model = f" under {name_of(each.contact_model)}" if each.contact_model else ""
+            faults.setdefault(each.fault, []).append(f"{_what(each)}{model}".replace("$F_E$", "F_E"))
+    told = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
+    if others:
+        told.append(f"contact at {others} other gap{'s' * (others > 1)}: `assess -o` writes the reason of each.")
+    return [paragraph(f"{pair.name}, not fitted:"), listing(told)] if told else []
 
 
 def _fitted(one: Any) -> list[Cell | str]:
@@ -327,28 +344,41 @@ def rates(material: Material, pair: Pair) -> list[Block]:
         return []
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
     heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
+    heads += [("left out [%]", "r")]
     rows: list[list[Cell | str]] = [
         [
             each.what,
             number(each.gap, "m"),
             _model(each),
             strength(each.yield_force),
-            number(each.annual, digits=3),
+            _at_least(number(each.annual, digits=3), each),
             between(each.low, each.high, "1", 3),
-            number(each.fifty_years, "%", 3),
+            _at_least(number(each.fifty_years, "%", 3), each),
             number(each.below, "%", 2),
+            number(each.missing, "%", 2),
         ]
         for each in found
     ]
     source, curve = material.assessment.hazard, material.assessment.hazard_rows
     weakest, strongest = (amount(im, ACCELERATION)["text"] for im in (curve[0][0], curve[-1][0]))
     stronger = number(curve[-1][1], digits=3)["text"]
+    least = "Where a rate is at least so much, the curve ends where failures do not. " if _any_cut(found) else ""
     told = (
-        f"Rates count motions from {weakest} to {strongest}, the range of the curve. Weaker ones are left out, which "
-        f"matters where P at the weakest is not small; stronger ones add at most {stronger} a year. Bounds carry the "
-        "fragility's standard errors and nothing of the curve's own uncertainty."
+        f"Rates count motions from {weakest} to {strongest}, the range of the curve. {least}Left out is the share of "
+        "the failures beyond the curve's ends, were it continued at the slope of its last rows; stronger motions add "
+        f"at most {stronger} a year, and of weaker ones the curve says nothing. Bounds carry the fragility's standard "
+        "errors and nothing of the curve's own uncertainty."
     )
     return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows), paragraph(told)]
+
+
+def _at_least(cell: Cell, rate: Any) -> Cell:
+    """A number of a rate, and whether it is a lower bound alone."""
+    return {**cell, "text": f"at least {cell['text']}"} if rate.at_least else cell
+
+
+def _any_cut(rates: Sequence[Any]) -> bool:
+    return any(each.at_least for each in rates)
 
 
 def influences(material: Material, pair: Pair) -> list[Block]:

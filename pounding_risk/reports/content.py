@@ -158,11 +158,6 @@ def name_of(law: str) -> str:
     return law.replace("_", " ")
 
 
-def intensity_words(name: str) -> str:
-    """An intensity as text: PGA, Sa(left)."""
-    return "PGA" if name == "pga" else f"Sa{name.removeprefix('sa')}"
-
-
 def source(caption: str, text: str) -> Block:
     """Text as it stands in a file."""
     return {"kind": "source", "caption": caption, "text": text.strip("\n")}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.figures_report import report_spectra, svg_text
 from pounding_risk.reports.content import (
     KEPT,
@@ -114,6 +115,8 @@ def _grid(material: Material) -> list[tuple[str, Cell | str]]:
     told: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
     told.append(("records", count(results.sizes["record"])))
     told.append(("polarity", ", ".join(map(str, results["polarity"].values))))
+    if "pga" not in results.coords:
+        told.append(("amplitude", amplitude_words(results)))
     whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
     for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", whose, "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.assessed_data import scene_force, scene_model
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.content import amount
 from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
@@ -40,7 +40,7 @@ class Pair(NamedTuple):
     found: InterfaceAssessment
     codes: CodeTable
     results: xr.Dataset  # at the amplitude that is assessed
-    at: str  # this amplitude in words; "" where the dataset has one only
+    at: str  # this amplitude in words
 
     @property
     def grid_gap(self) -> float:
@@ -66,12 +66,10 @@ class Material:
         return tuple(self._pair(place, found, each) for place, (found, (_, each)) in enumerate(parts, start=1))
 
     def _pair(self, place: int, found: InterfaceAssessment, results: xr.Dataset) -> Pair:
-        at = ""
         if "pga" in results.dims:
             results = results.isel(pga=int(np.abs(results["pga"].values - found.amplitude).argmin()))
-            at = f" at {amount(found.amplitude, 'm/s2')['text']}"
         codes = code_table(results, self.assessment.percentile)
-        return Pair(found.name, f"interface-{place}", found, codes, results, at)
+        return Pair(found.name, f"interface-{place}", found, codes, results, f", motions {found.at}")
 
     @property
     def is_row(self) -> bool:
@@ -106,16 +104,13 @@ class Material:
 
     @property
     def yield_force(self) -> float:
-        """The yield force of the grid that is nearest to the scene's own, where it yields, or the smallest [N]."""
-        forces = self.results["yield_force"].values
-        own = float(str(self.scene["interface"][0].get("yield_force", "inf")).split()[0])
-        return float(forces[np.abs(forces - own).argmin()] if np.isfinite(own) else forces.min())
+        """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
+        return scene_force(self.results)
 
     @property
     def law(self) -> str:
         """The scene's own contact model where the grid has it, or the grid's first."""
-        own, known = str(self.scene["interface"][0]["contact_model"]), self.laws
-        return own if own in known else known[0]
+        return scene_model(self.results)
 
     @property
     def laws(self) -> list[str]:

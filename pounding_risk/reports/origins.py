@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
+from pounding_risk.amplitudes import intensity_words, usual_intensity
 from pounding_risk.assessed_data import scene_gap
 from pounding_risk.assessment_options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
 from pounding_risk.quantities import GAP, PGA, exact
@@ -15,7 +16,6 @@ from pounding_risk.reports.content import (
     facts,
     head,
     heading,
-    intensity_words,
     listing,
     number,
     paragraph,
@@ -119,7 +119,7 @@ def _asked(material: Material) -> list[str]:
         told += ["--confidence", repr(asked.confidence)]
     if asked.target != target_left_by(asked.percentile):
         told += ["--target", repr(asked.target)]
-    if asked.intensity != "pga":
+    if asked.intensity != usual_intensity(material.results):
         told += ["--intensity", asked.intensity]
     if "pga" in material.results.dims and one.amplitude != material.results["pga"].values.max():
         told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]

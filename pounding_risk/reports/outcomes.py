@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.figures_report import Spread, report_models, svg_text
+from pounding_risk.influences import force_words
 from pounding_risk.reports.content import (
     SHOWN,
     Block,
@@ -64,8 +65,7 @@ def _by_model(material: Material, pair: Pair) -> list[Block]:
     here = pair.results.sel(gap=pair.grid_gap, yield_force=material.yield_force)
     # A count of −1 is none: the run failed.
     touching = here["impact_count"] > 0
-    force = amount(here["yield_force"], "N")["text"]
-    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, F_E {force}{pair.at}"
+    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(material.yield_force)}{pair.at}"
     heads = [("contact model", "l"), ("cases", "r"), ("with contact", "r"), ("reach F_E", "r")]
     heads += [(f"{head(words, unit)}: median (16 to 84 %)", "r") for words, unit in BY_MODEL.values()]
     rows: list[list[Cell | str]] = []

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pounding_risk.influences import force_words
 from pounding_risk.reports.content import (
     MISSING,
     Block,
@@ -43,8 +44,8 @@ def _buildings(material: Material, pair: Pair) -> list[Block]:
     case = {"gap": pair.grid_gap, "yield_force": material.yield_force, "contact_model": material.law}
     here = pair.results.sel(case)
     touching = (here["impact_count"] > 0).transpose("record", "polarity").values
-    force = amount(material.yield_force, "N")["text"]
-    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {name_of(material.law)}, F_E {force}"
+    law = f"{name_of(material.law)}, {force_words(material.yield_force)}"
+    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
         return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as if alone.")]
     rows = [
