@@ -24,8 +24,8 @@ from pounding_risk.amplitudes import (
     spectral_range,
 )
 from pounding_risk.errors import PoundingError
+from pounding_risk.own_case import own_gaps, scene_place
 from pounding_risk.proportions import labels
-from pounding_risk.quantities import GAP, YIELD_FORCE, parse
 from pounding_risk.recordings import recording
 from pounding_risk.results import told
 
@@ -104,27 +104,6 @@ def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
         part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
         gaps = gaps.isel(gap=part["gap"])
     return results.isel(part).assign_coords(gap=("gap", gaps.values, results["gap"].attrs))
-
-
-def own_gaps(results: xr.Dataset) -> xr.DataArray:
-    """The gap [m] of each interface of a row at each gap of the grid, which may vary one interface's alone."""
-    if "interface_gap" in results.variables:
-        return results["interface_gap"].transpose("gap", "interface")
-    return results["gap"].expand_dims(interface=results["interface"].values).transpose("gap", "interface")
-
-
-def scene_place(results: xr.Dataset) -> int:
-    """The place along the grid's gaps of a row that is nearest to the scene's own gap, where that varies."""
-    gaps = own_gaps(results).values
-    varied = np.flatnonzero(np.ptp(gaps, axis=0) > 0.0)
-    at = int(varied[0]) if varied.size else 0
-    return int(np.abs(gaps[:, at] - scene_gap(results, at)).argmin())
-
-
-def scene_gap(results: xr.Dataset, place: int) -> float:
-    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it: one for all, or one each."""
-    tables = tomllib.loads(results.attrs["scene_resolved"])["interface"]
-    return parse(tables[min(place, len(tables) - 1)]["gap"], GAP)
 
 
 def is_linear(results: xr.Dataset) -> bool:
@@ -212,23 +191,6 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
     values = by_motion(one, rest)
     values = values if "pga" in rest else values[:, None]
     return float(gaps[nearest]), np.where(values == UNDEFINED, np.nan, values.astype(float))
-
-
-def scene_force(results: xr.Dataset) -> float:
-    """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
-    tables = tomllib.loads(results.attrs["scene_resolved"])["interface"]
-    forces = results["yield_force"].values
-    own = parse(tables[0].get("yield_force", "inf"), YIELD_FORCE)
-    if np.isinf(own):
-        return float(forces.max())
-    return float(forces[np.abs(forces - own).argmin()])
-
-
-def scene_model(results: xr.Dataset) -> str:
-    """The scene's own contact model where the grid has it, or the grid's first."""
-    own = str(tomllib.loads(results.attrs["scene_resolved"])["interface"][0].get("contact_model", ""))
-    known = list(map(str, results["contact_model"].values))
-    return own if own in known else known[0]
 
 
 def finite_forces(results: xr.Dataset) -> Array:

@@ -25,9 +25,11 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.influences import Influence, Yielding, of_contact, of_response, of_yielding, ranked
+from pounding_risk.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
 from pounding_risk.proportions import Share, independent_motions, labels, shares
 from pounding_risk.quantities import PGA
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.results import told
 from pounding_risk.separations import Comparison, code_table
 from pounding_risk.verdicts import Asked, Seen, Verdict, judge
 
@@ -144,7 +146,8 @@ def assess(
     and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target asks for the
     percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by default;
     where both are given the verdict uses the target. Of a dataset
-    with several amplitudes the assessed one is ``pga`` [m/s2], the largest by default. Fragilities are against
+    with several amplitudes the assessed one is ``pga`` [m/s2], by default the scene's
+    own where the grid has it, else the largest. Fragilities are against
     ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
     period, or "sa(0.62 s)" at any; by default the one that the scene scales its motions to, or PGA. ``hazard``, a
     curve or its CSV file, adds annual rates.
@@ -184,11 +187,11 @@ def _check(options: _Options) -> None:
 
 
 def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:
-    gap = data.scene_gap(results, place) if options.gap is None else options.gap
+    gap = scene_gap(results, place) if options.gap is None else options.gap
     if options.hazard is not None:
         data.check_intensity(results, options.intensity, options.hazard.name)
     every = data.motions_of(results)
-    level = _level(every.amplitudes, options.pga)
+    level = _level(results, every.amplitudes, options.pga)
     motions = _at_level(every, level)
     independent = independent_motions(_logs(motions.closing[:, 0]), motions.recordings)
     weight = independent / len(motions.records)
@@ -200,7 +203,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     asked = (options.percentile, options.target)
     sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
-    own_force, own_model = data.scene_force(results), data.scene_model(results)
+    own_force, own_model = scene_force(results), scene_model(results)
     sensitivity += of_yielding(about, own_force, options.target) if own_force in about.forces else ()
     response = responses_of(_one_amplitude(results, level), yield_gap)
     sensitivity += of_response(response, own_model, own_force)
@@ -242,22 +245,29 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         sensitivity=sensitivity,
         what_matters=ranked(sensitivity),
         separations=code_table(_one_amplitude(results, level), options.percentile).rules,
-        verdict=_with_level_note(judge(Asked(gap, options.criterion), seen), results, name),
+        verdict=_with_notes(judge(Asked(gap, options.criterion), seen), results, name, options.pga),
     )
 
 
-def _with_level_note(verdict: Verdict, results: xr.Dataset, name: str) -> Verdict:
-    """The verdict with what the dataset notes of floors that barely meet, or barely miss, at this interface."""
-    from pounding_risk.results import told
-
-    note = told(results, "level_notes", {}).get(name)
-    return replace(verdict, evidence=(*verdict.evidence, str(note))) if note else verdict
+def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked_pga: float | None) -> Verdict:
+    """The verdict with which amplitude it is of, and with what the dataset notes of this interface."""
+    notes = [_amplitude_note(results) if asked_pga is None else "", told(results, "level_notes", {}).get(name, "")]
+    return replace(verdict, evidence=(*verdict.evidence, *(str(note) for note in notes if note)))
 
 
-def _level(amplitudes: tuple[float | None, ...], asked: float | None) -> int:
+def _amplitude_note(results: xr.Dataset) -> str:
+    """Which of several amplitudes is assessed where none is asked for, and why."""
+    if results.sizes.get("pga", 1) < 2:
+        return ""
+    levels = [own(float(pga), PGA) for pga in results["pga"].values]
+    why = "the largest" if own_amplitude(results) is None else "the scene's own"
+    return f"Of the amplitudes {', '.join(levels)}, {levels[own_level(results)]} is assessed: {why}."
+
+
+def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
     """Place of the assessed amplitude; raises PoundingError for one that the grid has not."""
     if asked is None:
-        return max(range(len(amplitudes)), key=lambda place: amplitudes[place] or 0.0)
+        return own_level(results)
     for place, amplitude in enumerate(amplitudes):
         if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
             return place

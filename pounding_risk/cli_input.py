@@ -44,7 +44,7 @@ Intensity = Annotated[
         show_default="what the motions are scaled to, or pga",
     ),
 ]
-Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the largest")]
+Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the scene's or largest")]
 Hazard = Annotated[
     Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)
 ]

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.amplitudes import amplitude_words
-from pounding_risk.assessed_data import own_gaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import QUIET, blank, law_words, styles, title
-from pounding_risk.own_case import own_case
+from pounding_risk.own_case import own_case, own_gaps
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessed_data import check_dataset, own_gaps, scene_force, scene_model, scene_place
+from pounding_risk.assessed_data import check_dataset
 from pounding_risk.errors import PoundingError
+from pounding_risk.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,7 +95,7 @@ def row_case(
     yield_force: float | None = None,
     pga: float | None = None,
 ) -> RowCase:
-    """The cell of the grid that is nearest to what is asked; by default the scene's own, at the largest amplitude.
+    """The cell of the grid that is nearest to what is asked; by default the scene's own.
 
     ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]. Raises PoundingError for what is no row's dataset and for a
     contact model that the grid has not.
@@ -109,7 +110,7 @@ def row_case(
     }
     if "pga" in results.dims:
         amplitudes = results["pga"].values
-        place["pga"] = int(amplitudes.argmax()) if pga is None else _nearest(amplitudes, pga)
+        place["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
     gaps = own_gaps(results).isel(gap=place["gap"]).values
     shown = results.isel(place)
     return RowCase(shown, standing(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))

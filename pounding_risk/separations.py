@@ -24,6 +24,7 @@ from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.assessment_options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
+from pounding_risk.own_case import own_level
 from pounding_risk.separation_rules import (
     COMBINATIONS,
     FROM_MEMORY,
@@ -195,8 +196,9 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
 def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN) -> CodeTable:
     """Each rule, from the spectral displacements of each motion, beside the gap that this motion needs.
 
-    A motion is a record in a polarity. Of several amplitudes the largest is taken; select one to see another. Works on
-    one pair: of a row of buildings, select two neighbours and their interface first. Where a wave passes along the row
+    A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or
+    the largest; select one to see another. Works on one pair: of a row of buildings, select two neighbours and their
+    interface first. Where a wave passes along the row
     the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so. Of buildings with
     storeys displacements are those at the highest contact point, and the dataset's heights and levels are the site's
     where ``site`` gives none.
@@ -293,8 +295,8 @@ def _wave_passes(results: xr.Dataset) -> bool:
 
 
 def _one_amplitude(results: xr.Dataset) -> xr.Dataset:
-    """The largest amplitude of a dataset that has several."""
-    return results.isel(pga=int(np.argmax(results["pga"].values))) if "pga" in results.dims else results
+    """The scene's own amplitude of a dataset that has several, or the largest."""
+    return results.isel(pga=own_level(results)) if "pga" in results.dims else results
 
 
 def _motions(values: xr.DataArray) -> Array:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.assessed_data import scene_force, scene_model
 from pounding_risk.assessment import interfaces
 from pounding_risk.errors import PoundingError
+from pounding_risk.own_case import scene_force, scene_model
 from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from pounding_risk.amplitudes import intensity_words, usual_intensity
-from pounding_risk.assessed_data import scene_gap
 from pounding_risk.assessment_options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
+from pounding_risk.own_case import own_level, scene_gap
 from pounding_risk.quantities import GAP, PGA, exact
 from pounding_risk.reports.content import (
     MISSING,
@@ -121,7 +121,7 @@ def _asked(material: Material) -> list[str]:
         told += ["--target", repr(asked.target)]
     if asked.intensity != usual_intensity(material.results):
         told += ["--intensity", asked.intensity]
-    if "pga" in material.results.dims and one.amplitude != material.results["pga"].values.max():
+    if "pga" in material.results.dims and one.amplitude != material.results["pga"].values[own_level(material.results)]:
         told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
     for name, words in material.signature.lines:
         told += [f"--{name}", words]
