@@ -100,8 +100,15 @@ class Lines:
             cut = "the file is cut short: fetch it again"
             repair = cut if len(values) < count else "correct that number, or fetch the file again"
             raise RecordError(f"{promise}: {count} {what} should follow, {len(values)} found; {repair}")
+        self._check_ends(lines, columns)
         self.at += len(lines)
         return values
+
+    def word(self, at: int, columns: Columns, number: int) -> tuple[str, str]:
+        """A number of a table as text, counted from 1, with file and line; ``at`` lines of the file are before it."""
+        row, column = divmod(number - 1, columns.each)
+        start = column * columns.width
+        return self._lines[at + row][start : start + columns.width], f"{self.name}, line {at + row + 1}"
 
     def _check_width(self, lines: list[str], columns: Columns) -> None:
         """Raise RecordError for a line that goes on after its last column."""
@@ -111,6 +118,20 @@ class Lines:
                 raise RecordError(
                     f"{self.name}, line {self.at + at + 1}: has {quoted(line[wide:])} after its {columns.each} "
                     f"columns of {columns.width} characters; repair that line, or fetch the file again"
+                )
+
+    def _check_ends(self, lines: list[str], columns: Columns) -> None:
+        """Raise RecordError for a line that ends within a column.
+
+        Fortran writes numbers to the right end of their columns. Such a line lost or gained a character: its numbers
+        may still be numbers, with other digits.
+        """
+        for at, line in enumerate(lines):
+            end = len(line.rstrip())
+            if end % columns.width:
+                raise RecordError(
+                    f"{self.name}, line {self.at + at + 1}: ends after {end} characters, within a column of "
+                    f"{columns.width}, so that some were lost or put in; repair that line, or fetch the file again"
                 )
 
     def skip(self, count: int, columns: Columns) -> None:
@@ -147,6 +168,7 @@ class Even(NamedTuple):
     samples: NDArray[np.float64]
     dt: float
     words: str
+    digitised: NDArray[np.float64]  # the samples of the file itself, at whatever times
 
 
 def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
@@ -167,7 +189,7 @@ def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: f
         )
     mean = float(times[-1] - times[0]) / len(steps)
     if np.all(np.abs(times - times[0] - mean * np.arange(len(times))) <= rounding):
-        return Even(values, check_step(place, mean, f"{mean:g}", "the step of the times"), "")
+        return Even(values, check_step(place, mean, f"{mean:g}", "the step of the times"), "", values)
     if dt is None:
         raise RecordError(
             f"{place}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
@@ -180,4 +202,4 @@ def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: f
         raise RecordError(f"{place}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
     last = np.append(steps > 0.0, True)
     even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
-    return Even(even, dt, f", uneven times read at every {dt:g} s")
+    return Even(even, dt, f", uneven times read at every {dt:g} s", values)

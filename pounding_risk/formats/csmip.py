@@ -28,6 +28,7 @@ from obspy.core import AttribDict
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
 from pounding_risk.formats._lines import END, Columns, Even, Lines, channel_code, columns_of, counted, evened
+from pounding_risk.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.quantities import STANDARD_GRAVITY
 
@@ -42,6 +43,7 @@ STATES = {UNCORRECTED: "raw", CORRECTED: "processed"}
 TEXT_LINES = {UNCORRECTED: 13, CORRECTED: 25}
 WHOLE, WHOLE_COLUMNS = 100, Columns(16, 5)
 REAL, REAL_COLUMNS = {UNCORRECTED: 50, CORRECTED: 100}, Columns(8, 10)
+PEAK = {UNCORRECTED: 7, CORRECTED: 66}  # of the real numbers
 SAMPLES = {UNCORRECTED: Columns(8, 9), CORRECTED: Columns(8, 10)}  # where the line before them names none
 PAIRS, ROUNDING = Columns(10, 7), 6e-4  # s, half of the last digit of a time and a little
 _CM = ("cm/s²", 0.01)
@@ -82,6 +84,7 @@ class Channel(NamedTuple):
     reals: NDArray[np.float64]
     even: Even
     unit: str
+    peak: tuple[str, str]  # the header's number for the largest sample, as text, with file and line
 
 
 def _is_csmip(file: Any) -> bool:
@@ -114,7 +117,7 @@ def _read_csmip(
 
     Raises RecordError, naming file and line, for volume 3, headers cut short, an unknown unit, a time step out of
     range or against the stated length, uneven times without ``dt``, that do not rise or leave gaps, another number of
-    samples than promised, and any number that is not finite.
+    samples than promised, another largest one than stated, and any number that is not finite.
     """
     name, text = text_of(file, name, KIND)
     lines = Lines(name, text)
@@ -136,7 +139,9 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
         )
     text = lines.take(TEXT_LINES[volume], "the lines of text of its header")[volume - 1 :]
     lines.table(WHOLE, WHOLE_COLUMNS, "-999", "whole numbers of the header")
+    at = lines.at
     reals = lines.table(REAL[volume], REAL_COLUMNS, "-999.00000", "real numbers of the header")
+    peak = lines.word(at, REAL_COLUMNS, PEAK[volume])
     if _SERIES.match(lines.ahead) or _POINTS.match(lines.ahead):
         even, unit = _series(lines, volume, text, reals)
     else:
@@ -144,7 +149,7 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
     while volume == CORRECTED and _SERIES.match(lines.ahead):  # velocity and displacement
         _series(lines, volume, text, reals)
     _end(lines)
-    return Channel(place, volume, text, reals, even, unit)
+    return Channel(place, volume, text, reals, even, unit, peak)
 
 
 def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float64]) -> tuple[Even, str]:
@@ -159,7 +164,8 @@ def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float6
         dt = check_step(lines.place, 1.0 / rate if rate else None, f"1/({points[2]}/s)", "the time step")
     _check_length(lines.place, text, count, dt)
     columns = columns_of(line) or SAMPLES[volume]
-    return Even(lines.table(count, columns, "-.123456", "samples"), dt, ""), unit
+    samples = lines.table(count, columns, "-.123456", "samples")
+    return Even(samples, dt, "", samples), unit
 
 
 def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tuple[Even, str]:
@@ -241,6 +247,7 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         stats["starttime"] = start
     if headonly:
         return Trace(header={**stats, "npts": len(channel.even.samples)})
+    check_peak(channel.even.digitised * factor, *_stated_peaks(channel))
     return Trace(channel.even.samples * factor, header=stats)
 
 
@@ -252,6 +259,14 @@ def _unit(channel: Channel) -> tuple[str, float]:
             f"{', '.join(UNITS)}: convert the samples, or take the file of acceleration of this record"
         )
     return UNITS[unit]
+
+
+def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
+    """What the header's peak may mean: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
+    word, place = channel.peak
+    if channel.volume == CORRECTED:
+        return (stated_peak(word, *_CM, place),)
+    return tuple(stated_peak(word, *unit, place) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
 
 
 def _orientation(line: str) -> tuple[str, str, float | None]:
