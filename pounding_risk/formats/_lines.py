@@ -19,6 +19,7 @@ PADDING = "\0\x1a \r\n"  # fills the last block of a file, of DOS and others
 LONGEST_LINE = 2000  # characters; looking for words in a line takes a time that grows with its square
 LONGEST_GAP = 0.05  # s between samples at uneven times; a straight line over more is no record
 END = re.compile(r"\s*(?:end.of.data|/&)", re.I)  # starts the line that ends a channel
+_CHANNELS = re.compile(r"\(\s*(\d{1,3})\s+chns\s+of\b", re.I)
 _COLUMNS = re.compile(
     r"\(\s*(\d{1,3})\s*\(?\s*(?:1?P,?)?\s*[IFEDG]\s*(\d{1,2})(?:\.\d{1,2})?(?:E\d?)?\s*\)?\s*\)", re.I
 )
@@ -160,6 +161,17 @@ def counted(traces: list[Trace], numbers: list[str]) -> list[Trace]:
         if shared[component.lower()] > 1 or not component:
             trace.stats.record.component = f"{component} channel {number}".strip()
     return traces
+
+
+def tell_missing(traces: list[Trace], line: str, channels: int) -> None:
+    """Say in the history of each trace where a file has fewer channels than the line "(3 Chns of 12 at Sta)" promises.
+
+    Agencies cut such files into channels too, so that one of three is no damage for certain.
+    """
+    promised = _CHANNELS.search(line)
+    if promised and int(promised[1]) > channels:
+        for trace in traces:
+            trace.stats.record.units += f"; the header tells of {int(promised[1])} channels, the file holds {channels}"
 
 
 class Even(NamedTuple):

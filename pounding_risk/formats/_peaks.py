@@ -43,7 +43,9 @@ def half_digit(word: str) -> float:
     return 0.5 * 10.0 ** (int(found["exponent"] or 0) - len(found["decimals"]))
 
 
-def check_peak(samples: NDArray[np.float64], *readings: StatedPeak | None, relative: float = CONVERSION) -> None:
+def check_peak(
+    samples: NDArray[np.float64], *readings: StatedPeak | None, relative: float = CONVERSION
+) -> StatedPeak | None:
     """Raise RecordError where the largest of the samples, or of the samples less their mean, is not the stated one.
 
     Parameters
@@ -55,19 +57,25 @@ def check_peak(samples: NDArray[np.float64], *readings: StatedPeak | None, relat
     relative : float
         How far the two may differ beyond the rounding of header and samples, as a share of the peak.
 
+    Returns
+    -------
+    StatedPeak or None
+        The reading that fits; None where nothing is stated.
+
     Raises
     ------
     RecordError
         Naming file, line and both peaks.
     """
     if not readings or None in readings:
-        return
+        return None
     stated = [peak for peak in readings if peak is not None]
     with np.errstate(over="ignore", invalid="ignore"):
         largest = float(np.abs(samples).max())
         less_mean = float(np.abs(samples - samples.mean()).max())
-    if any(_agree(samples, peak, found, relative) for peak in stated for found in (largest, less_mean)):
-        return
+    for peak in stated:
+        if any(_agree(samples, peak, found, relative) for found in (largest, less_mean)):
+            return peak
     first = stated[0]
     raise RecordError(
         f"{first.place}: the header says that the largest sample is {first.value:.6g} {first.unit}, it is "

@@ -28,7 +28,7 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._lines import END, Columns, Lines, channel_code, columns_of, counted
+from pounding_risk.formats._lines import END, Columns, Lines, channel_code, columns_of, counted, tell_missing
 from pounding_risk.formats._peaks import check_peak, stated_peak
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.quantities import STANDARD_GRAVITY
@@ -140,7 +140,9 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
             f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
         )
     numbers = [found[1] if (found := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
-    return Stream(counted([_trace(channel) for channel in wanted], numbers))
+    traces = [_trace(channel) for channel in wanted]
+    tell_missing(traces, channels[0].text[6], len(channels))
+    return Stream(counted(traces, numbers))
 
 
 def _of_acceleration(channel: Channel) -> bool:

@@ -27,7 +27,17 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._lines import END, Columns, Even, Lines, channel_code, columns_of, counted, evened
+from pounding_risk.formats._lines import (
+    END,
+    Columns,
+    Even,
+    Lines,
+    channel_code,
+    columns_of,
+    counted,
+    evened,
+    tell_missing,
+)
 from pounding_risk.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.quantities import STANDARD_GRAVITY
@@ -125,6 +135,7 @@ def _read_csmip(
     while not lines.ended() or not channels:
         channels.append(_channel(lines, dt))
     traces = [_trace(channel, headonly) for channel in channels]
+    tell_missing(traces, channels[0].text[4], len(channels))
     return Stream(counted(traces, [trace.stats.csmip.channel for trace in traces]))
 
 
@@ -225,6 +236,8 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     """A trace in m/s², with what the headers say."""
     words, factor = _unit(channel)
     number, component, azimuth = _orientation(channel.text[6])
+    readings = _stated_peaks(channel)
+    peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
     record = told(
         state=STATES[channel.volume],
@@ -236,7 +249,8 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         station=re.split(r"\s{2,}", channel.text[5].strip())[0],
         component=component,
         azimuth=azimuth,
-        **_peaks(channel),
+        header_pga=None if peak is None else peak.value * peak.size,
+        **_header_numbers(channel),
     )
     network, station = _station(channel.text)
     vertical = component.lower() in ("up", "down", "v", "vert", "vertical", "z")
@@ -247,7 +261,6 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         stats["starttime"] = start
     if headonly:
         return Trace(header={**stats, "npts": len(channel.even.samples)})
-    check_peak(channel.even.digitised * factor, *_stated_peaks(channel))
     return Trace(channel.even.samples * factor, header=stats)
 
 
@@ -299,13 +312,13 @@ def _station(text: list[str]) -> tuple[str, str]:
     return network, text[4][11:19].strip()
 
 
-def _peaks(channel: Channel) -> dict[str, float | None]:
-    """The header's peaks [m/s², m/s, m] and the corners of its filter [Hz]; volume 1 has its PGA, in g, only."""
+def _header_numbers(channel: Channel) -> dict[str, float | None]:
+    """The peaks of velocity and displacement [m/s, m] and the corners [Hz] of volume 2; volume 1 has none."""
     if channel.volume == UNCORRECTED:
-        return {"header_pga": abs(float(channel.reals[6])) * STANDARD_GRAVITY or None}
-    values = [float(channel.reals[at]) for at in (65, 67, 69, 71, 72)]
-    names = ("header_pga", "header_pgv", "header_pgd", "low_corner", "high_corner")
-    scales = (0.01, 0.01, 0.01, 1.0, 1.0)
+        return {}
+    values = [float(channel.reals[at]) for at in (67, 69, 71, 72)]
+    names = ("header_pgv", "header_pgd", "low_corner", "high_corner")
+    scales = (0.01, 0.01, 1.0, 1.0)
     return {name: abs(value) * scale or None for name, value, scale in zip(names, values, scales, strict=True)}
 
 

@@ -108,7 +108,9 @@ def test_nothing_else_is_taken_for_smc(tmp_path):
 # The corrected file with twelve samples.
 CUT = [line.rstrip() for line in SHAFTER.decode().split("\n")[:37]]
 GOOD = "\n".join(CUT).replace("      6001    -32768", "        12    -32768")[:-40] + "\n"
-GOOD = GOOD.replace("  0.1044078E+03", "  0.1505700E+01").replace(" -0.7882104E+02", " -0.5793300E+01")  # of these twelve
+GOOD = GOOD.replace("  0.1044078E+03", "  0.1505700E+01").replace(
+    " -0.7882104E+02", " -0.5793300E+01"
+)  # of these twelve
 COUNT = "        12    -32768    -32768"
 
 
