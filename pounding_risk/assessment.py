@@ -22,6 +22,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.influences import Influence, Yielding, of_contact, of_yielding, ranked
+from pounding_risk.plausibility import of_results
 from pounding_risk.proportions import Share, independent_motions, labels, shares
 from pounding_risk.quantities import PGA, say
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -86,6 +87,7 @@ class Assessment:
     hazard: str
     hazard_rows: tuple[tuple[float, float], ...]
     interfaces: tuple[InterfaceAssessment, ...]
+    notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as tables and lists that JSON holds; what is not a finite number is None."""
@@ -145,6 +147,7 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=found,
+        notes=of_results(results),
     )
 
 

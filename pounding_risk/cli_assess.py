@@ -92,7 +92,10 @@ def _write(found: Assessment, target: Path) -> None:
 
 def print_assessment(found: Assessment) -> None:
     """The verdict on each interface, and the tables that it rests on."""
+    from pounding_risk.cli_tables import print_notes
+
     print(found.title)
+    print_notes(found.notes)
     if len(found.interfaces) > 1:
         print()
         _print_row(found)
