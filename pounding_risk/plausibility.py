@@ -83,7 +83,7 @@ USUAL = {
     ),
     "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
 }
-WALL = 0.05  # s; what has a shorter period stands for a wall: ASCE 7-16 (12.8-7) gives 0.11 s for one storey of 3 m
+WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7): what is stiffer stands for a wall
 SPEED = 0.5  # m/s, of a usual approach; the time of a Hertz contact goes with its power −0.2
 # Twice the way of sound through 1.75 m of concrete at 3500 m/s: no floor parts sooner.
 SHORTEST_CONTACT = 1e-3  # s
@@ -152,20 +152,17 @@ def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
     for whose, value in values.items():
         if not isfinite(value) or usual.low <= value <= usual.high:
             continue
-        side, limit, slip = (
-            ("below", usual.low, usual.below) if value < usual.low else ("above", usual.high, usual.above)
-        )
-        words = f"{say(value, usual.quantity)} is {side} the usual {say(limit, usual.quantity)}"
-        yield f"{whose}: {what} of {words} ({usual.source}); {slip}"
+        limit, side, slip = (usual.low, "more", usual.below) if value < usual.low else (usual.high, "less", usual.above)
+        words = f"{say(value, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
+        yield f"{whose}: {what} {words} ({usual.source}); {slip}"
 
 
 def _of_buildings(study: Study) -> Iterator[str]:
     moving = [building for building in study.buildings if not building.is_rigid]
     for building in moving:
         masses = getattr(building, "masses", None) or (building.mass,)
-        yield from _unusual("mass of a floor", dict.fromkeys([building.name], min(masses)))
-        if max(masses) > USUAL["mass of a floor"].high:
-            yield from _unusual("mass of a floor", {building.name: max(masses)})
+        for mass in dict.fromkeys((min(masses), max(masses))):
+            yield from _unusual("mass of a floor", {building.name: mass})
     yield from _unusual("period", {building.name: building.period for building in moving})
 
 
@@ -196,7 +193,7 @@ def _of_stiffnesses(study: Study) -> Iterator[str]:
             yield f"{words}, {_share_of(lasts, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
         elif lasts < SHORTEST_CONTACT:
             yield (
-                f"{words}, less than {say(SHORTEST_CONTACT, TIME)}, in which sound crosses 1.75 m of concrete twice; "
+                f"{words}, less than {1e3 * SHORTEST_CONTACT:g} ms, in which sound crosses 1.75 m of concrete twice; "
                 f"k{quantity.unit} written for {quantity.unit}?"
             )
 
@@ -236,7 +233,7 @@ def _of_motions(study: Study, motions: tuple[Motion, ...]) -> Iterator[str]:
     request = study.records
     amplitudes = [pga for pga in (*study.grid.pgas, request.pga) if pga is not None]
     if amplitudes:
-        yield from _unusual("PGA asked for", {"grid.pga" if study.grid.pgas != (None,) else "records": max(amplitudes)})
+        yield from _unusual("PGA asked for", {"the scene": max(amplitudes)})
         return
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
