@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from pounding_risk import assessed_data as data
 from pounding_risk import fragility as curves
 from pounding_risk.assessed_data import Motions, interfaces
+from pounding_risk.contact_notes import of_results
 from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.influences import Influence, Yielding, of_contact, of_yielding, ranked
-from pounding_risk.plausibility import of_results
 from pounding_risk.proportions import Share, independent_motions, labels, shares
 from pounding_risk.quantities import PGA, say
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps

@@ -163,7 +163,7 @@ def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> Non
 
     ``kept`` of them were there when it started.
     """
-    from pounding_risk.plausibility import of_results
+    from pounding_risk.contact_notes import of_results
     from pounding_risk.recheck_findings import findings
     from pounding_risk.summaries import counted, failures
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pounding_risk.contact_notes import of_run
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import (
@@ -31,7 +32,7 @@ from pounding_risk.models.structures import Oscillator
 from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
-from pounding_risk.plausibility import of_input, of_run
+from pounding_risk.plausibility import of_input
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.contact_notes import of_results
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import AXES, Form, blocks, form_of, streamed, values_at
-from pounding_risk.plausibility import of_results
 from pounding_risk.recheck_findings import findings
 from pounding_risk.results import stream_results
 

@@ -12,14 +12,16 @@ from pounding_risk.assessment import assess
 from pounding_risk.cli_assess import print_assessment
 from pounding_risk.cli_convert import print_summary
 from pounding_risk.cli_tables import print_plan, print_run, print_scan
+from pounding_risk.contact_notes import of_results
 from pounding_risk.ensemble import scan
+from pounding_risk.errors import PoundingError
 from pounding_risk.formats.columns import write_columns
 from pounding_risk.gather import motions_of
 from pounding_risk.history import simulate
 from pounding_risk.models.contact import Hertz, Linear
 from pounding_risk.motions import read_motion
 from pounding_risk.plan import validate
-from pounding_risk.plausibility import HERTZ_TIME, contact_duration, of_input, of_results
+from pounding_risk.plausibility import HERTZ_TIME, contact_duration, of_input
 from pounding_risk.reports import report
 from pounding_risk.scenario import parse_scene, read_scene
 from pounding_risk.summaries import summary
@@ -246,6 +248,21 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results):
     assert not any("penetration" in each for each in of_results(deep.assign_attrs(scene_resolved=floors)))
     less = deep.assign(peak_penetration=deep["peak_penetration"].clip(max=0.104))
     assert not any("penetration" in each for each in of_results(less))
+
+
+@pytest.mark.parametrize(
+    ("attribute", "text"),
+    [("notes", "{"), ("notes", "5"), ("scene_resolved", "building = 3"), ("scene_resolved", "[[building]")],
+)
+def test_damaged_attributes_are_told(results, attribute, text):
+    with pytest.raises(PoundingError, match=f'the attribute "{attribute}" of the results cannot be read: the file was'):
+        of_results(results.assign_attrs({attribute: text}))
+
+
+def test_a_part_of_a_dataset_has_notes_too(results):
+    part = results.sel(polarity="as recorded", yield_force=np.inf)
+    assert of_results(part)[0] == of_results(results)[0]
+    assert len(of_results(part)) == 2
 
 
 def test_every_command_tells_them(odd, results, tmp_path, capsys):
