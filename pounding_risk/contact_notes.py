@@ -134,8 +134,8 @@ class _Lasting:
             if short and 2 * long > touching:
                 name, period = short
                 yield (
-                    f"in {long} of {touching} cases with contact one lasts {LONGEST_CONTACT:g} of the period of {name} "
-                    f"({say(period, PERIOD)}) or more on average: {PUSHING}"
+                    f"in {long} of {touching} cases with contact one lasts {LONGEST_CONTACT:g} times the period of "
+                    f"{name} ({say(period, PERIOD)}) or more on average: {PUSHING}"
                 )
 
 
@@ -147,4 +147,4 @@ def shortest(periods: Mapping[str, float]) -> tuple[str, float] | None:
 
 def share_of(lasts: float, name: str, period: float) -> str:
     """How much of the period of the building ``name`` [s] a contact lasts [s], in words."""
-    return f"{lasts / period:.2g} of the period of {name} ({say(period, PERIOD)})"
+    return f"{lasts / period:.2g} times the period of {name} ({say(period, PERIOD)})"

@@ -115,7 +115,7 @@ SOFT = "that is no blow; N/m^1.5 written for kN/m^1.5 or MN/m^1.5?"
         # m = 120 t: t = 3.2181 (m v²/β)^0.4 / v = 0.167 s, 0.56 of 0.3 s.
         (
             ['interface.stiffness="2.75e8 N/m^1.5"'],
-            "left | right: a stiffness of 2.75e5 kN/m^1.5 makes a contact at 0.5 m/s last 0.167 s, 0.56 of the "
+            "left | right: a stiffness of 2.75e5 kN/m^1.5 makes a contact at 0.5 m/s last 0.167 s, 0.56 times the "
             f"period of right (0.3 s): {SOFT}",
         ),
         (
@@ -231,7 +231,7 @@ def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_f
     long = int((mean >= 0.15).sum())  # half of 0.3 s
     assert 2 * long > touching.sum()
     assert pushing == (
-        f"in {long} of {touching.sum()} cases with contact one lasts 0.5 of the period of right (0.3 s) or more on "
+        f"in {long} of {touching.sum()} cases with contact one lasts 0.5 times the period of right (0.3 s) or more on "
         "average: floors push rather than collide; a stiffness too small?"
     )
 
@@ -291,7 +291,7 @@ def test_a_single_run_tells_them(odd, capsys):
     told = json.loads(run.attrs["notes"])
     assert told[0].startswith(LASTS)
     lasting = float(np.median((run["contact_end"] - run["contact_start"]).values))
-    assert told[1].startswith(f"contacts last {lasting:.3g} s, {lasting / 0.3:.2g} of the period of right (0.3 s)")
+    assert told[1].startswith(f"contacts last {lasting:.3g} s, {lasting / 0.3:.2g} times the period of right (0.3 s)")
     print_run(run)
     assert f"note: {told[0]}" in capsys.readouterr().out
     assert json.loads(simulate(parse_scene(PAIR)).attrs["notes"]) == []
@@ -304,11 +304,11 @@ def test_a_row_tells_them_by_interface(capsys):
     (kept,) = of_input(soft, motions_of(soft))
     # A floor of 200 t strikes one of 200 t: π √(1e5/1e6) = 0.993 s; T1 of b is 2 π √(200e3/600e6)/0.618 = 0.1856 s.
     assert kept.startswith(
-        "a | b: a stiffness of 1 MN/m makes a contact at 0.5 m/s last 0.993 s, 5.4 of the period of b"
+        "a | b: a stiffness of 1 MN/m makes a contact at 0.5 m/s last 0.993 s, 5.4 times the period of b"
     )
     told = of_results(scan(soft, check_fraction=0.0))
     assert told[0] == kept
-    assert "in 1 of 1 cases with contact one lasts 0.5 of the period of b" in told[1]
+    assert "in 1 of 1 cases with contact one lasts 0.5 times the period of b" in told[1]
     run = simulate(soft)
     print_run(run)
     assert f"note: {kept}" in capsys.readouterr().out
