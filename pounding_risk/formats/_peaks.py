@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pounding_risk.errors import RecordError
 from pounding_risk.formats._text import number
 
-# Agencies convert with 980, 980.665 or 981 cm/s² in one g, which differ by 1.02e-3; in 27 real components of seven
-# agencies the two agree within the digits that are printed.
+# Agencies convert with 980, 980.665 or 981 cm/s² in one g, which differ by 1.02e-3; in the 27 real
+# components of the tests the two agree within the digits that are printed.
 CONVERSION = 1.1e-3
 MOST_DECIMALS = 9  # of samples in fixed columns
 
