@@ -21,6 +21,7 @@ from pounding_risk.amplitudes import amplitude_words, own, usual_intensity
 from pounding_risk.assessed_data import Motions, interfaces
 from pounding_risk.assessed_response import Response, responses_of
 from pounding_risk.assessment_options import USUAL_CONFIDENCE, Criterion, read_criterion
+from pounding_risk.contact_notes import of_results
 from pounding_risk.errors import PoundingError
 from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
@@ -103,6 +104,7 @@ class Assessment:
     hazard: str
     hazard_rows: tuple[tuple[float, float], ...]
     interfaces: tuple[InterfaceAssessment, ...]
+    notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
 
     @property
     def criterion(self) -> Criterion:
@@ -177,6 +179,7 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=found,
+        notes=of_results(results),
     )
 
 

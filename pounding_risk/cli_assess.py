@@ -93,8 +93,11 @@ def _write(found: Assessment, target: Path) -> None:
 
 def print_assessment(found: Assessment) -> None:
     """The verdict on each interface, and the tables that it rests on."""
+    from pounding_risk.cli_tables import print_notes
+
     print(found.title)
     print(found.asked)
+    print_notes(found.notes)
     if len(found.interfaces) > 1:
         print()
         _print_row(found)

@@ -40,6 +40,7 @@ def summary(results: Results) -> None:
 def print_summary(found: Any) -> None:
     """Counts, and a line for each output and contact model."""
     from pounding_risk.cli_output import print_pairs, print_table
+    from pounding_risk.cli_tables import print_notes
 
     told = [(name, str(count)) for name, count in found.counts.items() if name not in AGAIN]
     print_pairs([("title", found.title), *told, *found.rechecks.items()])
@@ -58,3 +59,4 @@ def print_summary(found: Any) -> None:
     print_table(
         ("output, of complete cases", "contact model", "values", "least", "mean", "largest", ""), rows, "llrrrrl"
     )
+    print_notes(found.notes)

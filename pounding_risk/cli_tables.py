@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,8 +36,15 @@ def print_plan(plan: Plan) -> None:
     ]
     print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
     _print_flags({record.name: record.flags for record in plan.records})
+    print_notes(plan.notes)
     for sentence in plan.left_out:
         print(f"note: left out: {sentence}")
+
+
+def print_notes(notes: Iterable[str]) -> None:
+    """On unusual numbers, a line each."""
+    for note in notes:
+        print(f"note: {note}")
 
 
 def _print_flags(flags: Mapping[str, Sequence[str]]) -> None:
@@ -76,11 +83,17 @@ def _energy(lost: float, approach: float) -> str:
 
 
 def print_run(dataset: Any) -> None:
-    """The case, its outputs with what they mean, and its contacts."""
+    """The case, its outputs with what they mean, its contacts, and what is unusual of them."""
     if "interface" in dataset.dims:
         from pounding_risk.cli_row import print_row_run
 
-        return print_row_run(dataset)
+        print_row_run(dataset)
+    else:
+        _print_pair_run(dataset)
+    print_notes(json.loads(dataset.attrs.get("notes", "[]")))
+
+
+def _print_pair_run(dataset: Any) -> None:
     from pounding_risk.study import known_law
 
     told = dataset.attrs
@@ -150,6 +163,7 @@ def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> Non
 
     ``kept`` of them were there when it started.
     """
+    from pounding_risk.contact_notes import of_results
     from pounding_risk.recheck_findings import findings
     from pounding_risk.summaries import counted, failures
 
@@ -161,6 +175,7 @@ def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> Non
     pairs.append(("time", f"{seconds:.3g} s, {speed} cases a second with reading and compiling"))
     print_pairs([*pairs, ("written", str(target))])
     _print_flags(json.loads(dataset.attrs.get("flags", "{}")))
+    print_notes(of_results(dataset))
     for sentence in json.loads(dataset.attrs.get("left_out", "[]")):
         print(f"note: left out: {sentence}")
     held = int((dataset["restitution_held"] > 0).sum())

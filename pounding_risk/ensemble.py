@@ -16,6 +16,7 @@ from pounding_risk.gather import gathered
 from pounding_risk.jobs import Order, job_of
 from pounding_risk.layout import blocks
 from pounding_risk.parts import InMemory, Part, merged, without
+from pounding_risk.plausibility import of_input
 from pounding_risk.progress import Progress
 from pounding_risk.recheck import check_share
 from pounding_risk.recorded_scene import provenance
@@ -60,6 +61,8 @@ class Scan:
         self.attrs: dict[str, Any] = provenance(self.study, found.motions, screening, check_fraction)
         if command:
             self.attrs["command"] = command
+        if notes := of_input(self.study, found.motions):
+            self.attrs["notes"] = as_text(list(notes))
         if found.left_out:
             self.attrs["left_out"] = as_text(list(found.left_out))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pounding_risk.contact_notes import of_run
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import (
@@ -30,6 +32,7 @@ from pounding_risk.models.structures import Oscillator
 from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
+from pounding_risk.plausibility import of_input
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
@@ -85,7 +88,9 @@ def simulate(
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
     if study.is_row:
         run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
-        return run_of_row.assign_attrs(record=name, polarity=sense)
+        return run_of_row.assign_attrs(
+            record=name, polarity=sense, notes=_notes(run_of_row, _narrowed(study, gap, pga), motions[name])
+        )
     name_of_law = law or study.law_name
     interface = Interface(
         study.gap if gap is None else gap,
@@ -93,7 +98,21 @@ def simulate(
         study.restitution,
         study.yield_force if yield_force is None else yield_force,
     )
-    return pair_histories(study, motion, interface).assign_attrs(record=name, polarity=sense, contact_model=name_of_law)
+    found = pair_histories(study, motion, interface)
+    told = {"record": name, "polarity": sense, "contact_model": name_of_law}
+    return found.assign_attrs(told, notes=_notes(found, _narrowed(study, gap, pga), motions[name]))
+
+
+def _narrowed(study: Study, gap: float | None, pga: float | None) -> Study:
+    """The study with the gap [m] and the amplitude [m/s²] of one run for its grid, where they are asked for."""
+    grid = study.grid
+    gaps = (study.gap if gap is None else gap,)
+    return replace(study, grid=grid._replace(gaps=gaps, pgas=grid.pgas if pga is None else (pga,)))
+
+
+def _notes(run: xr.Dataset, study: Study, motion: Motion) -> str:
+    """On unusual numbers of the scene, of this motion and of the run's contacts."""
+    return as_text([*of_input(study, (motion,)), *of_run(run, study)])
 
 
 def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dataset:

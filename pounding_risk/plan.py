@@ -45,6 +45,7 @@ class Plan:
     bytes: int  # of the dataset's variables, before compression
     memory: int  # bytes, about, of a scan into a file
     threads: int
+    notes: tuple[str, ...] = ()  # on unusual numbers of the scene and its records
     left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
     changes: tuple[str, ...] = ()  # what `--set` changes, a value a line
     compiled: bool = False  # whether the plan has compiled what was missing
@@ -118,6 +119,7 @@ def plan(
     from pounding_risk.gather import gathered
     from pounding_risk.plan_kernels import kernels_of
     from pounding_risk.plan_sizes import sizes
+    from pounding_risk.plausibility import of_input
     from pounding_risk.relations import check_reach
 
     before, study = _read(scene, overrides)
@@ -131,6 +133,7 @@ def plan(
         sizes(study).of(_shape(study, len(found.motions))),
         0,
         workers or cpu_count() or 1,
+        of_input(study, found.motions),
         found.left_out,
         _changes(before, study, len(found.motions)),
         compiling,

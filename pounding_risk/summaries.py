@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.contact_notes import of_results
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import AXES, Form, blocks, form_of, streamed, values_at
 from pounding_risk.recheck_findings import findings
@@ -43,6 +44,7 @@ class Summary(NamedTuple):
     rechecks: dict[str, str]  # see `recheck_findings.findings`
     units: dict[str, str]  # by variable
     spreads: dict[str, dict[str, Spread]]  # by variable and contact model
+    notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
 
 
 def summary(results: xr.Dataset | str | Path) -> Summary:
@@ -67,7 +69,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
     spreads = _spreads(dataset, form)
     units = {name: str(form.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
-    return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads)
+    return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, of_results(dataset))
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:

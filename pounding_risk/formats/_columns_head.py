@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from pounding_risk.errors import RecordError
+from pounding_risk.formats._lines import LONGEST_LINE
 from pounding_risk.formats._text import number, quoted
 
 COMMENTS = "#%!"
@@ -92,6 +93,7 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
         text = line.strip()
         if not text:
             continue
+        _check_length(f"{name}, line {at + 1}", text)
         if text[0] in COMMENTS:
             _state(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), at + 1, statements, history)
             continue
@@ -109,6 +111,15 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
     if titled:
         raise _strange(f"{name}, line {titled}", lines[titled - 1])
     raise RecordError(f"{name}: has no samples, every line is blank or a comment; fetch the record again")
+
+
+def _check_length(place: str, text: str) -> None:
+    """Raise RecordError for a line that is longer than any head or sample; looking for words in it takes its square."""
+    if len(text) > LONGEST_LINE:
+        raise RecordError(
+            f"{place}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line ends, or fetch "
+            "the file again"
+        )
 
 
 def _strange(place: str, text: str) -> RecordError:

@@ -19,6 +19,7 @@ PADDING = "\0\x1a \r\n"  # fills the last block of a file, of DOS and others
 LONGEST_LINE = 2000  # characters; looking for words in a line takes a time that grows with its square
 LONGEST_GAP = 0.05  # s between samples at uneven times; a straight line over more is no record
 END = re.compile(r"\s*(?:end.of.data|/&)", re.I)  # starts the line that ends a channel
+_CHANNELS = re.compile(r"\(\s*(\d{1,3})\s+chns\s+of\b", re.I)
 _COLUMNS = re.compile(
     r"\(\s*(\d{1,3})\s*\(?\s*(?:1?P,?)?\s*[IFEDG]\s*(\d{1,2})(?:\.\d{1,2})?(?:E\d?)?\s*\)?\s*\)", re.I
 )
@@ -100,8 +101,15 @@ class Lines:
             cut = "the file is cut short: fetch it again"
             repair = cut if len(values) < count else "correct that number, or fetch the file again"
             raise RecordError(f"{promise}: {count} {what} should follow, {len(values)} found; {repair}")
+        self._check_ends(lines, columns)
         self.at += len(lines)
         return values
+
+    def word(self, at: int, columns: Columns, number: int) -> tuple[str, str]:
+        """A number of a table as text, counted from 1, with file and line; ``at`` lines of the file are before it."""
+        row, column = divmod(number - 1, columns.each)
+        start = column * columns.width
+        return self._lines[at + row][start : start + columns.width], f"{self.name}, line {at + row + 1}"
 
     def _check_width(self, lines: list[str], columns: Columns) -> None:
         """Raise RecordError for a line that goes on after its last column."""
@@ -111,6 +119,20 @@ class Lines:
                 raise RecordError(
                     f"{self.name}, line {self.at + at + 1}: has {quoted(line[wide:])} after its {columns.each} "
                     f"columns of {columns.width} characters; repair that line, or fetch the file again"
+                )
+
+    def _check_ends(self, lines: list[str], columns: Columns) -> None:
+        """Raise RecordError for a line that ends within a column.
+
+        Fortran writes numbers to the right end of their columns. Such a line lost or gained a character: its numbers
+        may still be numbers, with other digits.
+        """
+        for at, line in enumerate(lines):
+            end = len(line.rstrip())
+            if end % columns.width:
+                raise RecordError(
+                    f"{self.name}, line {self.at + at + 1}: ends after {end} characters, within a column of "
+                    f"{columns.width}, so that some were lost or put in; repair that line, or fetch the file again"
                 )
 
     def skip(self, count: int, columns: Columns) -> None:
@@ -141,12 +163,24 @@ def counted(traces: list[Trace], numbers: list[str]) -> list[Trace]:
     return traces
 
 
+def tell_missing(traces: list[Trace], line: str, channels: int) -> None:
+    """Say in the history of each trace where a file has fewer channels than the line "(3 Chns of 12 at Sta)" promises.
+
+    Agencies cut such files into channels too, so that one of three is no damage for certain.
+    """
+    promised = _CHANNELS.search(line)
+    if promised and int(promised[1]) > channels:
+        for trace in traces:
+            trace.stats.record.units += f"; the header tells of {int(promised[1])} channels, the file holds {channels}"
+
+
 class Even(NamedTuple):
     """Samples at even times, their step [s], and what was done for it, in words that follow the unit's."""
 
     samples: NDArray[np.float64]
     dt: float
     words: str
+    digitised: NDArray[np.float64]  # the samples of the file itself, at whatever times
 
 
 def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
@@ -167,7 +201,7 @@ def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: f
         )
     mean = float(times[-1] - times[0]) / len(steps)
     if np.all(np.abs(times - times[0] - mean * np.arange(len(times))) <= rounding):
-        return Even(values, check_step(place, mean, f"{mean:g}", "the step of the times"), "")
+        return Even(values, check_step(place, mean, f"{mean:g}", "the step of the times"), "", values)
     if dt is None:
         raise RecordError(
             f"{place}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
@@ -180,4 +214,4 @@ def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: f
         raise RecordError(f"{place}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
     last = np.append(steps > 0.0, True)
     even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
-    return Even(even, dt, f", uneven times read at every {dt:g} s")
+    return Even(even, dt, f", uneven times read at every {dt:g} s", values)

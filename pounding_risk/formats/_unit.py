@@ -5,6 +5,7 @@ from __future__ import annotations
 from pounding_risk.errors import RecordError
 from pounding_risk.quantities import PGA, STANDARD_GRAVITY, QuantityError, parse
 
+LONGEST_UNIT = 40  # characters; taking a unit apart takes the square of them
 # How a user says the unit of a file that does not; for messages.
 TO_GIVE = 'records.unit = "cm/s^2" in a scene, unit="cm/s^2" in Python, --unit "cm/s^2" on the command line'
 # The usual ones, for speed and for the capitals that older programs write.
@@ -30,6 +31,8 @@ def size_of(unit: object, place: str) -> float:
     if size is not None:
         return size
     try:
+        if len(str(unit)) > LONGEST_UNIT:
+            raise QuantityError("no unit is so long")
         return parse(f"1 {unit}", PGA)
     except QuantityError:
         shown = "".join(letter if letter.isprintable() else "?" for letter in str(unit)[:40])

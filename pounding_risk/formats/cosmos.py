@@ -28,7 +28,8 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._lines import END, Columns, Lines, channel_code, columns_of, counted
+from pounding_risk.formats._lines import END, Columns, Lines, channel_code, columns_of, counted, tell_missing
+from pounding_risk.formats._peaks import check_peak, stated_peak
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.quantities import STANDARD_GRAVITY
 
@@ -36,6 +37,7 @@ KIND = "COSMOS"
 VERSION = "01.20"
 TEXT_LINES = 13  # or more; these are told
 HEADER = 100  # whole numbers, and as many real ones
+PEAK = 64  # of the real numbers
 UNKNOWN = -999.0  # where the text does not say another number for what is not known
 
 ACCELERATION = 1
@@ -89,6 +91,7 @@ class Channel(NamedTuple):
     words: str  # of the quantity, before "pts"
     npts: int
     samples: NDArray[np.float64]  # none with headonly
+    peak: tuple[str, str]  # the header's number for the largest acceleration, as text, with file and line
 
     def code(self, number: int) -> float | None:
         """A whole number of the header, counted from 1; None where it is not known."""
@@ -121,7 +124,8 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
 
     Raises RecordError, naming file and line, for another version, headers of other lengths, a file without
     acceleration, response spectra, a unit that is none of acceleration, a time step out of range or against the
-    stated length, another number of samples than promised, and any number that is not finite.
+    stated length, another number of samples than promised, another largest one than stated, and any number that is not
+    finite.
     """
     name, text = text_of(file, name, KIND)
     lines = Lines(name, text)
@@ -136,7 +140,9 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
             f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
         )
     numbers = [found[1] if (found := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
-    return Stream(counted([_trace(channel) for channel in wanted], numbers))
+    traces = [_trace(channel) for channel in wanted]
+    tell_missing(traces, channels[0].text[6], len(channels))
+    return Stream(counted(traces, numbers))
 
 
 def _of_acceleration(channel: Channel) -> bool:
@@ -147,9 +153,10 @@ def _channels(lines: Lines, headonly: bool) -> list[Channel]:
     """The series under the next headers: one as a rule, or acceleration, velocity and displacement in turn."""
     text = _text(lines)
     place = f"{lines.name}, line {lines.at + 1}"
-    codes = _header(lines, "integer", "-999")
+    codes, _, _ = _header(lines, "integer", "-999")
     stage = _stage(place, text, codes)
-    reals = _header(lines, "real", "-999.000000")
+    reals, columns, at = _header(lines, "real", "-999.000000")
+    peak = lines.word(at, columns, PEAK)
     comments = _comments(lines)
     found: list[Channel] = []
     while not found or _SAMPLES.match(lines.ahead):
@@ -160,7 +167,7 @@ def _channels(lines: Lines, headonly: bool) -> list[Channel]:
             samples = np.empty(0)
         else:
             samples = lines.table(count, columns, "-.12345", "samples")
-        found.append(Channel(place, stage, text, codes, reals, comments, words, count, samples))
+        found.append(Channel(place, stage, text, codes, reals, comments, words, count, samples, peak))
     _end(lines)
     return found
 
@@ -181,8 +188,11 @@ def _text(lines: Lines) -> list[str]:
     return [title, *lines.take(int(found[3]) - 1, "the lines of text of its header")]
 
 
-def _header(lines: Lines, kind: str, example: str) -> NDArray[np.float64]:
-    """The whole or real numbers of a header; more than a hundred are allowed, and not used."""
+def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64], Columns, int]:
+    """The whole or real numbers of a header, their columns, and how many lines are before them.
+
+    More than a hundred are allowed, and not used.
+    """
     (line,) = lines.take(1, f"the {kind} header")
     found, columns = _HEADER.match(line), columns_of(line)
     if not found or found[2].lower() != kind or columns is None:
@@ -195,7 +205,8 @@ def _header(lines: Lines, kind: str, example: str) -> NDArray[np.float64]:
             f"{lines.place}: promises {found[1]} values of the {kind} header; the format has {HEADER}: fetch the file "
             "again"
         )
-    return lines.table(int(found[1]), columns, example, f"values of the {kind} header")
+    at = lines.at
+    return lines.table(int(found[1]), columns, example, f"values of the {kind} header"), columns, at
 
 
 def _known(text: list[str], group: int, value: float) -> float | None:
@@ -266,7 +277,11 @@ def _trace(channel: Channel) -> Trace:
     words, factor = _counts(channel) if stage == RAW_COUNTS else _unit(channel)
     dt = _step(channel)
     start = _start(channel)
-    peak = channel.real(64) if stage != RAW_COUNTS else None  # that of counts has their offset in it
+    peak = channel.real(PEAK)
+    if channel.samples.size and peak is not None:
+        word, place = channel.peak
+        unit = words.partition(",")[0]
+        check_peak(channel.samples, stated_peak(word, unit, 1.0, place))
     record = told(
         state=STATES[stage],
         units=f"units: {words}",
@@ -274,7 +289,8 @@ def _trace(channel: Channel) -> Trace:
         timed=start is not None and channel.real(30) is not None,  # otherwise to the minute
         low_corner=channel.real(54) if stage == CORRECTED else None,
         high_corner=channel.real(57) if stage == CORRECTED else None,
-        header_pga=None if peak is None else abs(peak) * factor,
+        # That of counts has their offset in it.
+        header_pga=None if peak is None or stage == RAW_COUNTS else abs(peak) * factor,
         **_earthquake(channel),
         **_place(channel),
     )

@@ -27,7 +27,18 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
-from pounding_risk.formats._lines import END, Columns, Even, Lines, channel_code, columns_of, counted, evened
+from pounding_risk.formats._lines import (
+    END,
+    Columns,
+    Even,
+    Lines,
+    channel_code,
+    columns_of,
+    counted,
+    evened,
+    tell_missing,
+)
+from pounding_risk.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.quantities import STANDARD_GRAVITY
 
@@ -42,6 +53,7 @@ STATES = {UNCORRECTED: "raw", CORRECTED: "processed"}
 TEXT_LINES = {UNCORRECTED: 13, CORRECTED: 25}
 WHOLE, WHOLE_COLUMNS = 100, Columns(16, 5)
 REAL, REAL_COLUMNS = {UNCORRECTED: 50, CORRECTED: 100}, Columns(8, 10)
+PEAK = {UNCORRECTED: 7, CORRECTED: 66}  # of the real numbers
 SAMPLES = {UNCORRECTED: Columns(8, 9), CORRECTED: Columns(8, 10)}  # where the line before them names none
 PAIRS, ROUNDING = Columns(10, 7), 6e-4  # s, half of the last digit of a time and a little
 _CM = ("cm/s²", 0.01)
@@ -82,6 +94,7 @@ class Channel(NamedTuple):
     reals: NDArray[np.float64]
     even: Even
     unit: str
+    peak: tuple[str, str]  # the header's number for the largest sample, as text, with file and line
 
 
 def _is_csmip(file: Any) -> bool:
@@ -114,7 +127,7 @@ def _read_csmip(
 
     Raises RecordError, naming file and line, for volume 3, headers cut short, an unknown unit, a time step out of
     range or against the stated length, uneven times without ``dt``, that do not rise or leave gaps, another number of
-    samples than promised, and any number that is not finite.
+    samples than promised, another largest one than stated, and any number that is not finite.
     """
     name, text = text_of(file, name, KIND)
     lines = Lines(name, text)
@@ -122,6 +135,7 @@ def _read_csmip(
     while not lines.ended() or not channels:
         channels.append(_channel(lines, dt))
     traces = [_trace(channel, headonly) for channel in channels]
+    tell_missing(traces, channels[0].text[4], len(channels))
     return Stream(counted(traces, [trace.stats.csmip.channel for trace in traces]))
 
 
@@ -136,7 +150,9 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
         )
     text = lines.take(TEXT_LINES[volume], "the lines of text of its header")[volume - 1 :]
     lines.table(WHOLE, WHOLE_COLUMNS, "-999", "whole numbers of the header")
+    at = lines.at
     reals = lines.table(REAL[volume], REAL_COLUMNS, "-999.00000", "real numbers of the header")
+    peak = lines.word(at, REAL_COLUMNS, PEAK[volume])
     if _SERIES.match(lines.ahead) or _POINTS.match(lines.ahead):
         even, unit = _series(lines, volume, text, reals)
     else:
@@ -144,7 +160,7 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
     while volume == CORRECTED and _SERIES.match(lines.ahead):  # velocity and displacement
         _series(lines, volume, text, reals)
     _end(lines)
-    return Channel(place, volume, text, reals, even, unit)
+    return Channel(place, volume, text, reals, even, unit, peak)
 
 
 def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float64]) -> tuple[Even, str]:
@@ -159,7 +175,8 @@ def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float6
         dt = check_step(lines.place, 1.0 / rate if rate else None, f"1/({points[2]}/s)", "the time step")
     _check_length(lines.place, text, count, dt)
     columns = columns_of(line) or SAMPLES[volume]
-    return Even(lines.table(count, columns, "-.123456", "samples"), dt, ""), unit
+    samples = lines.table(count, columns, "-.123456", "samples")
+    return Even(samples, dt, "", samples), unit
 
 
 def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tuple[Even, str]:
@@ -219,6 +236,8 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     """A trace in m/s², with what the headers say."""
     words, factor = _unit(channel)
     number, component, azimuth = _orientation(channel.text[6])
+    readings = _stated_peaks(channel)
+    peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
     record = told(
         state=STATES[channel.volume],
@@ -230,7 +249,8 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
         station=re.split(r"\s{2,}", channel.text[5].strip())[0],
         component=component,
         azimuth=azimuth,
-        **_peaks(channel),
+        header_pga=None if peak is None else peak.value * peak.size,
+        **_header_numbers(channel),
     )
     network, station = _station(channel.text)
     vertical = component.lower() in ("up", "down", "v", "vert", "vertical", "z")
@@ -252,6 +272,14 @@ def _unit(channel: Channel) -> tuple[str, float]:
             f"{', '.join(UNITS)}: convert the samples, or take the file of acceleration of this record"
         )
     return UNITS[unit]
+
+
+def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
+    """What the header's peak may mean: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
+    word, place = channel.peak
+    if channel.volume == CORRECTED:
+        return (stated_peak(word, *_CM, place),)
+    return tuple(stated_peak(word, *unit, place) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
 
 
 def _orientation(line: str) -> tuple[str, str, float | None]:
@@ -284,13 +312,13 @@ def _station(text: list[str]) -> tuple[str, str]:
     return network, text[4][11:19].strip()
 
 
-def _peaks(channel: Channel) -> dict[str, float | None]:
-    """The header's peaks [m/s², m/s, m] and the corners of its filter [Hz]; volume 1 has its PGA, in g, only."""
+def _header_numbers(channel: Channel) -> dict[str, float | None]:
+    """The peaks of velocity and displacement [m/s, m] and the corners [Hz] of volume 2; volume 1 has none."""
     if channel.volume == UNCORRECTED:
-        return {"header_pga": abs(float(channel.reals[6])) * STANDARD_GRAVITY or None}
-    values = [float(channel.reals[at]) for at in (65, 67, 69, 71, 72)]
-    names = ("header_pga", "header_pgv", "header_pgd", "low_corner", "high_corner")
-    scales = (0.01, 0.01, 0.01, 1.0, 1.0)
+        return {}
+    values = [float(channel.reals[at]) for at in (67, 69, 71, 72)]
+    names = ("header_pgv", "header_pgd", "low_corner", "high_corner")
+    scales = (0.01, 0.01, 1.0, 1.0)
     return {name: abs(value) * scale or None for name, value, scale in zip(names, values, scales, strict=True)}
 
 

@@ -26,6 +26,7 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
+from pounding_risk.formats._peaks import check_peak, stated_peak
 from pounding_risk.formats._text import (
     NEWLINE,
     check_count,
@@ -44,6 +45,7 @@ NEEDED = ("HEADER_FORMAT", "DATA_TYPE", "UNITS", "SAMPLING_INTERVAL_S", "NDATA",
 FIRST_SAMPLE = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
 LOW, HIGH = "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"
 DUE = (FIRST_SAMPLE, LOW, HIGH)  # may be empty, but a damaged key must not make a processed record raw
+PEAK = "PGA_CM/S^2"
 AZIMUTHS = {"N": 0.0, "E": 90.0}
 
 _LINE = re.compile(r"\s*([A-Z][A-Z0-9_/^]*)\s*:(.*)", re.ASCII)
@@ -113,7 +115,8 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
 
     Raises RecordError, naming file and line, for a header without a key that is needed or with one twice, a quantity
     other than acceleration, a unit other than cm/s^2, a time step out of range, a duration that contradicts it, a
-    number of samples other than NDATA, and for any sample that is no finite number.
+    number of samples other than NDATA, a largest one other than the stated PGA, and for any sample that is no finite
+    number.
     """
     name, text = text_of(file, name, KIND)
     lines = NEWLINE.split(text)
@@ -135,6 +138,7 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     check_count(header.place("NDATA"), count, len(values), "NDATA")
     if headonly:
         return Stream([Trace(header={**stats, "npts": count})])
+    check_peak(values, stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
     return Stream([Trace(values * 0.01, header=stats)])
 
 
@@ -194,7 +198,7 @@ def _check_rows(name: str, samples: list[str], first: int) -> None:
 
 def _stats(header: Header, dt: float) -> dict[str, Any]:
     """The header as ObsPy statistics."""
-    low, high, peak = header.number(LOW), header.number(HIGH), header.number("PGA_CM/S^2")
+    low, high, peak = header.number(LOW), header.number(HIGH), header.number(PEAK)
     magnitude = header.number("MAGNITUDE_W")
     day = _time(header, "EVENT_DATE_YYYYMMDD")
     start = _time(header, FIRST_SAMPLE) or day

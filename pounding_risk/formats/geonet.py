@@ -22,6 +22,7 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
+from pounding_risk.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.formats._text import (
     NEWLINE,
     NUMBER,
@@ -96,8 +97,8 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     ``headonly`` no sample is kept.
 
     Raises RecordError, naming file and line, for a heading that is not whole or contradicts itself, a unit other than
-    mm/s/s, a time step out of range, samples that are no finite numbers or not as many as the heading says, fewer than
-    three components, and anything after them.
+    mm/s/s, a time step out of range, samples that are no finite numbers or not as many as the heading says, another
+    largest one than it says, fewer than three components, and anything after them.
     """
     name, text = text_of(file, name, KIND)
     lines = NEWLINE.split(text)
@@ -106,6 +107,8 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     components = _components(name, lines)
     codes = _codes(name, [heading for heading, _ in components])
     stats = [_stats(name, heading, code) for (heading, _), code in zip(components, codes, strict=True)]
+    for heading, acceleration in components:
+        check_peak(acceleration, _stated_peak(name, heading))
     if headonly:
         return Stream([Trace(header={**each, "npts": len(a)}) for (_, a), each in zip(components, stats, strict=True)])
     return Stream([Trace(a * MILLIMETRE, header=each) for (_, a), each in zip(components, stats, strict=True)])
@@ -129,6 +132,12 @@ def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:
             "remove it, or fetch the file again"
         )
     return found
+
+
+def _stated_peak(name: str, heading: Heading) -> StatedPeak | None:
+    """The peak in the text of a heading; None where it was not evaluated."""
+    words = _PEAKS[0].match(heading.text[13])
+    return stated_peak(words[1], UNIT, 1.0, f"{name}, line {heading.line + 14}") if words else None
 
 
 def _heading(name: str, lines: list[str], at: int) -> Heading:

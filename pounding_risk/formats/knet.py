@@ -16,11 +16,12 @@ from obspy import Stream, Trace
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
 from pounding_risk.formats._native import bytes_of, read_by_obspy, start_bytes, unreadable
+from pounding_risk.formats._peaks import StatedPeak, check_peak
 from pounding_risk.formats._text import check_count, quoted, told
 
 KIND = "K-NET"
 GAL = 0.01  # m/s²
-FEWEST = 0.05  # gal; a header that took another offset out differs by this, or by one in a hundred
+FEWEST, SHARE = 0.05, 0.01  # gal, or of the peak: what a header that took another offset out differs by
 AZIMUTHS = {"NS": 0.0, "EW": 90.0}
 SENSORS = {"1": "borehole", "2": "surface"}  # last in the names of KiK-net's components
 
@@ -58,13 +59,10 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
     if not np.array_equal(trace.data, np.rint(trace.data)):
         raise unreadable(name, KIND, "not every sample is a whole number")
     size = GAL * scale[0] / scale[1]
-    peak = float(np.abs(trace.data - trace.data.mean()).max()) * size / GAL
-    if abs(peak - largest) > max(FEWEST, 0.01 * largest):
-        raise RecordError(
-            f"{name}: the largest sample is {peak:.3f} gal, the header says {largest:g}; it is damaged, fetch the "
-            "record again"
-        )
     trace.data = trace.data * size
+    tolerance = max(FEWEST, SHARE * largest)
+    stated = StatedPeak(largest, tolerance, "gal", GAL, f"{name}: Max. Acc. (gal)")
+    check_peak(trace.data - trace.data.mean(), stated, relative=0.0)
     trace.stats.calib = 1.0
     channel = trace.stats.channel
     trace.stats.record = told(

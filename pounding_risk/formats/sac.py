@@ -17,6 +17,7 @@ from obspy import Stream
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
 from pounding_risk.formats._native import bytes_of, read_by_obspy, start_bytes
+from pounding_risk.formats._peaks import StatedPeak, check_peak
 from pounding_risk.formats._response import to_acceleration
 from pounding_risk.formats._text import check_step
 
@@ -24,9 +25,10 @@ KIND = "SAC"
 HEAD = 632  # bytes
 FOOT = {6: 0, 7: 22 * 8}  # bytes after the samples, by version of the header
 UNSET = -12345
-STEP, FIRST_WHOLE, FIRST_FLAG = 0, 70, 105  # words of the header
+STEP, EXTREMES, FIRST_WHOLE, FIRST_FLAG = 0, 1, 70, 105  # words of the header
 COUNT, VERSION, TYPE, DEPENDENT = 9, 6, 15, 16  # of the whole numbers
 TIME_SERIES = 1
+SAME = 1e-5  # of the peak: the header's floats of 4 bytes have 7 digits, as the samples have
 OTHERS = {6: "a displacement", 7: "a velocity", 50: "volts"}
 
 
@@ -55,7 +57,8 @@ def _read_sac(
 ) -> Stream:
     """One trace in m/s²; ``unit`` is for a file that has no StationXML beside it.
 
-    Raises RecordError for a damaged file, uneven steps, samples that are no acceleration, and an unknown unit.
+    Raises RecordError for a damaged file, uneven steps, samples that are no acceleration, a largest one that is not
+    that of DEPMIN and DEPMAX, and an unknown unit.
     """
     name, raw = bytes_of(file, name, KIND)
     order = _order(raw)
@@ -79,8 +82,18 @@ def _read_sac(
     dt = check_step(name, float(str(np.float32(step))), f"{step:g}", "DELTA")
     trace = read_by_obspy(raw[:size], name, "SAC", KIND)[0]
     trace.stats.delta = dt
+    check_peak(trace.data.astype(np.float64), _stated_peak(raw, order, name), relative=SAME)
     to_acceleration(trace, name, folder, unit, KIND)
     return Stream([trace])
+
+
+def _stated_peak(raw: bytes, order: str, name: str) -> StatedPeak | None:
+    """The larger of DEPMIN and DEPMAX, in the unit of the samples; None where one of them is not set."""
+    extremes = struct.unpack_from(f"{order}2f", raw, 4 * EXTREMES)
+    if UNSET in extremes or not any(extremes) or not np.isfinite(extremes).all():
+        return None
+    largest = max(abs(value) for value in extremes)
+    return StatedPeak(largest, 0.0, "(DEPMIN, DEPMAX)", 1.0, name)
 
 
 FORMAT = Format(

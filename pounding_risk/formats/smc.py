@@ -27,6 +27,7 @@ from obspy.core import AttribDict
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import Format
 from pounding_risk.formats._lines import Columns, Even, Lines, channel_code, evened
+from pounding_risk.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 
 KIND = "SMC"
@@ -35,6 +36,7 @@ WHOLE, WHOLE_COLUMNS = 48, Columns(8, 10)
 REAL, REAL_COLUMNS = 50, Columns(5, 15)
 SAMPLES = Columns(8, 10)
 UNIT = 0.01  # m/s² in one cm/s²
+EXTREMES = (30, 32)  # of the real numbers: the largest and the smallest acceleration
 TINY = 1e-3  # s; a time has five digits, of which the last is rounded, and the first of a record is 0
 LARGEST = 1e30  # real numbers above mean: not known
 STATES = {"1 UNCORRECTED ACCELEROGRAM": "raw", "2 CORRECTED ACCELEROGRAM": "processed"}
@@ -50,6 +52,7 @@ class Header(NamedTuple):
     text: list[str]
     codes: NDArray[np.float64]
     reals: NDArray[np.float64]
+    peak: StatedPeak | None
 
     def code(self, number: int) -> int | None:
         """A whole number of the header, counted from 1; None where it is not known."""
@@ -85,16 +88,17 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     messages call a file that has no name of its own.
 
     Raises RecordError, naming file and line, for anything but acceleration, for uneven times without ``dt``, that do
-    not rise or leave gaps, a time step out of range, another number of samples than the header says, and any number
-    that is not finite.
+    not rise or leave gaps, a time step out of range, another number of samples than the header says, another largest
+    one, and any number that is not finite.
     """
     name, text = text_of(file, name, KIND)
     lines = Lines(name, text)
     head = lines.take(TEXT_LINES, "the eleven lines of text")
     state = _state(name, head[0])
     codes = lines.table(WHOLE, WHOLE_COLUMNS, "-32768", "whole numbers of the header")
+    at = lines.at
     reals = lines.table(REAL, REAL_COLUMNS, "0.1700000E+39", "real numbers of the header")
-    header = Header(name, head, codes, reals)
+    header = Header(name, head, codes, reals, _peak(lines, at, reals))
     count = _count(header)
     _check_comments(lines, header)
     place, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
@@ -104,10 +108,12 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     else:
         step = check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
         # A header's count may be damaged, so that nothing is allocated for it.
-        even = Even(np.broadcast_to(0.0, count) if headonly else _samples(lines, count), step, "")
+        samples = np.broadcast_to(0.0, count) if headonly else _samples(lines, count)
+        even = Even(samples, step, "", samples)
     stats = _stats(header, state, even)
     if headonly:
         return Stream([Trace(header={**stats, "npts": len(even.samples)})])
+    check_peak(even.digitised * UNIT, header.peak)
     return Stream([Trace(even.samples * UNIT, header=stats)])
 
 
@@ -177,7 +183,7 @@ def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
         distance_km=header.real(17),
         low_corner=header.real(33) if state == "processed" else None,
         high_corner=header.real(35) if state == "processed" else None,
-        header_pga=_peak(header),
+        header_pga=None if header.peak is None else header.peak.value * UNIT,
         timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
         **facts,
     )
@@ -200,10 +206,15 @@ def _facts(header: Header) -> dict[str, str]:
     }
 
 
-def _peak(header: Header) -> float | None:
-    """The larger of the header's largest and smallest acceleration [m/s²]."""
-    extremes = [abs(each) * UNIT for each in map(header.real, (30, 32)) if each is not None]
-    return max(extremes) if len(extremes) == 2 else None
+def _peak(lines: Lines, at: int, reals: NDArray[np.float64]) -> StatedPeak | None:
+    """The larger of the header's largest and smallest acceleration; None where one of them is not known."""
+    extremes = [
+        stated_peak(word, "cm/s²", UNIT, place)
+        for word, place in (lines.word(at, REAL_COLUMNS, number) for number in EXTREMES)
+    ]
+    known = [peak for peak in extremes if peak is not None and peak.value not in (reals[0], -reals[0])]
+    known = [peak for peak in known if peak.value <= LARGEST]
+    return max(known) if len(known) == len(EXTREMES) else None
 
 
 def _start(header: Header) -> UTCDateTime | None:

@@ -114,6 +114,7 @@ def _caveats(material: Material) -> list[str]:
         told.append(f"{found.sensitive} of the {found.checked} runs made again are sensitive to the tolerance.")
     if not found.checked:
         told.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
+    told += found.notes
     if material.facts("flags", {}):
         told.append("There are doubts about some records; they stand with the records.")
     if material.facts("left_out", []):

@@ -210,7 +210,25 @@ def outcome(format: Format, raw: bytes, path: Path, unit: str | None, through_a_
         assert 2 <= len(samples) == trace.stats.npts <= 2 * len(raw), f"{len(samples)} samples of {len(raw)} bytes"
         assert SHORTEST_STEP <= dt <= LONGEST_STEP, f"a time step of {dt}"
         assert trace.stats.calib == 1.0 and trace.stats.record.state in ("raw", "processed"), "no m/s²"
+        assert is_the_stated_peak(trace), "samples that contradict the header's peak"
     return "read"
+
+
+def is_the_stated_peak(trace: obspy.Trace) -> bool:
+    """True where the header states no peak, or that of the samples or of the samples less their mean, within 2 %.
+
+    That is what the last digit of a number cut to two digits may be worth; the short files state more. GeoNet prints
+    tenths of mm/s², of header and samples: half of one off each, at most.
+    """
+    stated = trace.stats.record.get("header_pga")
+    if "sac" in trace.stats:  # read in g here
+        extremes = trace.stats.sac.get("depmin", -12345.0), trace.stats.sac.get("depmax", -12345.0)
+        stated = None if -12345.0 in extremes or not np.isfinite(extremes).all() else 9.80665 * np.abs(extremes).max()
+    if not stated:
+        return True
+    with np.errstate(over="ignore"):
+        peaks = np.abs(trace.data).max(), np.abs(trace.data - trace.data.mean()).max()
+    return min(abs(peak - stated) for peak in peaks) <= max(0.02 * stated, 1.001e-4)
 
 
 def survey(format: Format, originals: list[bytes], count: int, folder: Path) -> dict[str, object]:

@@ -283,12 +283,30 @@ def test_bad_files_say_what_is_wrong(text, choices, sentence):
 
 
 @pytest.mark.parametrize(
-    "text", ["1" * 200_000 + "x\n1\n", "a" + " " * 200_000 + "b\n1\n", "# a" + " " * 200_000 + "\n"]
+    "text",
+    [
+        "1" * 200_000 + "x\n1\n",
+        "a" + " " * 200_000 + "b\n1\n",
+        "# a" + " " * 200_000 + "\n",
+        "acceleration [" + "g" * 1_000_000 + "]\n1\n",
+        "# unit = " + "sec" * 300_000 + "\n1\n",
+        "# unit = " + "m**2*" * 200_000 + "\n1\n",
+    ],
 )
 def test_absurd_lines_take_no_time(text):
-    """Patterns that search in the square of a line's length would take minutes here."""
+    """Patterns that search in the square of a line's length would take minutes here, a million letters hours."""
     with pytest.raises(RecordError):
         read(text)
+
+
+def test_lines_that_are_too_long_are_refused_by_their_number():
+    with pytest.raises(RecordError, match=r"line 2: has 2005 characters, 2000 at most are read; restore its line ends"):
+        read("# dt = 0.01 s\nacc [" + "g" * 1999 + "]\n1\n2\n")
+
+
+def test_a_unit_that_is_too_long_is_none():
+    with pytest.raises(RecordError, match=r'unit as given: "secsec.*" is not a unit of acceleration; write one such'):
+        read("1\n2\n", unit="sec" * 20_000, dt=0.01)
 
 
 # --- writing ----------------------------------------------------------------------------------------------

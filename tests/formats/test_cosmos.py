@@ -151,6 +151,7 @@ HEAD = (
     .decode()
     .replace("   7000  accel", "     16  accel")
     .replace("70.000000", " 0.160000")
+    .replace("-161.962000", "   0.000200")
 )
 SAMPLES = (
     "   -.00001    .00013    .00000    .00014    .00000    .00013    .00003    .00019\n"
@@ -213,7 +214,7 @@ def test_velocity_and_displacement_beside_acceleration_are_left_out():
 
 def test_components_that_share_an_orientation_are_counted(tmp_path):
     path = tmp_path / "building.v2c"
-    path.write_text(GOOD + GOOD.replace("    .00013", "    .00033", 1))
+    path.write_text(GOOD + changed(("    .00013", "    .00033"), ("   0.000200", "   0.000330")))
     assert [each.component for each in read_components(path)] == ["340 channel 1", "340 channel 2"]
     assert read_file(path, "340 channel 2").trace.data[1] == pytest.approx(0.00033e-2)
 

@@ -170,8 +170,10 @@ def test_nothing_else_is_taken_for_csmip(tmp_path):
 END = "/&  ----------  End of data for channel  1  ----------\n"
 ONE = POMONA.decode().replace("\r", "").split("\n")[:30]
 ONE[10], ONE[27] = ONE[10].replace("13400", "   16").replace("67.000", " 0.080"), ONE[27].replace("13400", "   16")
-ONE = "\n".join(ONE) + "\n" + END
+PEAK = "-.1054327"  # of the header; every text here states the peak of its own samples
+ONE = "\n".join(ONE).replace(PEAK, " .0000600").replace("(3 Chns", "(1 Chns") + "\n" + END
 TWO = [line.ljust(80) for line in PARKFIELD.decode("latin-1").replace("\r", "").split("\n")[:48]]
+TWO[40] = TWO[40].replace("  -267.957", "    -5.659")
 TWO[11], TWO[45] = TWO[11].replace("65.000", " 0.320"), TWO[45].replace("3251", "  16")
 HEAD, ROWS = "\n".join(TWO[:45]) + "\n", "\n".join(TWO[46:]) + "\n"
 ACCEL = TWO[45] + "\n"
@@ -196,6 +198,7 @@ def film(times, values, unit="G/10", count=None):
     text = ONE.split("\n")[:27]
     text[10] = f"NO. OF POINTS = {count or len(times):6d}  RECORD LENGTH = {times[-1]:.3f} SEC"
     text[11] = f"UNITS OF UNCOR ACCEL ARE SEC AND {unit}.     MAX  =  -.200 G, AT  11.576 SEC."
+    text[20] = text[20].replace(" .0000600", f"{0.1 * peak(values):9.6f}")
     return "\n".join(text) + "\n" + rows + "/&  ----------  END OF DATA FOR CHANNEL  1  ----------\n"
 
 
@@ -254,7 +257,7 @@ def test_the_step_of_the_header_is_finer_than_that_of_the_line():
     """A 128th of a second is .0078 s in the real numbers and .008 s in the line of the samples."""
     text = changed(
         HEAD + ACCEL + ROWS,
-        ("    65.000      .020", "    65.000 .0078125"),
+        ("    65.000      .020", "    65.000  .0078125"),
         (" AT  .020 SEC", " AT  .008 SEC"),
         (" 0.320", " 0.125"),
     )

@@ -32,7 +32,7 @@ def changed(data, **values):
 
 
 SMALL = "\n".join([*EAST.decode().split("\n")[:HEADER], "0.1", "-0.2", "0.3", "-0.227973", ""]).encode()
-SMALL = changed(SMALL, NDATA=4, DURATION_S="0.020")
+SMALL = changed(SMALL, NDATA=4, DURATION_S="0.020", PGA_CM_per_S_pow_2="0.3")
 
 
 @pytest.mark.parametrize(("data", "stream", "azimuth"), [(EAST, "HNE", 90.0), (NORTH, "HNN", 0.0)])

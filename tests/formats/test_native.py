@@ -102,7 +102,8 @@ def test_knet_refusals():
         "x: the header promises 5900 samples, 5888 found; the file is cut short: fetch it again"
     )
     assert refusal(_read_knet, raw.replace(b"4.383", b"5.383")) == (
-        "x: the largest sample is 4.383 gal, the header says 5.383; it is damaged, fetch the record again"
+        "x: Max. Acc. (gal): the header says that the largest sample is 5.383 gal, it is 4.38328; samples or header "
+        "are damaged: fetch the file again"
     )
     assert refusal(_read_knet, raw.replace(b"2000(gal)", b"2000(mm) ")) == (
         'x: "Scale Factor      2000(mm) /8388608" does not say what a K-NET header says there; fetch it again'

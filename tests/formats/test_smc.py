@@ -108,6 +108,9 @@ def test_nothing_else_is_taken_for_smc(tmp_path):
 # The corrected file with twelve samples.
 CUT = [line.rstrip() for line in SHAFTER.decode().split("\n")[:37]]
 GOOD = "\n".join(CUT).replace("      6001    -32768", "        12    -32768")[:-40] + "\n"
+GOOD = GOOD.replace("  0.1044078E+03", "  0.1505700E+01").replace(
+    " -0.7882104E+02", " -0.5793300E+01"
+)  # of these twelve
 COUNT = "        12    -32768    -32768"
 
 
@@ -128,7 +131,8 @@ def film(times, values):
     words = [f"{number:11.4E}".replace("E-0", "E-").replace("E+0", "E+") for number in numbers]
     head = changed(("  0.1700000E+39  0.2000000E+03", "  0.1700000E+39  0.1700000E+39")).split("\n")[:35]
     rows = ["".join(words[:8]), "".join(words[8:])]
-    return "\n".join([*head, *rows]).replace("2 CORRECTED", "1 UNCORRECTED") + "\n"
+    peak = f"{max(values, key=abs):15.7E}"
+    return "\n".join([*head, *rows]).replace(" -0.5793300E+01", peak).replace("2 CORRECTED", "1 UNCORRECTED") + "\n"
 
 
 def test_film_at_even_times_is_read_as_such():
