@@ -179,10 +179,10 @@ def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
         if key in (keys[copy.original], keys[copy.place]):
             record = {**chosen[place].source.record, STATED: stated}
             chosen[place] = chosen[place]._replace(source=chosen[place].source._replace(record=record))
-    doubt = f"is the record {one.name} {copy.words()}: one recording, counted as one"
+    doubt = f"the record {one.name} {copy.words()}: one recording, counted as one"
     source = chosen[copy.place].source
     chosen[copy.place] = chosen[copy.place]._replace(source=source._replace(doubts=(*source.doubts, doubt)))
-    return f"{other.name} {doubt}"
+    return f"{other.name} is {doubt}"
 
 
 def sources_named(

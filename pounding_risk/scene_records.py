@@ -117,7 +117,7 @@ def record_names(value: Any) -> tuple[str, ...]:
 
     def read(item: Any) -> str:
         if not isinstance(item, str) or item not in known:
-            hint = nearest(item, known, 0.4) if isinstance(item, str) else ""
+            hint = nearest(item, known, 0.4) or _meant(item) if isinstance(item, str) else ""
             raise Unreadable(
                 f"{shown(item)} is not a record of the catalogue{hint}; "
                 "`pounding-risk records` lists them, and a file of your own goes into files"
@@ -125,6 +125,14 @@ def record_names(value: Any) -> tuple[str, ...]:
         return item
 
     return tuple(each(asked, read, distinct=True))
+
+
+def _meant(word: str) -> str:
+    """The records of a station or earthquake that is written in place of an id."""
+    from pounding_risk.catalogue import similar
+
+    near = " or ".join(f'"{id}"' for id in similar(word))
+    return f" (did you mean {near}?)" if near else ""
 
 
 def record_files(value: Any) -> tuple[str, ...]:

@@ -19,14 +19,12 @@ from pounding_risk import catalogue, record_sets
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 from pounding_risk.formats._unit import sentence, size_of
-from pounding_risk.signals import Samples
+from pounding_risk.signals import LEAST_SHAKING, Samples
 
 RAW, PROCESSED = "raw", "processed"
 IN_MEMORY = "ObsPy trace"
 USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
 LARGEST = 1e30  # m/s²: far above any motion, and its square is still a number
-# m/s²: strong-motion instruments resolve some 1e-6 m/s² at best (2 g full scale over a dynamic range of 140 to 155 dB).
-LEAST = 1e-6
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 
 
@@ -128,7 +126,7 @@ def _of_id(id: str) -> Source:
 
 
 def _of_catalogue(id: str) -> Source:
-    found = catalogue.entry(id)
+    found = catalogue.entry(id, record_sets.similar(id))
     trace = catalogue.load(id)[0]
     keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
     more = ("package", "version", "sha256", "origin", "terms", "note")
@@ -224,7 +222,7 @@ def check_shaking(samples: Samples, name: str, repair: str) -> None:
         For samples that are all the same, and for a range that no strong-motion instrument resolves.
     """
     half_range = 0.5 * (float(samples.max()) - float(samples.min()))
-    if half_range >= LEAST:
+    if half_range >= LEAST_SHAKING:
         return
     if half_range == 0.0:
         found = f"every sample is {samples[0]:g} m/s²"
