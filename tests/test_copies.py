@@ -7,6 +7,7 @@ import json
 import shutil
 
 import numpy as np
+import obspy
 import pytest
 
 from pounding_risk import assess, catalogue
@@ -223,8 +224,6 @@ def test_counts_over_an_infinite_sensitivity_are_no_motion(tmp_path):
 
 def test_a_window_without_motion_is_refused():
     samples = np.concatenate([np.zeros(1000), np.sin(0.1 * np.arange(1000.0))])
-    import obspy
-
     trace = obspy.Trace(samples, {"delta": 0.01, "station": "S"})
     with pytest.raises(RecordError, match=r"\.S\.\., 0 to 5 s: every sample is 0 m/s²: .* check its window"):
         read_motion(trace, window=(0.0, 5.0))

@@ -173,7 +173,7 @@ def records(material: Material) -> list[Block]:
         figure(
             "spectra",
             svg_text(report_spectra(periods, values, known)),
-            f"Response spectra of the records, damping 5 %, {_as_felt(material)}.",
+            f"Response spectra, damping 5 %, {_as_felt(material)}.",
             f"Spectral acceleration against period of {len(values)} records, with their median and the periods of the "
             f"buildings.{median}",
         ),
@@ -209,10 +209,10 @@ def _spectra_felt(material: Material) -> Any:
 def _as_felt(material: Material) -> str:
     """At which amplitude records are shown, in words."""
     if not _is_felt_known(material):
-        return "before the grid's amplitude"
+        return "of the records before the grid's amplitude"
     amplitude = material.assessment.interfaces[0].amplitude
-    at = "" if amplitude is None else f", at a PGA of {amount(amplitude, 'm/s2')['text']}"
-    return f"as the buildings felt them, after all scaling{at}"
+    at = "" if amplitude is None else f", scaled to a PGA of {amount(amplitude, 'm/s2')['text']}"
+    return f"of the motions as the buildings felt them{at}"
 
 
 def _at(values: Any, periods: Any, period: float) -> Any:
@@ -253,8 +253,8 @@ def _records_table(material: Material) -> Block:
         )
     widest = np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]
     return table(
-        f"Records, {_as_felt(material)}{_factor_words(material)}; a smaller gap than the one needed leads to "
-        f"contact{at}{widest_of}.",
+        f"Records. PGA is that {_as_felt(material)}{_factor_words(material)}; a smaller gap than the one needed leads "
+        f"to contact{at}{widest_of}.",
         heads,
         rows,
         keep=sorted(map(int, widest)),
