@@ -23,7 +23,7 @@ import numpy as np
 from pounding_risk.signals import Samples
 
 # 1 − r² of two versions of one record, r their correlation: numbers of five significant digits leave 1e-9, whole
-# counts of a record that peaks at 1000 counts 1e-6; the most alike of 100 horizontals of FEMA P-695 leave 0.2.
+# counts of a record that peaks at 1000 counts 1e-6; no two of 100 horizontals of FEMA P-695 come below 0.7.
 ROUNDING = 1e-5
 COARSE = 0.05  # likewise about the peak alone, before offsets are taken out: what is far from it needs no closer look
 ABOUT_PEAK = 128  # samples before and after it

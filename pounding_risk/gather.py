@@ -124,7 +124,7 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
     chosen, repeated, copied = _each_once(chosen, one_size)
     groups: list[tuple[Source, ...]] = [(each.source,) for each in chosen]
     if request.direction is not None:
-        groups = pairs([each.source for each in chosen])
+        groups = pairs([each.source for each in chosen], repeated)
     motions = []
     for number, group in enumerate(groups, start=1):
         motion = _in_direction(request, group)
@@ -263,17 +263,21 @@ def _check_row(place: str, row: Mapping[str, Any]) -> None:
         raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
 
 
-def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
-    """The two horizontals of each recording; raises RecordError where there are not two."""
+def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
+    """The two horizontals of each recording; raises RecordError where there are not two.
+
+    ``repeated`` are sentences about copies that are not among the sources any more.
+    """
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
     for found in recordings.values():
         if len(found) != 2:
             listed = ", ".join(file_name(source) for source in found)
+            without = f"; left out: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
                 f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
-                "horizontal components of each recording: name both, or leave direction out"
+                f"horizontal components of each recording: name both, or leave direction out{without}"
             )
     return [tuple(found) for found in recordings.values()]
 
