@@ -22,7 +22,16 @@ from pounding_risk.quantities import PGA, SCALE, STEP, TAIL, TIME, shown
 from pounding_risk.record_request import AS_RECORDED, REVERSED, conflicts
 from pounding_risk.scaling import asked, to_pga, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
-from pounding_risk.sources import RAW, USABLE, Source, check_samples, components, lowest_usable, open_source
+from pounding_risk.sources import (
+    RAW,
+    USABLE,
+    Source,
+    check_samples,
+    check_shaking,
+    components,
+    lowest_usable,
+    open_source,
+)
 from pounding_risk.treatment import Treatment, cut, doubts, extended, treated, turned_round
 
 if TYPE_CHECKING:
@@ -155,6 +164,7 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
     chain = _chain(processing, source.record["state"])
     log = _Log(source)
+    check_shaking(log.samples, source.name, "its sensitivity and unit, or leave the record out")
     _process(log, chain)
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come

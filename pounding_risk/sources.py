@@ -92,7 +92,6 @@ def _checked(found: Source, unit: str | None, dt: float | None) -> Source:
     """A source with samples that a run can use, their peak among its facts, and what of ``unit``, ``dt`` is unused."""
     check_samples(found.trace.data, found.trace.stats.delta, found.name)
     samples = np.asarray(found.trace.data, dtype=np.float64)
-    check_shaking(samples, found.name, "its sensitivity and unit, or leave the record out")
     if found.record["format"] != IN_MEMORY:
         found.record["source"] = found.name
     offset = samples.mean() if found.record["state"] == RAW else 0.0
