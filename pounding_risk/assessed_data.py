@@ -28,6 +28,7 @@ from pounding_risk.own_case import own_gaps, scene_place
 from pounding_risk.proportions import labels
 from pounding_risk.recordings import recording
 from pounding_risk.results import told
+from pounding_risk.signals import LEAST_SHAKING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +57,7 @@ class Motions(NamedTuple):
     recordings: NDArray[np.int64]  # numbers, equal for the components and polarities of one recording
     amplitudes: tuple[float | None, ...]  # m/s2, of the grid; None for motions as recorded
     closing: Array  # (motions, amplitudes) [m]
-    finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude
+    finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
     alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
 
 
@@ -117,9 +118,7 @@ def motions_of(results: xr.Dataset) -> Motions:
     In a row what stands further along may push a building across a gap that the motion without contact leaves open:
     ``closing`` is then the most that is closed, with the penetration, in such a run under any contact model and F_E.
     """
-    facts = {each.get("name"): each for each in told(results, "records", [])}
     records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
-    shared = [recording(facts.get(name, {}), name) for name in records]
     amplitudes: tuple[float | None, ...] = (None,)
     if "pga" in results.coords:
         amplitudes = tuple(float(pga) for pga in np.atleast_1d(results["pga"].values))
@@ -129,12 +128,48 @@ def motions_of(results: xr.Dataset) -> Motions:
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
-        np.repeat(labels([_hashable(each) for each in shared]), turns),
+        np.repeat(_recordings(results, records), turns),
         amplitudes,
         closing,
-        np.atleast_1d(np.isfinite(alone).all(axis=1)),
+        np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(_is_shaking(results), turns),
         alone if is_of_row(results) else None,
     )
+
+
+def _recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
+    """The number of each record's recording; records whose motion is the same to the last bit are of one."""
+    facts = {each.get("name"): each for each in told(results, "records", [])}
+    shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
+    digests = told(results, "motions_sha256", {})
+    first: dict[Any, Any] = {}
+    for place, name in enumerate(records):
+        key, original = shared[place], first.setdefault(digests.get(name, name), shared[place])
+        if key != original:
+            shared = [original if each == key else each for each in shared]
+            first = {digest: original if each == key else each for digest, each in first.items()}
+    return labels(shared)
+
+
+def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
+    """A sentence for each record that is a copy of another, as `scan` found it, is here twice, or holds no motion."""
+    digests = told(results, "motions_sha256", {})
+    names = list(map(str, results["record"].values))
+    first: dict[str, str] = {}
+    twice = []
+    for name in names:
+        original = first.setdefault(digests.get(name, name), name)
+        if original != name:
+            twice.append(f"{name} holds the same motion as {original}: it counts twice in the shares, scan again")
+    dead = [name for name, shakes in zip(names, _is_shaking(results), strict=True) if not shakes]
+    still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
+    return (*told(results, "copies", []), *twice, *still)
+
+
+def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
+    """Whether each record holds a motion; `scan` refuses one that does not, and did not always."""
+    if "record_pga" not in results.coords:
+        return np.ones(results.sizes["record"], dtype=bool)
+    return np.asarray(results["record_pga"].values >= LEAST_SHAKING)
 
 
 def is_of_row(results: xr.Dataset) -> bool:

@@ -226,6 +226,7 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         sensitivity[0],
         data.run_counts(results),
         int(data.held_apart(results, gap)[every.finite, level].sum()),
+        data.record_doubts(results),
     )
     rates = (
         () if options.hazard is None else tuple(rate_of(options.hazard, each, options.confidence) for each in fragility)

@@ -8,6 +8,7 @@ is the one of the catalogue, so a result can be traced to the very bytes.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from obspy import Stream
 
 CATALOGUE = "catalogue.toml"
+NEAREST, SHORTEST_WORD = 3, 4  # ids that are suggested; letters by which a station is looked for
 PER = {"g": STANDARD_GRAVITY, "m/s^2": 1.0}  # m/s²
 
 
@@ -93,11 +95,11 @@ def entries() -> list[Entry]:
     return list(_catalogue().values())
 
 
-def entry(id: str) -> Entry:
-    """The record of that id; raises RecordError, naming the nearest ids, where there is none."""
+def entry(id: str, also: Iterable[str] = ()) -> Entry:
+    """The record of that id; raises RecordError where there is none, naming the nearest ids, those of ``also`` too."""
     known = _catalogue()
     if id not in known:
-        near = _near(id, list(known))
+        near = similar(id, also)
         meant = f"did you mean {' or '.join(near)}?" if near else f"the catalogue has {', '.join(known)}"
         raise RecordError(f'"{id}" is not a record of the catalogue; {meant}')
     return known[id]
@@ -197,8 +199,26 @@ def _entry(facts: dict[str, Any]) -> Entry:
     return Entry(**facts)
 
 
-def _near(asked: str, known: list[str]) -> list[str]:
-    """Ids that look like the one asked for, best first: another case of the same letters, then similar."""
+def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
+    """Ids that may be meant, best first: of the same letters, then similar, then horizontals by earthquake or station.
+
+    Of the same recording where there are such; ``also`` are ids beside those of the catalogue.
+    """
+    known = [*_catalogue(), *also]
     same = [name for name in known if name.lower() == asked.lower()]
-    folded = {name.lower(): name for name in known}
-    return same or [folded[name] for name in get_close_matches(asked.lower(), list(folded), 3, 0.6)]
+    sisters = [name for name in known if name.lower().partition("-")[0] == asked.lower().partition("-")[0]]
+    folded = {name.lower(): name for name in sisters or known}
+    near = same or [folded[name] for name in get_close_matches(asked.lower(), list(folded), NEAREST, 0.6)]
+    return near or _by_place(asked)[:NEAREST]
+
+
+def _by_place(asked: str) -> list[str]:
+    """Horizontals whose earthquake or station has the letters that are asked for."""
+    word = _letters(asked)
+    if len(word) < SHORTEST_WORD:
+        return []
+    return [each.id for each in entries() if each.horizontal and word in _letters(f"{each.event} {each.station}")]
+
+
+def _letters(text: str) -> str:
+    return "".join(letter for letter in text.lower() if letter.isalnum())

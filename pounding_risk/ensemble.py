@@ -65,6 +65,8 @@ class Scan:
             self.attrs["notes"] = as_text(list(notes))
         if found.left_out:
             self.attrs["left_out"] = as_text(list(found.left_out))
+        if found.copies:
+            self.attrs["copies"] = as_text(list(found.copies))
 
     def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
         """Solve those of the wanted lines that are not done, and tell the progress among all that are wanted."""

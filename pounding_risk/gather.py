@@ -12,18 +12,19 @@ from math import isclose, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pounding_risk import record_sets, scaling
+from pounding_risk import record_sets, scaling, treatment
+from pounding_risk.copies import Copy, copies
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.formats import is_record
 from pounding_risk.manifest import read_manifest, source_of
 from pounding_risk.models.effects import wave_of
-from pounding_risk.motions import Motion, read_motion
+from pounding_risk.motions import Motion, processed
 from pounding_risk.noise import shared_corners
 from pounding_risk.processing import DEFAULT_CHAIN
 from pounding_risk.progress import Progress
 from pounding_risk.quality import OF_BUILDINGS, failed, quality
-from pounding_risk.record_request import RecordRequest, Spectral, matching
-from pounding_risk.recordings import recording
+from pounding_risk.record_request import RecordRequest, conflicts, matching
+from pounding_risk.recordings import STATED, recording, recording_words
 from pounding_risk.rotation import rotated
 from pounding_risk.sources import (
     RAW,
@@ -42,10 +43,24 @@ SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
 
 
 class Gathered(NamedTuple):
-    """Motions, and a sentence for each thing that was left out."""
+    """Motions, a sentence for each thing that was left out, and one for each record that is another's copy."""
 
     motions: tuple[Motion, ...]
     left_out: tuple[str, ...]
+    copies: tuple[str, ...] = ()
+
+
+class _Chosen(NamedTuple):
+    """A record that is asked for, with what a manifest says of it and where."""
+
+    source: Source
+    row: Mapping[str, Any] | None = None
+    place: str = ""
+
+    @property
+    def factor(self) -> float:
+        """What the manifest multiplies the record by."""
+        return 1.0 if self.row is None else float(self.row["factor"])
 
 
 def motions_of(study: Study) -> tuple[Motion, ...]:
@@ -56,9 +71,12 @@ def motions_of(study: Study) -> tuple[Motion, ...]:
 def gathered(study: Study) -> Gathered:
     """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
 
-    Raises as `gather`, and SceneError where no file is a record and where a record ends before a passing wave has
-    reached both buildings.
+    Raises as `gather`, and SceneError where the grid sets the amplitude that the records have already, where no file is
+    a record and where a record ends before a passing wave has reached both buildings.
     """
+    faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
+    if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
+        raise SceneError(study.source, sentences)
     found = gather(study.records, study.folder, scaled=study.grid.pgas == (None,))
     found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
     if not found.motions:
@@ -95,35 +113,76 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
     ``folder`` is what files are relative to; without ``scaled`` the motions keep their amplitude, whatever the request
     says of it. ``progress`` is called with (read, all).
 
-    Raises RecordError for a record that cannot be used, two records of one name, and a component without its
+    Raises RecordError for keys that exclude each other, a record that cannot be used, and a component without its
     partner where the row has a direction.
     """
-    if request.manifest:
-        return Gathered(tuple(_of_manifest(request, folder)), ())
+    for key, sentence in conflicts(request.given()):
+        raise RecordError(f"records.{key}: {sentence}")
     left_out: list[str] = []
-    sources = _sources(request, folder, left_out)
-    groups: list[tuple[Source, ...]] = [(source,) for source in sources]
+    chosen = list(_of_manifest(request, folder) if request.manifest else _of_sources(request, folder, left_out))
+    one_size = not scaled or request.pga is not None or request.sa is not None
+    chosen, repeated, copied = _each_once(chosen, one_size)
+    groups: list[tuple[Source, ...]] = [(each.source,) for each in chosen]
     if request.direction is not None:
-        groups = pairs(sources)
+        groups = pairs([each.source for each in chosen], repeated)
     motions = []
     for number, group in enumerate(groups, start=1):
-        motions.append(treated(request, group, scaled=scaled))
+        motion = _in_direction(request, group)
+        motions.append(_as_chosen(motion, chosen[number - 1], request.manifest) if request.manifest else motion)
         if progress is not None:
             progress(number, len(groups))
-    if request.to_median is not None and scaled:
-        motions = _to_median(request, motions)
-    return Gathered(tuple(_distinct(motions)), tuple(left_out))
+    motions = treatment.treated(motions, treatment.treatment_of(request, scaled=scaled))
+    return Gathered(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
-def _sources(request: RecordRequest, folder: Path, left_out: list[str]) -> list[Source]:
+def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> Iterator[_Chosen]:
     """Every record that the request names; a sentence in ``left_out`` for each that is not taken."""
+    stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.set:
-        return [record_sets.load(member) for member in record_sets.members(request.set)]
-    found = [open_source(name) for name in request.names]
+        found = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
+    else:
+        found = [open_source(name, **stated) for name in request.names]
     for pattern in request.files:
-        named = sources_named(pattern, folder, left_out, unit=request.unit or None, dt=request.dt)
-        found += horizontals(list(named), left_out)
-    return list({(source.record["file"], source.name): source for source in found}.values())
+        found += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
+    once = {(source.record["file"], source.name): source for source in found}
+    return (_Chosen(source) for source in once.values())
+
+
+def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], list[str], list[str]]:
+    """The records without those that would drive the same runs as an earlier one.
+
+    With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
+    ``one_size`` where all motions are scaled to one amplitude, so that their own counts for nothing.
+    """
+    found = copies([(each.source.trace.data * each.factor, each.source.trace.stats.delta) for each in chosen])
+    repeated = [copy for copy in found if copy.is_same_motion(any_size=one_size)]
+    left_out = [_repetition(copy, chosen) for copy in repeated]
+    sentences = [_in_one_recording(copy, chosen) for copy in found if copy not in repeated]
+    gone = {copy.place for copy in repeated}
+    return [each for place, each in enumerate(chosen) if place not in gone], left_out, sentences
+
+
+def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
+    """A copy that is left out, in words."""
+    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    same_file = one.record["file"] != other.record["file"] and one.record["sha256"] == other.record["sha256"]
+    words = "is a copy of the file" if same_file else "holds the same motion as"
+    return f"{other.name} {words} {one.name}, which is used once"
+
+
+def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
+    """Put a copy, and what shares its recording, into the recording of its original; the sentence that tells it."""
+    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    keys = [recording(each.source.record, each.source.name) for each in chosen]
+    stated = recording_words(keys[copy.original])
+    for place, key in enumerate(keys):
+        if key in (keys[copy.original], keys[copy.place]):
+            record = {**chosen[place].source.record, STATED: stated}
+            chosen[place] = chosen[place]._replace(source=chosen[place].source._replace(record=record))
+    doubt = f"the record {one.name} {copy.words()}: one recording, counted as one"
+    source = chosen[copy.place].source
+    chosen[copy.place] = chosen[copy.place]._replace(source=source._replace(doubts=(*source.doubts, doubt)))
+    return f"{other.name} is {doubt}"
 
 
 def sources_named(
@@ -163,33 +222,36 @@ def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
     return [source for source in sources if not is_vertical(source.record)]
 
 
-def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[Motion]:
-    """The records of a manifest with their factors; raises RecordError where one is not what the manifest says."""
+def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
+    """The records of a manifest; raises RecordError where one is not the file that the manifest says."""
     path = folder / request.manifest
     rows = read_manifest(path)
     if not rows:
         raise RecordError(f"{path}: names no record; choose again")
     for number, row in enumerate(rows, start=2):
-        _check_row(f"{path}, line {number}", row)
+        place = f"{path}, line {number}"
+        _check_row(place, row)
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
-                f"{path}, line {number}: {row['name']} has another checksum than the manifest says: the file was "
+                f"{place}: {row['name']} has another checksum than the manifest says: the file was "
                 "changed; fetch it again, or choose again"
             )
-        motion = replace(read_motion(source, processing=request.processing), name=row["name"])
-        if row["factor"] != 1.0:
-            motion = scaling.by_factor(motion, row["factor"], f"the factor of {path.name}")
-        if not isclose(motion.pga, row["PGA [m/s2]"], rel_tol=SAME_PEAK):
-            raise RecordError(
-                f"{path}, line {number}: {row['name']} has a PGA of {motion.pga:g} m/s² after its factor, the manifest "
-                f"says {row['PGA [m/s2]']:g}: it was processed, cut or turned otherwise; choose again"
-            )
-        if request.window is not None:
-            motion = motion.cut(*request.window)
-        if request.scale is not None:
-            motion = scaling.by_factor(motion, request.scale)
-        yield motion.with_tail(request.tail) if request.tail else motion
+        yield _Chosen(source, row, place)
+
+
+def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
+    """A motion with its name and factor of a manifest; raises RecordError where it is not the one that was chosen."""
+    assert chosen.row is not None
+    motion = replace(motion, name=chosen.row["name"])
+    if chosen.factor != 1.0:
+        motion = scaling.by_factor(motion, chosen.factor, f"the factor of {Path(manifest).name}")
+    if not isclose(motion.pga, chosen.row["PGA [m/s2]"], rel_tol=SAME_PEAK):
+        raise RecordError(
+            f"{chosen.place}: {motion.name} has a PGA of {motion.pga:g} m/s² after its factor, the manifest "
+            f"says {chosen.row['PGA [m/s2]']:g}: it was processed, cut or turned otherwise; choose again"
+        )
+    return motion
 
 
 def _check_row(place: str, row: Mapping[str, Any]) -> None:
@@ -201,17 +263,21 @@ def _check_row(place: str, row: Mapping[str, Any]) -> None:
         raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
 
 
-def pairs(sources: Sequence[Source]) -> list[tuple[Source, ...]]:
-    """The two horizontals of each recording; raises RecordError where there are not two."""
+def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
+    """The two horizontals of each recording; raises RecordError where there are not two.
+
+    ``repeated`` are sentences about copies that are not among the sources any more.
+    """
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
     for found in recordings.values():
         if len(found) != 2:
             listed = ", ".join(file_name(source) for source in found)
+            without = f"; left out: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
                 f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
-                "horizontal components of each recording: name both, or leave direction out"
+                f"horizontal components of each recording: name both, or leave direction out{without}"
             )
     return [tuple(found) for found in recordings.values()]
 
@@ -221,25 +287,14 @@ def _recording(source: Source) -> str:
     return " at ".join(str(record[key]) for key in ("event", "station") if record.get(key)) or source.name
 
 
-def treated(request: RecordRequest, group: tuple[Source, ...], *, scaled: bool = True) -> Motion:
+def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
-    window, pga = request.window, request.pga if scaled else None
-    scale = request.scale if scaled and request.to_median is None else None
-    if len(group) == 1 and request.sa is None and request.to_median is None:
-        return read_motion(
-            group[0], window=window, pga=pga, scale=scale, processing=request.processing, tail=request.tail
-        )
-    motion = _turned(request, group) if len(group) == 2 else read_motion(group[0], processing=request.processing)
-    if window is not None:
-        motion = motion.cut(*window)
-    if pga is not None:
-        motion = motion.scaled_to(pga)
-    if scale is not None:
-        motion = scaling.by_factor(motion, scale)
-    if request.sa is not None and scaled:
-        assert request.sa.value is not None
-        motion = scaling.to_spectral_acceleration(motion, request.sa.value, request.sa.period, request.sa.damping)
-    return motion.with_tail(request.tail) if request.tail and not (request.to_median and scaled) else motion
+    return treatment.treated([_in_direction(request, group)], treatment.treatment_of(request))[0]
+
+
+def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
+    """One component, or two turned to the row, processed."""
+    return _turned(request, group) if len(group) == 2 else processed(group[0], request.processing)
 
 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
@@ -250,9 +305,9 @@ def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
     flags: tuple[str, ...] = ()
     if processing == "auto" and all(source.record["state"] == RAW for source in pair):
         processing, words, flags = _one_band(pair)
-    first, second = (read_motion(source, processing=processing) for source in pair)
+    first, second = (processed(source, processing) for source in pair)
     motion = rotated(first, second, request.direction)
-    return replace(motion, processing=(*motion.processing, *words), flags=tuple(dict.fromkeys((*motion.flags, *flags))))
+    return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
 
 
 def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
@@ -262,24 +317,12 @@ def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str
     """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
-    before = [read_motion(source, processing=steps[:at]) for source in pair]
+    before = [processed(source, steps[:at]) for source in pair]
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
     found = shared_corners([motion.acceleration for motion in before], before[0].dt)
     steps[at] |= {"low": found.low, "high": found.high}
     return steps, (f"corners of the band-pass: {found.words}",), found.flags
-
-
-def _to_median(request: RecordRequest, motions: Sequence[Motion]) -> list[Motion]:
-    """The motions at the ensemble's median, then times the common factor; both components of a recording share one."""
-    aim = request.to_median
-    measure = f"sa({aim.period!r} s)" if isinstance(aim, Spectral) else str(aim)
-    damping = aim.damping if isinstance(aim, Spectral) else 0.05
-    groups = [recording(motion.record, motion.name) for motion in motions]
-    found = list(scaling.to_median(motions, measure, groups=groups, damping=damping))
-    if request.scale is not None:
-        found = [scaling.by_factor(motion, request.scale) for motion in found]
-    return [motion.with_tail(request.tail) for motion in found] if request.tail else found
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:

@@ -38,6 +38,7 @@ from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
 from pounding_risk.scan_dataset import sources_of
 from pounding_risk.scene_laws import law_of
+from pounding_risk.scene_text import nearest
 from pounding_risk.study import Study, as_study
 
 Array = NDArray[np.float64]
@@ -145,7 +146,8 @@ def _chosen(what: str, asked: str | None, known: tuple[str, ...]) -> str:
     if asked is None:
         return known[0]
     if asked not in known:
-        raise PoundingError(f"{what} {asked!r} is not in the scene, which has {', '.join(known)}; name one of these")
+        told = f"{what} {asked!r} is not in the scene{nearest(asked, known)}, which has {', '.join(known)}"
+        raise PoundingError(f"{told}; name one of these")
     return asked
 
 

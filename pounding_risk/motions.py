@@ -16,26 +16,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.processing import (
-    DEFAULT_CHAIN,
-    Done,
-    Step,
-    read_steps,
-    window,
-)
-from pounding_risk.quality import AT_REST, FIRST_OF_PEAK, LASTING, LONGEST_STEP, OFFSET_OF_PEAK, failed, quality
+from pounding_risk.processing import DEFAULT_CHAIN, Done, Step, read_steps
+from pounding_risk.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.quantities import PGA, SCALE, STEP, TAIL, TIME, shown
-from pounding_risk.record_request import AS_RECORDED, REVERSED
-from pounding_risk.resampling import MOST
-from pounding_risk.scaling import asked, scale_samples, scale_samples_to, unit_doubts
+from pounding_risk.record_request import AS_RECORDED, REVERSED, conflicts
+from pounding_risk.scaling import asked, to_pga, unit_doubts
 from pounding_risk.signals import Samples, velocity_displacement
-from pounding_risk.sources import RAW, USABLE, Source, check_samples, components, lowest_usable, open_source
+from pounding_risk.sources import (
+    RAW,
+    USABLE,
+    Source,
+    check_samples,
+    check_shaking,
+    components,
+    lowest_usable,
+    open_source,
+)
+from pounding_risk.treatment import Treatment, cut, doubts, extended, treated, turned_round
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
-WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +46,8 @@ class Motion:
 
     ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
     ``record`` says where it is from: id, event, date, station, component, file, sha256 of the file, origin,
-    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), and start, the
-    time of the first sample (UTC) where it is known.
+    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), start, the time
+    of the first sample (UTC) where it is known, and cut_from_start [s] where a part before the first sample was cut.
     ``processing`` has one sentence a step, ``flags`` one a doubt.
 
     Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
@@ -88,21 +90,20 @@ class Motion:
         """The motion with the other sign: a pair is not symmetric, so both directions are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
         turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
-        return turned.after(_reverse(self.acceleration))
+        return turned.after(turned_round(self.acceleration))
 
     def scaled_to(self, pga: float | str) -> Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
-        return self.after(scale_samples_to(self.acceleration, asked("pga", pga, PGA), self.name))
+        return to_pga(self, pga)
 
     def cut(self, start: float | str, end: float | str) -> Motion:
         """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is not in it."""
-        done = _cut(self.acceleration, self.dt, _span((start, end)))
-        part = replace(self, record=_later(self.record, done.cut * self.dt))
-        return part.after(done._replace(flags=(*done.flags, *_doubts(done.samples, self.dt))))
+        part = self.after(cut(self.acceleration, self.dt, _span((start, end))))
+        return part.doubted(doubts(part.acceleration, self.dt))
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion with zeros of that duration [s] after it: the buildings swing freely."""
-        return self.after(_extend(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
+        return self.after(extended(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
         """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, shape (n,)."""
@@ -111,13 +112,18 @@ class Motion:
     def after(self, done: Done) -> Motion:
         """The motion with the samples of a step, its sentence and its doubts."""
         factor = self.record.get("factor", 1.0) * done.factor
-        return replace(
+        record = {**self.record, "factor": factor} if done.factor != 1.0 else self.record
+        changed = replace(
             self,
             acceleration=done.samples,
-            record={**self.record, "factor": factor} if done.factor != 1.0 else self.record,
+            record=_later(record, done.cut * self.dt),
             processing=(*self.processing, *([done.sentence] if done.sentence else [])),
-            flags=tuple(dict.fromkeys((*self.flags, *done.flags))),
         )
+        return changed.doubted(done.flags)
+
+    def doubted(self, flags: Sequence[str]) -> Motion:
+        """The motion with further doubts, each told once."""
+        return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
 
 
 def driven(motion: Motion, polarity: str, pga: float | None) -> Motion:
@@ -149,24 +155,38 @@ def read_motion(
 
     Raises RecordError for what cannot be read or trusted, with the repair.
     """
-    trace, record, flags = _prepared(
-        source,
-        window=window,
-        pga=pga,
-        scale=scale,
-        processing=processing,
-        polarity=polarity,
-        tail=tail,
-        unit=unit,
-        dt=dt,
-    )
-    name = str(record["id"])
-    return Motion(name, trace.data, trace.stats.delta, record, tuple(trace.stats.processing), flags)
+    how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
+    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    return treated([processed(opened, processing)], how)[0]
 
 
-def read_trace(source: str | Path | Trace, **choices: Any) -> Trace:
+def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
+    """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
+    chain = _chain(processing, source.record["state"])
+    log = _Log(source)
+    check_shaking(log.samples, source.name, "its sensitivity and unit, or leave the record out")
+    _process(log, chain)
+    # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
+    # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
+    # earlier, such as one of two earthquakes in a file, is a step of the chain.
+    record = {**source.record, "polarity": AS_RECORDED, "factor": log.factor}
+    record = _later(record, log.start) | log.corners()
+    return Motion(str(record["id"]), log.samples, log.dt, record, tuple(log.sentences)).doubted(log.flags)
+
+
+def read_trace(
+    source: str | Path | Trace, *, unit: str | None = None, dt: float | str | None = None, **choices: Any
+) -> Trace:
     """As `read_motion`, as an ObsPy trace in m/s² whose ``stats.processing`` has the history."""
-    return _prepared(source, **choices)[0]
+    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    motion = read_motion(opened, **choices)
+    trace = opened.trace.copy()  # the one that was handed over stays as it was
+    trace.data = np.array(motion.acceleration)
+    if trace.stats.delta != motion.dt:
+        trace.stats.delta = motion.dt
+    trace.stats.starttime += motion.record.get("cut_from_start", 0.0)
+    trace.stats.processing = list(motion.processing)
+    return trace
 
 
 def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
@@ -185,54 +205,37 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
     return Stream([read_trace(source, **choices)])
 
 
-def _prepared(
-    source: str | Path | Trace | Source,
+def _treatment(
     *,
-    window: tuple[float | str, float | str] | None = None,
-    pga: float | str | None = None,
-    scale: float | str | None = None,
-    processing: str | Sequence[Mapping[str, Any]] = "auto",
-    polarity: str = AS_RECORDED,
-    tail: float | str = 0.0,
-    unit: str | None = None,
-    dt: float | str | None = None,
-) -> tuple[Trace, dict[str, Any], tuple[str, ...]]:
-    """The processed trace, the record it is of, and the doubts about it."""
-    target = None if pga is None else asked("pga", pga, PGA)
-    factor = None if scale is None else asked("scale", scale, SCALE)
-    quiet = asked("tail", tail, TAIL)
-    span = None if window is None else _span(window)
-    if target is not None and factor is not None:
-        raise RecordError("pga and scale are both given; a record is scaled by one of them: leave one out")
+    window: tuple[float | str, float | str] | None,
+    pga: float | str | None,
+    scale: float | str | None,
+    polarity: str,
+    tail: float | str,
+) -> Treatment:
+    """What `read_motion` is asked to do after the processing, in SI; raises RecordError for what it cannot do."""
+    given = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
+    for _, sentence in conflicts(given):
+        raise RecordError(sentence)
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    found = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
-    chain = _chain(processing, found.record["state"])
-    log = _Log(found)
-    _process(log, chain)
-    # The window comes after the chain and not before: the offset is seen in the quiet before the earthquake
-    # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
-    # earlier, such as one of two earthquakes in a file, is a step of the chain.
-    if span is not None:
-        log.add(_cut(log.samples, log.dt, span))
-    if polarity == REVERSED:
-        log.add(_reverse(log.samples))
-    if target is not None:
-        log.add(scale_samples_to(log.samples, target, found.name))
-    if factor is not None:
-        log.add(scale_samples(log.samples, factor))
-    log.flags += _doubts(log.samples, log.dt)
-    if quiet > 0.0:
-        log.add(_extend(log.samples, log.dt, quiet))
-    record = _later({**found.record, "polarity": polarity, "factor": log.factor}, log.start) | log.corners()
-    return log.trace(), record, tuple(dict.fromkeys(log.flags))
+    return Treatment(
+        window=None if window is None else _span(window),
+        polarity=polarity,
+        pga=None if pga is None else asked("pga", pga, PGA),
+        scale=None if scale is None else asked("scale", scale, SCALE),
+        tail=asked("tail", tail, TAIL),
+    )
 
 
 def _later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The facts of a record that starts later, where its start is known."""
-    if not seconds or not record.get("start"):
+    """The facts of a record of which so much was cut from the start."""
+    if not seconds:
         return record
-    return {**record, "start": (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()}
+    record = {**record, "cut_from_start": record.get("cut_from_start", 0.0) + seconds}
+    if record.get("start"):
+        record["start"] = (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()
+    return record
 
 
 class _Log:
@@ -241,10 +244,11 @@ class _Log:
     def __init__(self, found: Source):
         self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
         self.dt = float(found.trace.stats.delta)
-        self.start, self.flags = 0.0, list(unit_doubts(found.record["pga_recorded"], "as recorded"))
+        self.start = 0.0
+        self.flags = [*found.doubts, *unit_doubts(found.record["pga_recorded"], "as recorded")]
         self.factor, self.band = 1.0, (0.0, inf)
         self.raw = found.record["state"] == RAW
-        self._source, self._record = found.trace, found.record
+        self._record = found.record
         self.sentences = [*found.trace.stats.get("processing", []), found.units]
 
     def add(self, done: Done) -> None:
@@ -266,16 +270,6 @@ class _Log:
         if high < inf:
             facts["high_corner"] = min(high, self._record.get("high_corner") or inf)
         return facts
-
-    def trace(self) -> Trace:
-        """The samples as an ObsPy trace; the one they came from stays as it was."""
-        trace = self._source.copy()
-        trace.data = self.samples
-        if trace.stats.delta != self.dt:
-            trace.stats.delta = self.dt
-        trace.stats.starttime += self.start
-        trace.stats.processing = list(self.sentences)
-        return trace
 
 
 def _process(log: _Log, chain: Sequence[Step]) -> None:
@@ -315,36 +309,3 @@ def _span(given: Any) -> tuple[float, float]:
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
         raise RecordError(f"window: {shown(given)} is not a start and an end; give two times such as (0.0, 6.0)")
     return asked("window", given[0], TIME), asked("window", given[1], TIME)
-
-
-def _cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
-    """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
-    done = window(samples, dt, start=span[0], end=span[1])
-    peak, kept = float(np.abs(samples).max()), float(np.abs(done.samples).max())
-    if kept >= WEAK_WINDOW * peak:
-        return done
-    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * kept / peak:.2g} % of the record's"
-    return done._replace(flags=(*done.flags, flag))
-
-
-def _reverse(samples: Samples) -> Done:
-    return Done(-samples, "polarity: reversed")
-
-
-def _extend(samples: Samples, dt: float, seconds: float) -> Done:
-    count = round(seconds / dt)
-    if count > MOST:
-        raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
-    return Done(np.pad(samples, (0, count)), f"tail: {count * dt:g} s of zeros added")
-
-
-def _doubts(samples: Samples, dt: float) -> tuple[str, ...]:
-    """What a user should know about the samples that a run sees."""
-    flags = []
-    peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
-    if first > FIRST_OF_PEAK * peak:
-        share = f"{100.0 * first / peak:.1f} %"
-        flags.append(f"the motion starts at {share} of its PGA: a late trigger, or a cut in motion")
-    if dt > LONGEST_STEP:
-        flags.append(f"the time step {dt:g} s is longer than {LONGEST_STEP:g} s: peaks may be missed")
-    return tuple(flags)

@@ -135,7 +135,7 @@ def plan(
         workers or cpu_count() or 1,
         of_input(study, found.motions),
         found.left_out,
-        _changes(before, study, len(found.motions)),
+        _changes(before, study, found.motions),
         compiling,
     )
     return _timed(made, found)
@@ -161,29 +161,31 @@ def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | 
         return None, study
 
 
-def _changes(before: Study | None, study: Study, records: int) -> tuple[str, ...]:
-    """What the overrides change, and what becomes of the number of cases."""
-    from pounding_risk.plan_changes import changes
+def _changes(before: Study | None, study: Study, motions: tuple[Motion, ...]) -> tuple[str, ...]:
+    """What the overrides change, what of it changes no motion, and what becomes of the number of cases."""
+    from pounding_risk.plan_changes import changes, told_as_idle
 
     if before is None:
         return ()
     told = changes(before, study)
-    many = _records_before(before, study, records)
-    if many is None:
+    were = _motions_before(before, study, motions)
+    if were is None:
         return told
-    old, new = (prod(_shape(each, count).values()) for each, count in ((before, many), (study, records)))
+    if before.records != study.records and [each.digest for each in were] == [each.digest for each in motions]:
+        told = told_as_idle(told)
+    old, new = (prod(_shape(each, count).values()) for each, count in ((before, len(were)), (study, len(motions))))
     return (*told, f"cases: {old} -> {new}") if old != new else told
 
 
-def _records_before(before: Study, study: Study, records: int) -> int | None:
-    """How many records the scene has without the overrides; None where they cannot be used."""
+def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) -> tuple[Motion, ...] | None:
+    """The motions that the scene has without the overrides; None where they cannot be used."""
     from pounding_risk.errors import RecordError, SceneError
     from pounding_risk.gather import gathered
 
     if before.records == study.records:
-        return records
+        return motions
     try:
-        return len(gathered(before).motions)
+        return gathered(before).motions
     except (RecordError, SceneError):  # the overrides repair it
         return None
 

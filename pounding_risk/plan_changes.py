@@ -11,6 +11,7 @@ from pounding_risk.study import Study
 
 NOWHERE = "not given"
 FEW = 6  # values that are all told
+OF_MOTIONS = ("records.unit", "records.dt", "records.window", "records.processing")  # act on motions and nothing else
 
 
 def changes(before: Study, after: Study) -> tuple[str, ...]:
@@ -22,6 +23,14 @@ def changes(before: Study, after: Study) -> tuple[str, ...]:
     keys = dict.fromkeys([*old, *new])
     pairs = ((key, old.get(key, NOWHERE), new.get(key, NOWHERE)) for key in keys)
     return tuple(f"{key}: {_from_to(was, now)}" for key, was, now in pairs if was != now)
+
+
+def told_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
+    """The lines of `changes` where all motions stay the same, to the last bit: what acts on motions alone is idle."""
+    return tuple(
+        f"{line} (without effect: every motion stays the same)" if line.startswith(OF_MOTIONS) else line
+        for line in changes
+    )
 
 
 def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +13,8 @@ from pounding_risk.quantities import DAMPING, DIRECTION, PERIOD, PGA, STEP, TAIL
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
 MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
+SOURCES = ("names", "files", "set", "manifest")  # a request has one of them
+AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
 
 
 class StepTable(Mapping[str, Any]):
@@ -78,6 +80,11 @@ class RecordRequest(NamedTuple):
     sa: Spectral | None = None  # every record is scaled to this spectral acceleration
     to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
 
+    def given(self) -> tuple[str, ...]:
+        """The keys that say where records are from, how they are turned and how strong they are, as far as given."""
+        keys = (*SOURCES, "direction", *AMPLITUDES[1:], "scale")
+        return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
+
     def written(self) -> dict[str, Any]:
         """The table [records] as a scene file has it, every value stated, quantities exact."""
         median = self.to_median
@@ -101,6 +108,37 @@ class RecordRequest(NamedTuple):
             "tail": exact(self.tail, TAIL),
         }
         return {key: value for key, value in chosen.items() if value is not None}
+
+
+def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tuple[str, str]]:
+    """Keys of [records] that exclude each other: the key that is to go, and a sentence.
+
+    Parameters
+    ----------
+    given : collection of str
+        The keys that are given, in a scene file or in a call.
+    grid_pga : bool
+        Whether the grid has amplitudes of its own.
+    """
+    sources = [key for key in SOURCES if key in given]
+    if len(sources) > 1:
+        hint = " (the file of a record in the catalogue can stand in files)" if sources == ["names", "files"] else ""
+        yield sources[-1], f"{' and '.join(sources)} are both given; keep one{hint}"
+    if "manifest" in given and "direction" in given:
+        yield "direction", "a manifest names single components; remove direction, or name the files"
+    amplitudes = [key for key in AMPLITUDES if key in given]
+    if len(amplitudes) > 1:
+        several = "both" if len(amplitudes) == 2 else "all"
+        words = " and ".join(amplitudes)
+        yield amplitudes[-1], f"{words} are {several} given, and each sets the amplitude; keep one"
+    # A common factor may follow the median or a choice: that is how a normalised set is scaled.
+    rivals = [key for key in amplitudes if key in ("pga", "sa")]
+    if rivals and "scale" in given:
+        yield "scale", f"{rivals[0]} and scale are both given, and each sets the amplitude; remove one"
+    elif grid_pga:
+        for key in ("scale", "sa", "to_median", "manifest"):
+            if key in given:
+                yield key, f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
 
 
 def matching(folder: Path, pattern: str) -> list[Path]:

@@ -127,6 +127,13 @@ def find(id: str) -> Member | None:
     return next((member for member in both if member.id == id), None)
 
 
+def similar(id: str) -> list[str]:
+    """The ids of the sets that an id with a record sequence number may mean; none without the packages."""
+    if not id.upper().startswith("RSN") or missing():
+        return []
+    return [member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file)]
+
+
 def load(member: Member) -> Source:
     """A member as recorded: a trace in m/s², and the facts that go with it into the results."""
     import obspy  # takes 0.2 s, and listing a set needs none of it

@@ -37,6 +37,7 @@ KEPT = (
     "vs30",
     "station",
     "sensor",
+    "recording",
     "state",
     "format",
     "file",

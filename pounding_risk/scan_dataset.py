@@ -15,6 +15,7 @@ from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.models.instant import is_instant
 from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import BUILDING, HIGH, RUN, building_outputs, run_outputs
+from pounding_risk.recordings import recording_numbers
 from pounding_risk.results import as_text, versions
 from pounding_risk.study import Study
 
@@ -115,7 +116,10 @@ def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
     spectra[:, known] = response_spectra(
         [motion.acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
     ).pseudo_acceleration
-    words = "pseudo-spectral acceleration of the processed record, damping 5 %"
+    words = (
+        "pseudo-spectral acceleration of the record after processing and its own scaling, before the amplitude of the "
+        "grid; damping 5 %"
+    )
     return {"record_spectral_acceleration": (("record", "period"), spectra, described("m/s2", words))}
 
 
@@ -143,13 +147,52 @@ def case_coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
             {"long_name": "building, left to right"},
         ),
         "period": ("period", PERIODS, described("s", "period of an oscillator")),
-        "record_event": ("record", about("event"), {"long_name": "earthquake"}),
+        "record_event": ("record", about("event"), {"long_name": "earthquake that the record is of"}),
         "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
-        "record_pga": (
-            "record",
-            [motion.pga for motion in motions],
-            described("m/s2", "peak of the processed record"),
+        **_known_of_records(motions),
+        **_amplitudes_felt(study, motions),
+    }
+
+
+def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """What is known of each record's earthquake and site; NaN where nothing is."""
+    facts = {
+        "magnitude": ("magnitude", described("1", "magnitude of the earthquake that the record is of")),
+        "distance": (
+            "distance_km",
+            described("km", "distance of the record's station from the earthquake, of the kind that its source states"),
         ),
+        "vs30": ("vs30", described("m/s", "mean shear-wave velocity of the upper 30 m under the record's station")),
+    }
+    found: dict[str, Any] = {
+        f"record_{name}": ("record", [_number(motion.record.get(key)) for motion in motions], attrs)
+        for name, (key, attrs) in facts.items()
+    }
+    numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
+    words = "number of the recording that the record is a component or a copy of, from 0"
+    return found | {"record_recording": ("record", numbers, described("1", words))}
+
+
+def _number(value: Any) -> float:
+    return np.nan if value in (None, "") else float(value)
+
+
+def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """The PGA of each record before and after the grid's amplitude, and what it was multiplied by in all."""
+    pgas = np.array([np.nan if pga is None else pga for pga in study.grid.pgas])
+    peaks = np.array([motion.pga for motion in motions])
+    factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
+    felt = np.where(np.isnan(pgas), peaks[:, None], pgas)
+    before = "peak acceleration of the record after processing and its own scaling, before the amplitude of the grid"
+    factor = "what the processed record was multiplied by, its own scaling and the amplitude of the grid together"
+    return {
+        "record_pga": ("record", peaks, described("m/s2", before)),
+        "record_pga_felt": (
+            ("record", "pga"),
+            felt,
+            described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
+        ),
+        "record_scale_factor": (("record", "pga"), factors[:, None] * felt / peaks[:, None], described("1", factor)),
     }
 
 

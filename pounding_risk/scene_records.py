@@ -13,16 +13,16 @@ from pounding_risk.record_request import (
     AS_RECORDED,
     MEDIANS,
     POLARITIES,
+    SOURCES,
     Spectral,
     StepTable,
+    conflicts,
     matching,
 )
 from pounding_risk.scene_keys import Several, Unreadable, each, list_of, words
 from pounding_risk.scene_text import Fault, as_list, nearest, table
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
-SOURCES = ("names", "files", "set", "manifest")  # a scene has one of them
-AMPLITUDES = ("pga", "sa", "to_median")  # one of them at most
 
 
 def catalogue_ids() -> list[str]:
@@ -117,7 +117,7 @@ def record_names(value: Any) -> tuple[str, ...]:
 
     def read(item: Any) -> str:
         if not isinstance(item, str) or item not in known:
-            hint = nearest(item, known, 0.4) if isinstance(item, str) else ""
+            hint = nearest(item, known, 0.4) or _meant(item) if isinstance(item, str) else ""
             raise Unreadable(
                 f"{shown(item)} is not a record of the catalogue{hint}; "
                 "`pounding-risk records` lists them, and a file of your own goes into files"
@@ -125,6 +125,14 @@ def record_names(value: Any) -> tuple[str, ...]:
         return item
 
     return tuple(each(asked, read, distinct=True))
+
+
+def _meant(word: str) -> str:
+    """The records of a station or earthquake that is written in place of an id."""
+    from pounding_risk.catalogue import similar
+
+    near = " or ".join(f'"{id}"' for id in similar(word))
+    return f" (did you mean {near}?)" if near else ""
 
 
 def record_files(value: Any) -> tuple[str, ...]:
@@ -198,29 +206,8 @@ def across_keys(raw: Mapping[str, Any]) -> Iterator[Fault]:
     if not given:
         example = 'missing; write names = ["RSN6-180"], files = ["my/*.AT2"], or set = "fema-p695-farfield"'
         yield Fault(("records", "names"), example, absent=True)
-    if len(given) > 1:
-        hint = " (the file of a record in the catalogue can stand in files)" if given == ["names", "files"] else ""
-        yield Fault(("records", given[-1]), f"{' and '.join(given)} are both given; keep one{hint}")
-    if "manifest" in keys and "direction" in keys:
-        yield Fault(("records", "direction"), "a manifest names single components; remove direction, or name the files")
-    amplitudes = [key for key in ("manifest", *AMPLITUDES) if key in keys]
-    if len(amplitudes) > 1:
-        told = " and ".join(amplitudes)
-        sentence = (
-            f"{told} are {'both' if len(amplitudes) == 2 else 'all'} given, and each sets the amplitude; keep one"
-        )
-        yield Fault(("records", amplitudes[-1]), sentence)
-    # A common factor may follow the median or a choice: that is how a normalised set is scaled.
-    rivals = [key for key in amplitudes if key in ("pga", "sa")]
-    if rivals and "scale" in keys:
-        yield Fault(
-            ("records", "scale"), f"{rivals[0]} and scale are both given, and each sets the amplitude; remove one"
-        )
-    elif "pga" in grid:
-        for key in ("scale", "sa", "to_median", "manifest"):
-            if key in keys:
-                sentence = f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
-                yield Fault(("records", key), sentence)
+    for key, sentence in conflicts(keys, grid_pga="pga" in grid):
+        yield Fault(("records", key), sentence)
 
 
 def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:

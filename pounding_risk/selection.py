@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk.copies import copies
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import Motion
 from pounding_risk.quantities import PGA, shown
@@ -247,6 +248,10 @@ def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> li
     if len(level) < len(motions):
         left["being vertical"] += len(motions) - len(level)
     level.sort(key=lambda motion: motion.name)
+    again = {copy.place for copy in copies([(motion.acceleration, motion.dt) for motion in level])}
+    if again:
+        left["being a copy of another candidate"] += len(again)
+    level = [motion for place, motion in enumerate(level) if place not in again]
     if wanted.spectrum == "component":
         return [(motion,) for motion in level]
     groups: dict[Any, list[Motion]] = {}

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Samples = NDArray[np.floating[Any]]
+# m/s²: strong-motion instruments resolve some 1e-6 m/s² at best (2 g full scale over a dynamic range of 140 to 155 dB).
+LEAST_SHAKING = 1e-6
 PICK_MARGIN = 0.5  # s before the picked onset: an emergent first arrival starts before it is seen
 
 

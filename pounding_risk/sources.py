@@ -18,6 +18,8 @@ import numpy as np
 from pounding_risk import catalogue, record_sets
 from pounding_risk.errors import RecordError
 from pounding_risk.formats import COMPONENT, FileRead, one_trace, read_components, read_file
+from pounding_risk.formats._unit import sentence, size_of
+from pounding_risk.signals import LEAST_SHAKING, Samples
 
 RAW, PROCESSED = "raw", "processed"
 IN_MEMORY = "ObsPy trace"
@@ -33,6 +35,7 @@ class Source(NamedTuple):
     trace: Any  # obspy.Trace, float samples, calib 1
     record: dict[str, Any]
     units: str
+    doubts: tuple[str, ...] = ()  # about how it was read, a sentence each
 
 
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
@@ -50,12 +53,12 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
         found = _of_file(path, read_file(path, component, unit=unit, dt=dt))
     else:
         found = _of_trace(source)
-    return _checked(found)
+    return _checked(found, unit, dt)
 
 
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
     """Every component of a file, as `open_source` gives one."""
-    return tuple(_checked(_of_file(path, read)) for read in read_components(path, unit=unit, dt=dt))
+    return tuple(_checked(_of_file(path, read), unit, dt) for read in read_components(path, unit=unit, dt=dt))
 
 
 def parted(source: str | Path) -> tuple[Path, str]:
@@ -85,15 +88,27 @@ def lowest_usable(record: Mapping[str, Any]) -> float | None:
     return record.get("lowest_usable_frequency") or USABLE * float(record.get("low_corner") or 0.0) or None
 
 
-def _checked(found: Source) -> Source:
-    """A source with samples that a run can use, and their peak among its facts."""
+def _checked(found: Source, unit: str | None, dt: float | None) -> Source:
+    """A source with samples that a run can use, their peak among its facts, and what of ``unit``, ``dt`` is unused."""
     check_samples(found.trace.data, found.trace.stats.delta, found.name)
     samples = np.asarray(found.trace.data, dtype=np.float64)
     if found.record["format"] != IN_MEMORY:
         found.record["source"] = found.name
     offset = samples.mean() if found.record["state"] == RAW else 0.0
     found.record["pga_recorded"] = float(np.abs(samples - offset).max())
-    return found
+    return found._replace(doubts=(*found.doubts, *_unused(found, unit, dt)))
+
+
+def _unused(found: Source, unit: str | None, dt: float | None) -> tuple[str, ...]:
+    """A sentence where a ``unit`` or time step ``dt`` [s] that the user gives is not what the record is read with."""
+    told = []
+    if unit is not None and not found.units.startswith(sentence(unit, size_of(unit, "unit"))):
+        own = found.units.partition(";")[0].removeprefix("units: ")
+        told.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({own})')
+    if dt is not None and dt != found.trace.stats.delta:
+        own = f"{found.trace.stats.delta:g} s"
+        told.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({own})")
+    return tuple(told)
 
 
 def _is_id(source: str) -> bool:
@@ -110,7 +125,7 @@ def _of_id(id: str) -> Source:
 
 
 def _of_catalogue(id: str) -> Source:
-    found = catalogue.entry(id)
+    found = catalogue.entry(id, record_sets.similar(id))
     trace = catalogue.load(id)[0]
     keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
     more = ("package", "version", "sha256", "origin", "terms", "note")
@@ -186,3 +201,30 @@ def check_samples(samples: Any, dt: float, name: str) -> None:
         raise RecordError(
             f"{name}: a sample of {peak:.3g} m/s² is no motion of the ground; check the unit, or the scaling"
         )
+
+
+def check_shaking(samples: Samples, name: str, repair: str) -> None:
+    """Refuse samples that hold no motion, which would count as one that brings no contact.
+
+    Parameters
+    ----------
+    samples : array, shape (n,)
+        Acceleration [m/s²], with its offset or without.
+    name : str
+        Of what, file or record, the message speaks.
+    repair : str
+        What to check, as the end of "check ...".
+
+    Raises
+    ------
+    RecordError
+        For samples that are all the same, and for a range that no strong-motion instrument resolves.
+    """
+    half_range = 0.5 * (float(samples.max()) - float(samples.min()))
+    if half_range >= LEAST_SHAKING:
+        return
+    if half_range == 0.0:
+        found = f"every sample is {samples[0]:g} m/s²"
+    else:
+        found = f"its samples vary by {half_range:.2g} m/s² about their middle, less than an instrument resolves"
+    raise RecordError(f"{name}: {found}: the record holds no motion; check {repair}")

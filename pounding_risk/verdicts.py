@@ -24,6 +24,7 @@ from pounding_risk.required_gaps import RequiredGap, lognormal_share
 
 ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
 GOVERNING = 3  # motions that are named
+NAMED_DOUBTS = 3  # doubts about records that are told
 LARGEST_TARGET = 0.3  # that anyone would accept
 
 
@@ -90,6 +91,7 @@ class Seen(NamedTuple):
     polarity: Influence
     counts: dict[str, int]
     held: int = 0  # of a row: motions that close the gap alone, and touch in no run at it
+    record_doubts: tuple[str, ...] = ()  # copies of records and records without motion, a sentence each
 
 
 def judge(asked: Asked, seen: Seen) -> Verdict:
@@ -208,6 +210,11 @@ def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> lis
         )
     if seen.lost:
         told.append(f"{seen.lost} motions have no finite response and count against the verdict.")
+    if seen.record_doubts:
+        more = len(seen.record_doubts) - NAMED_DOUBTS
+        told.append(
+            f"Records: {'; '.join(seen.record_doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
+        )
     return told
 
 

@@ -96,6 +96,9 @@ def test_the_raw_records_are_whole_micro_g():
     [
         ("RSN6-18", '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or '
         'RSN6-270?'),
+        ("El Centro", '"El Centro" is not a record of the catalogue; did you mean RSN6-180 or RSN6-270?'),
+        ("RSN753-00", '"RSN753-00" is not a record of the catalogue; did you mean RSN753-090 or RSN753-000 or '
+        'RSN753-UP?'),
         ("ccc-hn1", '"ccc-hn1" is not a record of the catalogue; did you mean CCC-HN1?'),
         ("Kobe", f'"Kobe" is not a record of the catalogue; the catalogue has '
         f'{", ".join(e.id for e in ENTRIES)}'),

@@ -212,6 +212,10 @@ REFUSED = [
         "simulate scene.toml --yield-force 3t",
         '--yield-force: "3t" is a mass, not a force; write a yield force F_E such as "450 kN"',
     ),
+    (
+        "simulate scene.toml --record RSN6-80",
+        "record 'RSN6-80' is not in the scene (did you mean \"RSN6-180\"?), which has RSN6-180; name one of these",
+    ),
     ("simulate scene.toml --record RSN7", "record 'RSN7' is not in the scene, which has RSN6-180; name one of these"),
     (
         "simulate scene.toml --polarity reversed",

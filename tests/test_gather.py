@@ -3,6 +3,7 @@
 import csv
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,9 +78,9 @@ def test_a_file_named_twice_is_read_once(folder):
 
 
 def test_records_of_one_name_are_told_apart(folder):
-    for part in ("a", "b"):
+    for part, component in (("a", "180"), ("b", "270")):
         (folder / part).mkdir()
-        shutil.copy(folder / "RSN6-180.AT2", folder / part / "x.AT2")
+        shutil.copy(folder / f"RSN6-{component}.AT2", folder / part / "x.AT2")
     assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
 
 
@@ -172,6 +173,65 @@ def test_both_components_keep_one_factor_to_the_median_and_then_the_common_one()
     speeds = [measure(motion.acceleration, motion.dt).pgv for motion in before]
     means = np.sqrt(np.array(speeds[0::2]) * np.array(speeds[1::2]))
     assert factors[0::2] == pytest.approx(2.0 * np.median(means) / means, rel=1e-12)
+
+
+def refused(request, folder=None):
+    with pytest.raises(RecordError) as caught:
+        gather(request, folder)
+    return str(caught.value)
+
+
+RIVALS = (
+    ({"sa": Spectral(1.0, 0.05, 0.4 * G), "scale": 2.0}, "scale", "sa and scale are both given, and each sets the"),
+    ({"pga": 4.0, "scale": 2.0}, "scale", "pga and scale are both given, and each sets the amplitude; remove one"),
+    ({"pga": 4.0, "to_median": "pgv"}, "to_median", "pga and to_median are both given, and each sets the amplitude"),
+    ({"sa": Spectral(1.0, 0.05, 4.0), "to_median": "pgv"}, "to_median", "sa and to_median are both given, and each"),
+    ({"set": "fema-p695-farfield"}, "set", "names and set are both given; keep one"),
+    ({"manifest": "a.csv"}, "manifest", "names and manifest are both given; keep one"),
+    ({"names": (), "manifest": "a.csv", "direction": 20.0}, "direction", "a manifest names single components"),
+    ({"names": (), "manifest": "a.csv", "sa": Spectral(1.0, 0.05, 4.0)}, "sa", "manifest and sa are both given, and"),
+)
+
+
+@pytest.mark.parametrize(("changed", "key", "sentence"), RIVALS)
+def test_what_excludes_each_other_is_refused_in_a_call_as_in_a_scene_file(changed, key, sentence, tmp_path):
+    """A factor beside Sa was dropped without a word: the scaling to Sa came after it and undid it."""
+    request = PAIR._replace(**changed)
+    told = refused(request)
+    assert told.startswith(f"records.{key}: {sentence}")
+    (tmp_path / "a.csv").touch()
+    study = replace(parse_scene(SCENE + 'names = ["RSN6-180"]\n', str(tmp_path / "scene.toml")), records=request)
+    with pytest.raises(SceneError, match=re.escape(told)):
+        parse_scene(study.to_toml(), study.source)
+    with pytest.raises(SceneError, match=re.escape(told)):
+        gathered(study)
+
+
+@pytest.mark.parametrize(
+    ("changed", "key"),
+    [({"scale": 2.0}, "scale"), ({"sa": Spectral(1.0, 0.05, 4.0)}, "sa"), ({"to_median": "pga"}, "to_median")],
+)
+def test_an_amplitude_beside_that_of_the_grid_is_refused_in_a_call_too(changed, key):
+    study = parse_scene(SCENE + 'names = ["RSN6-180"]\n[grid]\npga = ["0.2 g", "0.4 g"]\n')
+    sentence = f"records.{key}: the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
+    with pytest.raises(SceneError, match=re.escape(sentence)):
+        gathered(replace(study, records=study.records._replace(**changed)))
+
+
+def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):
+    """Window, factor and tail act in one order, and to the same bits, whoever asks."""
+    asked = {"window": (1.0, 9.0), "scale": 1.5, "tail": 2.0}
+    alone = read_motion("RSN6-180", **asked)
+    (named,) = gather(PLAIN._replace(names=("RSN6-180",), **asked), None).motions
+    write_manifest([read_motion("RSN6-180")], tmp_path / "a.csv")
+    (listed,) = gather(PLAIN._replace(manifest="a.csv", **asked), tmp_path).motions
+    whole = read_motion("RSN6-180").acceleration
+    by_hand = np.pad(1.5 * whole[100:901], (0, 200))  # samples 0.01 s apart, both ends of the window included
+    for motion in (alone, named, listed):
+        assert np.array_equal(motion.acceleration, by_hand)
+        assert [sentence.partition(":")[0] for sentence in motion.processing] == ["units", "window", "scale", "tail"]
+        assert motion.record["factor"] == 1.5 and motion.record["cut_from_start"] == 1.0
+        assert motion.flags == alone.flags
 
 
 def test_a_window_comes_before_the_scale():

