@@ -71,6 +71,7 @@ class Assessment:
     """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
 
     ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
+    ``unused_keys`` are the keys of the scene that change nothing in it, and why.
     """
 
     title: str
@@ -86,6 +87,7 @@ class Assessment:
     hazard: str
     hazard_rows: tuple[tuple[float, float], ...]
     interfaces: tuple[InterfaceAssessment, ...]
+    unused_keys: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as tables and lists that JSON holds; what is not a finite number is None."""
@@ -145,6 +147,7 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=found,
+        unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
     )
 
 

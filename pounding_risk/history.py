@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pounding_risk.contact_points import COLUMN
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import (
@@ -36,6 +37,7 @@ from pounding_risk.row_history import cell_of, row_histories
 from pounding_risk.scan_dataset import sources_of
 from pounding_risk.scene_laws import law_of
 from pounding_risk.study import Study, as_study
+from pounding_risk.unused_keys import unused_keys
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
@@ -83,9 +85,16 @@ def simulate(
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
+    unused = unused_keys(study)
+    notes = {"unused_keys": as_text(unused)} if unused else {}
     if study.is_row:
+        if yield_force is not None and all(point.kind == COLUMN for point in study.points):
+            raise PoundingError(
+                "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
+                "column_yield_force of their interface: change it in the scene (--set on the command line)"
+            )
         run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
-        return run_of_row.assign_attrs(record=name, polarity=sense)
+        return run_of_row.assign_attrs(record=name, polarity=sense, **notes)
     name_of_law = law or study.law_name
     interface = Interface(
         study.gap if gap is None else gap,
@@ -93,7 +102,8 @@ def simulate(
         study.restitution,
         study.yield_force if yield_force is None else yield_force,
     )
-    return pair_histories(study, motion, interface).assign_attrs(record=name, polarity=sense, contact_model=name_of_law)
+    told = pair_histories(study, motion, interface)
+    return told.assign_attrs(record=name, polarity=sense, contact_model=name_of_law, **notes)
 
 
 def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dataset:

@@ -13,6 +13,7 @@ from pounding_risk.motions import Motion
 from pounding_risk.plan_words import run_words, scene_words
 from pounding_risk.quantities import PGA, TIME, say
 from pounding_risk.study import Study
+from pounding_risk.unused_keys import unused_keys
 
 if TYPE_CHECKING:
     from pounding_risk.gather import Gathered
@@ -47,6 +48,7 @@ class Plan:
     threads: int
     left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
     changes: tuple[str, ...] = ()  # what `--set` changes, a value a line
+    unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
     compiled: bool = False  # whether the plan has compiled what was missing
     screened: int | None = None  # lines that the motion without contact answers, since it closes no gap
     seconds: float | None = None  # of solving, on so many threads
@@ -133,6 +135,7 @@ def plan(
         workers or cpu_count() or 1,
         found.left_out,
         _changes(before, study, len(found.motions)),
+        unused_keys(study),
         compiling,
     )
     return _timed(made, found)

@@ -55,7 +55,7 @@ def _of_pair(study: Study) -> list[tuple[str, str]]:
     """Buildings, interface and contact models of two single masses."""
     sides = zip(("left", "right"), study.buildings, strict=True)
     return [
-        *((f"{side} building", _building(building)) for side, building in sides),
+        *((f"{side} building", _building(building, False)) for side, building in sides),
         ("interface", _interface(study)),
         *(("contact model", words) for words in _laws(study)),
         ("restitution", _restitution(study)),
@@ -64,7 +64,8 @@ def _of_pair(study: Study) -> list[tuple[str, str]]:
 
 def _of_row(study: Study) -> list[tuple[str, str]]:
     """Buildings from left to right, contact models, and each interface with its contact points."""
-    rows = [("building", _building(building)) for building in study.buildings]
+    yielding = "inelastic_storeys" in dict(study.effects)
+    rows = [("building", _building(building, yielding)) for building in study.buildings]
     rows += [("contact model", words) for words in _laws(study)]
     for place, name in enumerate(study.interfaces):
         here = study.at(place)
@@ -95,10 +96,13 @@ def _place(floor: float) -> str:
     return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
 
 
-def _building(building: Building | Storeys) -> str:
+def _building(building: Building | Storeys, yielding: bool) -> str:
+    """A building in words; ``yielding`` where an effect lets storeys yield."""
     if isinstance(building, Storeys):
         count = len(building.masses)
-        yields = ", with yield shears" if building.strengths else ""
+        yields = ""
+        if building.strengths:
+            yields = ", with yield shears" if yielding else ", elastic (yield shears act under inelastic_storeys)"
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
@@ -205,6 +209,8 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     yield "time", _time(plan)
     for sentence in plan.changes:
         yield "changed", sentence
+    for sentence in plan.unused:
+        yield "unused", sentence
 
 
 def _cases(plan: Plan) -> str:

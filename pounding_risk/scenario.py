@@ -94,6 +94,7 @@ __all__ = [
     "read_scene",
     "scene_schema",
     "study_from",
+    "written_tables",
 ]
 
 
@@ -287,6 +288,16 @@ def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequ
     """The study of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
     study = _study(dict(tables), Origin(source, "", {}, tuple(overrides)))
     return replace(study, text=study.to_toml())
+
+
+def written_tables(study: Study) -> dict[str, Any]:
+    """The tables of a study's text with its overrides, as they were written; its resolved ones where it has no text."""
+    if not study.text:
+        return study.resolved()
+    raw = parse_toml(study.text, study.source)
+    for text in study.overrides:
+        override(raw, text, KNOWN, study.source)
+    return raw
 
 
 def scene_schema() -> dict[str, Any]:
