@@ -23,8 +23,9 @@ from pounding_risk.fragility import Fragility
 from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.influences import Influence, Yielding, of_contact, of_yielding, ranked
 from pounding_risk.proportions import Share, independent_motions, labels, shares
-from pounding_risk.quantities import PGA, say
+from pounding_risk.quantities import GAP, PGA, say, si
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.selected_axes import with_axes
 from pounding_risk.separations import Comparison, code_table
 from pounding_risk.verdicts import Asked, Seen, Verdict, judge
 
@@ -107,22 +108,22 @@ class _Options(NamedTuple):
 def assess(
     results: xr.Dataset | str | Path,
     *,
-    gap: float | None = None,
+    gap: float | str | None = None,
     hazard: Hazard | str | Path | None = None,
     confidence: float = 0.95,
     percentile: float = 84.0,
     intensity: str = "pga",
     target: float | None = None,
-    pga: float | None = None,
+    pga: float | str | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`, or of the file it is in.
 
-    ``gap`` [m] is the scene's own by default, at every interface. The verdict holds P(contact) there against
-    ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions, beside 50, 84
-    and 95, have their required gap told, and the target is what that leaves, 0.16 of 84 %, unless given. Of a dataset
-    with several amplitudes the assessed one is ``pga`` [m/s2], the largest by default. Fragilities are against
-    ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
-    period. ``hazard``, a curve or its CSV file, adds annual rates.
+    ``gap`` [m, or text with a unit] is the scene's own by default, at every interface. The verdict holds P(contact)
+    there against ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions,
+    beside 50, 84 and 95, have their required gap told, and the target is what that leaves, 0.16 of 84 %, unless given.
+    Of a dataset with several amplitudes the assessed one is ``pga`` [m/s2], the largest by default. Fragilities are
+    against ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a
+    building's period. ``hazard``, a curve or its CSV file, adds annual rates.
 
     Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
     """
@@ -130,6 +131,9 @@ def assess(
         from pounding_risk.results import open_results
 
         results = open_results(results)
+    results = with_axes(results)
+    gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     target = 1.0 - percentile / 100.0 if target is None else target
@@ -163,8 +167,6 @@ def _check(options: _Options) -> None:
             raise PoundingError(
                 f"{name} is {value:g}; it lies between 0 and {most:g}, ends excluded, such as {example}"
             )
-    if options.gap is not None and not (isfinite(options.gap) and options.gap >= 0.0):
-        raise PoundingError(f"gap is {options.gap:g} m; it is a distance of 0 or more, such as 0.04")
 
 
 def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:

@@ -52,7 +52,7 @@ class Scan:
         progress: Progress | None,
         command: str,
     ):
-        check_share(check_fraction)
+        check_fraction = check_share(check_fraction)
         self.study = as_study(study)
         found = gathered(self.study)
         self.job = job_of(Order(self.study, found.motions, screening, check_fraction))

@@ -31,7 +31,7 @@ from pounding_risk.models.structures import Oscillator
 from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
-from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
+from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, si
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
 from pounding_risk.scan_dataset import sources_of
@@ -64,13 +64,14 @@ def simulate(
     record: str | None = None,
     polarity: str | None = None,
     law: str | None = None,
-    gap: float | None = None,
-    yield_force: float | None = None,
-    pga: float | None = None,
+    gap: float | str | None = None,
+    yield_force: float | str | None = None,
+    pga: float | str | None = None,
 ) -> xr.Dataset:
     """One case of a scene with its histories: the scene's own values, or those named here.
 
-    ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]; the others are names.
+    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit ("20 mm"); the others
+    are names.
 
     Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
     both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has the motion of every floor
@@ -78,9 +79,10 @@ def simulate(
     or polarity that the scene does not have and for a number out of its range.
     """
     study = as_study(study)
-    for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):
-        if value is not None and not quantity.allows(value):
-            raise PoundingError(f"simulate: {name} is {value:g}; {article(quantity.words)} must be {bounds(quantity)}")
+    gap, yield_force, pga = (
+        None if value is None else si(value, quantity, f"simulate: {name}")
+        for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
+    )
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)

@@ -269,24 +269,41 @@ ABSENT = {
 }
 
 
-def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Study:
     """The study of a scene file, with ``--set``-like ``overrides`` ('interface.gap="20 mm"') applied.
 
-    Raises SceneError that tells every fault with its line, its key and the likely repair.
+    Parameters
+    ----------
+    scene : str, path or mapping
+        A scene file; or the tables of one, with its keys and quantities as text: then record files are relative to
+        the working folder.
+    overrides : sequence of str
+        What is set from outside, one key and value each.
+
+    Raises
+    ------
+    SceneError
+        With every fault: its line, its key and the likely repair.
     """
-    path = Path(path)
+    if isinstance(scene, Mapping):
+        return study_from(scene, overrides=overrides)
+    if not isinstance(scene, str | Path):
+        raise SceneError(
+            "scene", [f"{shown(scene)} is no scene; give the name of a scene file, or its tables (a dict)"]
+        )
+    path = Path(scene)
     return parse_scene(read_text(path), str(path), overrides)
 
 
 def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Study:
     """The study of a scene's TOML text. As `read_scene`; record files are relative to ``source``'s folder."""
     raw = parse_toml(text, source)
-    return _study(raw, Origin(source, text, key_lines(text), tuple(overrides)))
+    return _study(raw, Origin(source, text, key_lines(text), _listed(overrides)))
 
 
 def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Study:
     """The study of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
-    study = _study(dict(tables), Origin(source, "", {}, tuple(overrides)))
+    study = _study(dict(tables), Origin(source, "", {}, _listed(overrides)))
     return replace(study, text=study.to_toml())
 
 
@@ -306,6 +323,11 @@ def scene_schema() -> dict[str, Any]:
     ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` tell what a JSON schema has no keyword for.
     """
     return described(SceneTables.model_json_schema())
+
+
+def _listed(overrides: Sequence[str]) -> tuple[str, ...]:
+    """The overrides; text alone is one."""
+    return (overrides,) if isinstance(overrides, str) else tuple(overrides)
 
 
 def _study(raw: dict[str, Any], origin: Origin) -> Study:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
+from pounding_risk.selected_axes import with_axes
 from pounding_risk.separation_rules import (
     COMBINATIONS,
     INTENSITIES,
@@ -184,7 +185,7 @@ def code_table(results: xr.Dataset, percentile: float = PERCENTILE, site: Site =
 
     Raises PoundingError where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion.
     """
-    shown = _one_amplitude(_complete(results))
+    shown = _one_amplitude(_complete(with_axes(results)))
     if not 0.0 <= percentile <= 100.0:
         raise PoundingError(f"percentile is {percentile:g}; it must be from 0 to 100, such as 84")
     left, right = (_motions(at_contact(shown, side)) for side in (0, 1))

@@ -16,6 +16,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports.content import amount
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
+from pounding_risk.selected_axes import with_axes
 from pounding_risk.separations import code_table
 from pounding_risk.whole_files import checksum
 
@@ -127,6 +128,7 @@ def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
     if not isinstance(results, str | Path):
+        results = with_axes(results)
         _check(results, "the dataset")
         return results, ""
     dataset = open_results(results)
