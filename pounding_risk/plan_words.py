@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import inf, isnan
+from pathlib import Path
+from shutil import disk_usage
 from typing import TYPE_CHECKING
 
 from pounding_risk.contact_points import COLUMN, FLOOR
@@ -201,7 +203,7 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     """What is to be run, and what that takes; one pair a line."""
     yield "cases", _cases(plan)
     yield "lines", _lines(plan)
-    yield "dataset", f"{_bytes(plan.bytes)} before compression"
+    yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
     if plan.chunks is not None:
         yield "chunks", f"about {plan.chunks}, each kept on disk as it is done"
     yield "memory", f"about {_bytes(plan.memory)}" + ("" if plan.screened is not None else BESIDE)
@@ -211,6 +213,13 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
         yield "changed", sentence
     for sentence in plan.unused:
         yield "unused", sentence
+
+
+def _room(plan: Plan) -> str:
+    """What is free beside the scene, where the dataset may need more."""
+    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
+    free = disk_usage(folder).free
+    return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
 
 
 def _cases(plan: Plan) -> str:
@@ -226,7 +235,8 @@ def _lines(plan: Plan) -> str:
     if plan.screened is None:
         return f"{each}; how many of them touch is not known yet, {HERE} finds it"
     share = 100.0 * plan.screened / plan.lines
-    return f"{each}; {plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+    about = "" if plan.share == 1.0 else "about "
+    return f"{each}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
 
 
 def _compiling(plan: Plan) -> str:
@@ -274,7 +284,7 @@ def duration(seconds: float) -> str:
 
 
 def _bytes(size: int) -> str:
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if size >= scale:
             return f"{size / scale:.3g} {unit}"
     return f"{size} bytes"

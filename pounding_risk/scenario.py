@@ -37,12 +37,9 @@ from pounding_risk.quantities import (
     DAMPING,
     DIRECTION,
     FLOOR_LENGTH,
-    FLOOR_MASS,
     GAP,
     HEIGHT,
     LEVELS,
-    MASS,
-    PERIOD,
     PGA,
     RTOL,
     SCALE,
@@ -61,6 +58,7 @@ from pounding_risk.quantities import (
 from pounding_risk.record_request import AS_RECORDED, MEDIANS, POLARITIES, RecordRequest, Spectral, StepTable
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.scene_assembly import Origin, assembled
+from pounding_risk.scene_buildings import BUILDING_MASS, BUILDING_PERIOD, LEAST_FLOOR_MASS
 from pounding_risk.scene_checks import LATER, across_keys, later_words
 from pounding_risk.scene_overrides import ARRAYS, override
 from pounding_risk.scene_row import is_row
@@ -147,21 +145,21 @@ class SceneTable(Section):
 
 class BuildingTable(Section):
     name: Annotated[str, Reads(scene_keys.words("frame"), {"type": "string"})]
-    mass: Annotated[float, measured(MASS)] = inf
-    period: Annotated[float, measured(PERIOD)] = 0.0
+    mass: Annotated[float, measured(BUILDING_MASS)] = inf
+    period: Annotated[float, measured(BUILDING_PERIOD)] = 0.0
     stiffness: Annotated[float, measured(STIFFNESS)] = inf
     rigid: Annotated[bool, Reads(scene_keys.flag("rigid"), {"type": "boolean"})] = False
     damping: Annotated[float, measured(DAMPING)] = 0.05
     floor_length: Annotated[float, measured(FLOOR_LENGTH)] = 0.0
     wave_speed: Annotated[float, measured(WAVE_SPEED)] = CONCRETE_WAVE_SPEED
     height: Annotated[float, measured(HEIGHT)] = 0.0
-    floor_masses: Annotated[tuple[float, ...] | float, storeyed(FLOOR_MASS)] = ()
+    floor_masses: Annotated[tuple[float, ...] | float, storeyed(LEAST_FLOOR_MASS)] = ()
     storey_stiffnesses: Annotated[tuple[float, ...] | float, storeyed(STIFFNESS)] = ()
     storey_heights: Annotated[tuple[float, ...] | float, storeyed(STOREY_HEIGHT)] = ()
     storey_strengths: Annotated[tuple[float, ...] | float, storeyed(STOREY_STRENGTH)] = ()
     storeys: Annotated[int, Reads(scene_keys.storey_count, {"type": "integer"})] = 0
     typology: Annotated[str, Reads(scene_keys.one_of(list(TYPOLOGIES), "a typology"), {"enum": list(TYPOLOGIES)})] = ""
-    floor_mass: Annotated[float, measured(FLOOR_MASS)] = 0.0
+    floor_mass: Annotated[float, measured(LEAST_FLOOR_MASS)] = 0.0
     damping_rule: Annotated[
         str, Reads(scene_keys.one_of(DAMPING_RULES, "a rule of damping"), {"enum": list(DAMPING_RULES)})
     ] = DAMPING_RULES[0]
