@@ -191,9 +191,13 @@ def _farthest(footprint: Footprint, levels: Array, side: float) -> Array:
     """The largest u of the outline at each v (``side`` 1), or the smallest (−1); ∓inf where there is none."""
     starts = np.concatenate(footprint.rings)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in footprint.rings])
-    few = max(1, WALLS * WALLS // len(starts))  # levels at a time, so that many corners take little memory
-    groups = [levels[first : first + few] for first in range(0, len(levels), few)]
-    return np.concatenate([_reached(starts, ends, group, side) for group in groups] or [levels])
+    low, high = np.minimum(starts[:, 1], ends[:, 1]), np.maximum(starts[:, 1], ends[:, 1])
+    reached = [levels]  # of no level none
+    for first in range(0, len(levels), WALLS):  # some at a time, beside their own walls: corners may be many
+        group = levels[first : first + WALLS]
+        near = (low <= group.max()) & (high >= group.min())
+        reached.append(_reached(starts[near], ends[near], group, side))
+    return np.concatenate(reached[1:] or reached)
 
 
 def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
@@ -203,7 +207,7 @@ def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
     part = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
     reached = np.where(rise == 0.0, levels[:, None] == starts[:, 1], (part >= 0.0) & (part <= 1.0))
     places = starts[:, 0] + part * (ends[:, 0] - starts[:, 0])
-    return side * np.where(reached, side * places, -inf).max(axis=1)
+    return side * np.where(reached, side * places, -inf).max(axis=1, initial=-inf)
 
 
 def length(footprints: Sequence[Footprint]) -> float:

@@ -9,7 +9,9 @@ from shutil import disk_usage
 from typing import TYPE_CHECKING
 
 from pounding_risk.contact_points import COLUMN, FLOOR
+from pounding_risk.effect_defaults import NOT_A_NUMBER, option_words
 from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
 from pounding_risk.quantities import (
@@ -32,6 +34,7 @@ from pounding_risk.record_request import Spectral
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.storeys import Storeys
 from pounding_risk.study import Effect, Study, known_law
+from pounding_risk.unused_keys import Given, given_keys
 
 if TYPE_CHECKING:
     from pounding_risk.plan import Plan
@@ -42,10 +45,11 @@ BESIDE = ", and the responses without contact"
 
 def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
     """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+    given = given_keys(study)
     return [
         ("scene", study.name),
         *(_of_row(study) if study.is_row else _of_pair(study)),
-        *(("effect", _effect(effect)) for effect in study.effects),
+        *(("effect", _effect(effect, given)) for effect in study.effects),
         ("records", _amplitude(study, records)),
         ("polarity", " and ".join(study.records.polarities)),
         *_grid(study),
@@ -156,8 +160,16 @@ def _restitution(study: Study) -> str:
     return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 
 
-def _effect(effect: Effect) -> str:
-    options = ", ".join(f"{key} {value}" for key, value in effect.written().items())
+def _effect(effect: Effect, given: Given) -> str:
+    """The options in force; those that the scene leaves out are marked."""
+    kinds = EFFECTS[effect.name].options  # type: ignore[attr-defined]
+    values = {key: option_words(kinds[key], value) for key, value in effect.options}
+    values |= {key: words for (name, key), words in NOT_A_NUMBER.items() if name == effect.name and key not in values}
+    values = {key: words for key, words in values.items() if not words.startswith("none")}
+    options = ", ".join(
+        f"{key} {value}{'' if ('effects', effect.name, key) in given else ' (default)'}"
+        for key, value in values.items()
+    )
     return f"{effect.name}: {options}" if options else effect.name
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterable
-from math import ceil, pi
+from itertools import pairwise
+from math import ceil, pi, sqrt
 from pathlib import Path
 
 from pounding_risk.chains import chain_of
@@ -20,7 +21,7 @@ from pounding_risk.study import Study
 
 TURN = 2.5  # rad between nodes at most, of the fastest mode
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
-MOST_BYTES = 1e15  # of a dataset: no file system that a scan is written to holds a petabyte
+MOST_BYTES = 1e14  # of a dataset: no disk that a scan is written to holds a hundred terabytes
 
 
 def fastest_rate(study: Study) -> float:
@@ -36,8 +37,8 @@ def fastest_rate(study: Study) -> float:
             rates.append(2.0 * pi / building.period)
             continue
         chain = chain_of(building, study.effects)
-        springs = [*chain.spring.tolist(), 0.0]
-        rates += [(2.0 * (k + above) / m) ** 0.5 for k, above, m in zip(springs, springs[1:], chain.mass, strict=True)]
+        springs = pairwise([*chain.spring.tolist(), 0.0])
+        rates += [sqrt(2.0 * (below + above) / mass) for mass, (below, above) in zip(chain.mass, springs, strict=True)]
     return max(rates)
 
 
