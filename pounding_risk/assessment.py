@@ -28,9 +28,10 @@ from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.influences import Influence, Yielding, of_contact, of_response, of_yielding, ranked
 from pounding_risk.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
 from pounding_risk.proportions import Share, independent_motions, labels, shares
-from pounding_risk.quantities import PGA
+from pounding_risk.quantities import GAP, PGA, si
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.results import told
+from pounding_risk.selected_axes import with_axes
 from pounding_risk.separations import Comparison, code_table
 from pounding_risk.verdicts import Asked, Seen, Verdict, judge
 
@@ -88,6 +89,7 @@ class Assessment:
 
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
     ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
+    ``unused_keys`` are the keys of the scene that change nothing in it, and why.
     """
 
     title: str
@@ -105,6 +107,7 @@ class Assessment:
     hazard_rows: tuple[tuple[float, float], ...]
     interfaces: tuple[InterfaceAssessment, ...]
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
+    unused_keys: tuple[str, ...] = ()
 
     @property
     def criterion(self) -> Criterion:
@@ -133,23 +136,22 @@ class _Options(NamedTuple):
 def assess(
     results: xr.Dataset | str | Path,
     *,
-    gap: float | None = None,
+    gap: float | str | None = None,
     hazard: Hazard | str | Path | None = None,
     confidence: float | str = USUAL_CONFIDENCE,
     percentile: float | str | None = None,
     intensity: str | None = None,
     target: float | str | None = None,
-    pga: float | None = None,
+    pga: float | str | None = None,
 ) -> Assessment:
     """Assess the gaps of a dataset of `scan`, or of the file it is in.
 
-    ``gap`` [m] is the scene's own by default, at every interface. The verdict holds P(contact) there against
-    ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions, beside 50, 84
-    and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target asks for the
-    percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by default;
-    where both are given the verdict uses the target. Of a dataset
-    with several amplitudes the assessed one is ``pga`` [m/s2], by default the scene's
-    own where the grid has it, else the largest. Fragilities are against
+    ``gap`` [m, or text with a unit] is the scene's own by default, at every interface. The verdict holds P(contact)
+    there against ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions,
+    beside 50, 84 and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target
+    asks for the percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by
+    default; where both are given the verdict uses the target. Of a dataset with several amplitudes the assessed one is
+    ``pga`` [m/s2], by default the scene's own where the grid has it, else the largest. Fragilities are against
     ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
     period, or "sa(0.62 s)" at any; by default the one that the scene scales its motions to, or PGA. ``hazard``, a
     curve or its CSV file, adds annual rates.
@@ -160,12 +162,14 @@ def assess(
         from pounding_risk.results import open_results
 
         results = open_results(results)
+    results = with_axes(results)
+    gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
     intensity = usual_intensity(results) if intensity is None else intensity
     options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
-    _check(options)
     counts = data.run_counts(results)
     found = tuple(_interface(name, one, place, options) for place, (name, one) in enumerate(interfaces(results)))
     return Assessment(
@@ -180,13 +184,8 @@ def assess(
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=found,
         notes=of_results(results),
+        unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
     )
-
-
-def _check(options: _Options) -> None:
-    """Raise PoundingError for an option out of its range."""
-    if options.gap is not None and not (isfinite(options.gap) and options.gap >= 0.0):
-        raise PoundingError(f"gap is {options.gap:g} m; it is a distance of 0 or more, such as 0.04")
 
 
 def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:

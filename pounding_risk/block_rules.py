@@ -18,10 +18,8 @@ from pounding_risk.quantities import (
     MASS,
     STANDARD_GRAVITY,
     Quantity,
-    article,
-    bounds,
     say,
-    shown,
+    si,
 )
 from pounding_risk.storeys import MOST_STOREYS
 from pounding_risk.typologies import known_typology
@@ -36,8 +34,9 @@ Fill = Callable[[str, str, str], None]  # column, value, rule
 
 @dataclass(frozen=True)
 class Rules:
-    """How a table is read: what stands in for values that it does not give, and what makes a row. SI units.
+    """How a table is read: what stands in for values that it does not give, and what makes a row.
 
+    Numbers are SI, text has its unit ("3 m").
     ``floor_area`` None: a building without floor mass, area and footprint is a fault. ``axis`` None: each street has
     the direction of its own walls. Raises PoundingError for a value that is out of range.
     """
@@ -58,9 +57,8 @@ class Rules:
     def __post_init__(self) -> None:
         for name, quantity in _RANGES.items():
             value = getattr(self, name)
-            if value is not None and not quantity.allows(value):
-                words = f"{article(quantity.words)} must be {bounds(quantity)}"
-                raise PoundingError(f"rules, {name}: {shown(value)} is out of range; {words}")
+            if value is not None:
+                object.__setattr__(self, name, si(value, quantity, f"rules, {name}"))
         known_typology(self.typology)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import AXES
-from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, Quantity, say
+from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, Quantity, say, si
 from pounding_risk.scene_text import nearest
 from pounding_risk.study import Study
 
@@ -95,6 +95,9 @@ def _places(axis: str, known: tuple[Any, ...], asked: Sequence[Any] | None) -> l
 
 
 def _place(axis: str, known: tuple[Any, ...], value: Any) -> int:
+    """Place of a value; a number in SI, or text with a unit."""
+    if axis in QUANTITIES:
+        value = si(value, QUANTITIES[axis], _words(axis))
     if known == (None,):
         raise PoundingError(
             "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"

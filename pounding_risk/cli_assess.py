@@ -114,6 +114,8 @@ def print_assessment(found: Assessment) -> None:
         _print_curves(one, found)
         _print_rates(one, found)
         _print_separations(one, found.percentile)
+    for sentence in found.unused_keys:
+        print(f"note: {sentence}")
 
 
 def _print_row(found: Assessment) -> None:

@@ -16,6 +16,7 @@ def models() -> None:
     # The package's own first, in the order of their module; a user's own laws after them.
     print_table(heads, [_model(name, law) for name, law in CONTACT_MODELS.items()], "lllll")
     print("\nRestitution: e is asked for; exact where a relation is known that returns it; – where none takes part.\n")
+    print("Effects: after = stands what holds where the option is left out; an option without it is required.\n")
     print_table(("effect", "options", "acts on", "where it is from"), list(map(_effect, EFFECTS.items())), "llll")
     print()
     kinds = ("typology", "period in s, h in m", "mode shape", "yields at, in g", "verified", "where it is from")
@@ -36,12 +37,14 @@ def _model(name: str, law: Any) -> tuple[str, ...]:
 
 
 def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
+    from pounding_risk.effect_defaults import default_words
     from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
     from pounding_risk.quantities import Quantity
 
     name, kind = entry
     options = [
-        f"{key} [{allowed.unit}]" if isinstance(allowed, Quantity) else f"{key} ({' or '.join(allowed)})"
+        (f"{key} [{allowed.unit}]" if isinstance(allowed, Quantity) else f"{key} ({' or '.join(allowed)})")
+        + f" = {default_words(name, key)}" * (key in kind.optional)
         for key, allowed in kind.options.items()
     ]
     law = " and ".join(["yielding", *kind.needs])

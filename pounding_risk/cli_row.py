@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.cli_output import engineering, print_pairs, print_table
+from pounding_risk.cli_tables import print_unused
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def print_row_run(dataset: Any) -> None:
             ("status", told["status"]),
         ]
     )
+    print_unused(dataset)
     heads = ("impacts", "first", "peak force", "impulse", "reaches F_E")
     print()
     gaps = [engineering(float(gap), "m") for gap in dataset["interface_gap"].values]

@@ -107,6 +107,7 @@ def _print_pair_run(dataset: Any) -> None:
             ("status", told["status"]),
         ]
     )
+    print_unused(dataset)
     print()
     print_table(("output", "value", "meaning"), _outputs(dataset), "lrl")
     print()
@@ -158,6 +159,12 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
         )
 
 
+def print_unused(dataset: Any) -> None:
+    """A line for each key of the scene that changes nothing in it."""
+    for sentence in json.loads(dataset.attrs.get("unused_keys", "[]")):
+        print(f"note: {sentence}")
+
+
 def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> None:
     """How many cases there were, how they ended, how long it took, and where the results are.
 
@@ -178,6 +185,7 @@ def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> Non
     print_notes(of_results(dataset))
     for sentence in json.loads(dataset.attrs.get("left_out", "[]")):
         print(f"note: left out: {sentence}")
+    print_unused(dataset)
     held = int((dataset["restitution_held"] > 0).sum())
     if held:
         print(f"note: {held} cases have contacts {FASTER}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import islice
-from math import inf, nan
-from typing import Any
+from math import inf, log10, nan
+from typing import Any, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,12 @@ from pounding_risk.models.ground import Together
 from pounding_risk.models.instant import needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
+from pounding_risk.quantities import MASS, RESTITUTION, RTOL, SPEED, YIELD_FORCE, Quantity, QuantityError, si
 from pounding_risk.relations import AS_PUBLISHED, faults, misfit, name_of, out_of_reach, related
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
 ROWS = 100_000
+SOFTEST, STIFFEST = 1e2, 1e16  # N/m or N/m^1.5, of what equal terms may lead to
 
 
 @dataclass(frozen=True)
@@ -57,16 +59,16 @@ class Impact:
 
 def impact(
     law: Any,
-    speed: float,
-    mass: float,
-    other_mass: float = inf,
+    speed: float | str,
+    mass: float | str,
+    other_mass: float | str = inf,
     *,
     restitution: float | str | Restitution | Mapping[str, Any] = 1.0,
     relation: str = AS_PUBLISHED,
-    yield_force: float = inf,
+    yield_force: float | str = inf,
     rtol: float = 1e-12,
 ) -> Impact:
-    """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s].
+    """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s]; text has its own unit.
 
     ``law`` is a contact law such as ``Jankowski(2.75e9)``, a model such as ``DistributedMass(10.0, 20.0)``, whose left
     floor strikes, and ``restitution`` a number or a relation such as
@@ -76,10 +78,11 @@ def impact(
     PoundingError for a speed or mass that is not above zero, and for a relation, or an e under it, that the law cannot
     take.
     """
-    for name, value in (("speed", speed), ("mass", mass), ("other_mass", other_mass), ("yield_force", yield_force)):
-        if not value > 0.0:
-            raise PoundingError(f"impact: {name} is {value:g}; it must be above zero")
-    law, rule = _damped(law, restitution, relation)
+    speed, mass = si(speed, SPEED, "impact: speed"), si(mass, MASS, "impact: mass")
+    other_mass = si(other_mass, MASS._replace(open_high=False), "impact: other_mass")
+    yield_force = si(yield_force, YIELD_FORCE, "impact: yield_force")
+    rtol = si(rtol, RTOL._replace(low=0.0, open_low=True), "impact: rtol")
+    law, rule = _damped(_in_si(law), restitution, relation)
     beyond = out_of_reach(type(bare(law)), rule.at(speed), getattr(bare(law), "design_penetration", 0.0))
     if beyond:
         raise PoundingError(f"impact: restitution: {beyond}")
@@ -110,6 +113,26 @@ def impact(
         energy_lost=facts["work"],
         momentum_change=momentum / facts["impulse"],
     )
+
+
+def _in_si(law: Any) -> Any:
+    """The law with its parameters as numbers; raises PoundingError for what is no law or no value of a parameter."""
+    if not hasattr(law, "_fields"):
+        raise PoundingError(
+            f"impact: {law!r} is not a contact law; give one with its parameters, such as Jankowski(2.75e9)"
+        )
+    hints = get_type_hints(type(law), include_extras=True)
+    quantities = {
+        name: quantity
+        for name in law._fields
+        for quantity in getattr(hints.get(name), "__metadata__", ())
+        if isinstance(quantity, Quantity)
+    }
+    values = {
+        name: si(getattr(law, name), quantity, f"impact: {type(law).__name__}: {name}")
+        for name, quantity in quantities.items()
+    }
+    return law._replace(**values) if values else law
 
 
 def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> tuple[Any, ...]:
@@ -158,9 +181,7 @@ def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution
     if told[0]:
         raise PoundingError(f"impact: restitution, {'; '.join(told)}")
     law, restitution = _related(law, asked["relation"]), asked["value"]
-    if isinstance(restitution, Restitution):
-        return law, restitution
-    return law, restitution_of(restitution) if isinstance(restitution, str) else constant(restitution)
+    return law, restitution if isinstance(restitution, Restitution) else restitution_of(restitution)
 
 
 def _related(law: Any, relation: str) -> Any:
@@ -180,8 +201,8 @@ def restitution_of(words: str | float) -> Restitution:
     if is_ratio(words):
         return constant(written_ratio(str(words))[0])
     try:
-        return constant(float(words))
-    except ValueError:
+        return constant(si(words, RESTITUTION))
+    except QuantityError:
         known = ", ".join(NAMED)
         raise PoundingError(
             f"restitution {words!r}: it is neither a number in (0, 1] nor a known relation ({known}); "
@@ -195,7 +216,8 @@ def equal_stiffness(
     """The stiffness with which ``law`` agrees with ``reference`` in an impact of ``mass`` [kg] at ``speed`` [m/s].
 
     ``same`` is "peak force" or "penetration". Both are powers of the stiffness for every law here, so the search
-    in its logarithm ends quickly. Uncapped forces are compared: the cap is the building's, not the law's.
+    in its logarithm ends quickly. Uncapped forces are compared: the cap is the building's, not the law's. Raises
+    PoundingError where no stiffness within `SOFTEST` and `STIFFEST` agrees.
     """
     from scipy.optimize import brentq
 
@@ -206,4 +228,11 @@ def equal_stiffness(
         found = impact(law(10.0**logarithm), speed, mass, restitution=rule)
         return float(np.log(getattr(found, measure) / target))
 
-    return float(10.0 ** brentq(excess, 2.0, 16.0, xtol=1e-12, rtol=1e-12))
+    ends = log10(SOFTEST), log10(STIFFEST)
+    if excess(ends[0]) * excess(ends[1]) > 0.0:
+        raise PoundingError(
+            f"equal_terms: no stiffness of {name_of(type(law(1.0)))} from {SOFTEST:g} to {STIFFEST:g} (SI) gives the "
+            f"{same} of {name_of(type(bare(reference)))} with {reference.stiffness:g} at {speed:g} m/s, {target:g} "
+            f"{'N' if measure == 'peak_force' else 'm'}; check interface.stiffness, its unit and its power of ten"
+        )
+    return float(10.0 ** brentq(excess, *ends, xtol=1e-12, rtol=1e-12))

@@ -28,7 +28,7 @@ from pounding_risk.models.effects import refusal, wave_of
 from pounding_risk.models.instant import CONTACT_MODELS, needs_floors
 from pounding_risk.motions import driven
 from pounding_risk.pair import Interface, free_response, oscillators
-from pounding_risk.quantities import SPEED, article, bounds, shown
+from pounding_risk.quantities import SPEED, shown, si
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
 from pounding_risk.results import check_target, save
 from pounding_risk.scene_laws import law_of
@@ -62,7 +62,7 @@ def compare(
     laws: Sequence[str] = (),
     baseline: str | None = None,
     same: str | None = None,
-    speed: float | None = None,
+    speed: float | str | None = None,
     relation: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -104,10 +104,10 @@ def compare(
 
 
 def on_equal_terms(
-    study: Study, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | None]
+    study: Study, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
 ) -> Study:
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
-    if baseline is not None and baseline not in CONTACT_MODELS:
+    if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
     asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
@@ -126,9 +126,8 @@ def on_equal_terms(
     same, speed = terms[0] or own.same, own.speed if terms[1] is None else terms[1]
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
-    if not SPEED.allows(speed):
-        raise PoundingError(f"compare: speed is {speed:g}; {article(SPEED.words)} must be {bounds(SPEED)}")
-    return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, speed, True))
+    fast = si(speed, SPEED, "compare: speed")
+    return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
 
 
 def with_relation(study: Study, asked: str | None) -> tuple[Study, str]:

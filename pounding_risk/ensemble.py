@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from math import prod
 from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +17,7 @@ from pounding_risk.gather import gathered
 from pounding_risk.jobs import Order, job_of
 from pounding_risk.layout import blocks
 from pounding_risk.parts import InMemory, Part, merged, without
+from pounding_risk.plan_sizes import grid_bytes
 from pounding_risk.plausibility import of_input
 from pounding_risk.progress import Progress
 from pounding_risk.recheck import check_share
@@ -24,6 +26,7 @@ from pounding_risk.results import RESULTS, as_text, check_target, open_results, 
 from pounding_risk.stores import Blockwise, Memory, store_of
 from pounding_risk.study import Study, as_study
 from pounding_risk.whole_files import sweep
+from pounding_risk.work_limits import check_dataset, check_disk, check_held, check_memory
 
 if TYPE_CHECKING:
     from pounding_risk.study_folder import StudyFolder
@@ -53,9 +56,14 @@ class Scan:
         progress: Progress | None,
         command: str,
     ):
-        check_share(check_fraction)
+        check_fraction = check_share(check_fraction)
         self.study = as_study(study)
         found = gathered(self.study)
+        motions = len(found.motions)
+        shape = (motions, len(self.study.records.polarities), *map(len, self.study.grid))
+        self.bytes = grid_bytes(self.study, motions)
+        check_dataset(self.study, prod(shape), self.bytes)
+        check_memory(self.study, found.motions)
         self.job = job_of(Order(self.study, found.motions, screening, check_fraction))
         self.command, self.executor, self.progress = command, executor, progress
         self.attrs: dict[str, Any] = provenance(self.study, found.motions, screening, check_fraction)
@@ -67,6 +75,13 @@ class Scan:
             self.attrs["left_out"] = as_text(list(found.left_out))
         if found.copies:
             self.attrs["copies"] = as_text(list(found.copies))
+
+    def check_room(self, target: Path) -> None:
+        """Raise SceneError where the disk has no room for what is not begun yet."""
+        from pounding_risk.study_folder import folder_of
+
+        if not folder_of(target).exists():
+            check_disk(self.study, self.bytes, target.parent)
 
     def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
         """Solve those of the wanted lines that are not done, and tell the progress among all that are wanted."""
@@ -164,10 +179,12 @@ def scan(
     )
     whole = [range(one.job.lines)]
     if target is None:
+        check_held(one.study, one.bytes)
         held, made = InMemory(), Memory(one.job.form)
         one.work(whole, [], held.keep)
         one.assemble(held.parts, made)
         return made.dataset()
+    one.check_room(target)
     with one.folder(target, new=new, shared=False) as folder:
         for path in sweep(target):  # whoever holds the folder is alone at the target
             folder.log("removed", file=path.name, why="a process was killed while it wrote this")
@@ -205,6 +222,7 @@ def scan_shard(
         progress=progress,
         command=command,
     )
+    one.check_room(target)
     wanted = merged(shard_lines(one.job.lines, which))
     with one.folder(target, new=False, shared=True) as folder:
         folder.log("shard", shard=shard)

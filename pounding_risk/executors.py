@@ -230,7 +230,7 @@ class Threads:
     """
 
     def __init__(self, workers: int = 1):
-        if workers < 1:
+        if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
             raise PoundingError(f"workers is {workers}; it is a number of threads, 1 or more")
         self.workers = workers
 

@@ -25,7 +25,9 @@ from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import STANDARD_GRAVITY
 from pounding_risk.own_case import own_case
+from pounding_risk.quantities import PGA, si
 from pounding_risk.results import check_target, open_results
+from pounding_risk.selected_axes import with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,19 +59,20 @@ def view(
     *,
     records: Sequence[str] = (),
     contact_models: Sequence[str] = (),
-    pgas: Sequence[float] = (),
+    pgas: Sequence[float | str] = (),
 ) -> Path:
     """Write a page (.html) to look around in a scan's results, and return its path.
 
-    ``records``, ``contact_models`` and ``pgas`` [m/s2] choose a part; all, where empty. Raises PoundingError for what
-    is no scan's results, for a name or amplitude that it does not hold, for more than `MOST_CASES` cases, where Plotly
-    is missing, and for an ``out`` that cannot be written.
+    ``records``, ``contact_models`` and ``pgas`` [m/s2, or text with a unit] choose a part; all, where empty. Raises
+    PoundingError for what is no scan's results, for a name or amplitude that it does not hold, for more than
+    `MOST_CASES` cases, where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
     source = "the dataset" if not isinstance(results, str | Path) else str(results)
-    dataset = open_results(results) if isinstance(results, str | Path) else results
+    dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, source)
     check_scan(dataset, source)
-    part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": pgas}, source)
+    amplitudes = [si(pga, PGA, "pgas") for pga in pgas]
+    part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": amplitudes}, source)
     _check_size(part, source)
     return _write(page(page_model(part), row_pictures(part)), target)
 

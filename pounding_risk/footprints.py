@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 EQUATOR, FLATTENING = 6378137.0, 1.0 / 298.257223563  # m; WGS 84, on which GeoJSON stands (RFC 7946, 4)
+WALLS = 256  # of a ring, compared at a time
 GRID = 0.5  # share of the walls' length that must agree on one rectangular grid, else the axis is that of the centres
 
 
@@ -90,17 +91,33 @@ def centre(footprint: Footprint) -> Array:
 
 
 def crosses_itself(ring: Array) -> bool:
-    """True where two sides of a ring that do not follow each other meet: such an outline has no inside."""
+    """True where two sides of a ring that do not follow each other meet: such an outline has no inside.
+
+    Walls of which the boxes around them are apart cannot meet: a group of walls that follow each other is compared with
+    those alone whose box meets the group's, so that a ring of many corners takes little memory.
+    """
     start, end = ring, np.roll(ring, -1, axis=0)
-    step = end - start
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    for first in range(0, len(ring), WALLS):
+        group = slice(first, first + WALLS)
+        near = np.all((low <= high[group].max(axis=0)) & (high >= low[group].min(axis=0)), axis=1)
+        for others in np.array_split(np.flatnonzero(near), max(1, near.sum() // WALLS)):
+            walls = start[group], end[group]
+            rest = start[others], end[others]
+            if np.any(_parted(walls, rest) & _parted(rest, walls).T):
+                return True
+    return False
+
+
+def _parted(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
+    """Whether a wall of ``others`` (columns) ends on both sides of the line of one of ``walls`` (rows)."""
+    start, step = walls[0], walls[1] - walls[0]
 
     def side(of: Array) -> Array:
-        """On which side of each wall (rows) each corner (columns) of ``of`` lies."""
         apart = of[None, :, :] - start[:, None, :]
         return np.sign(step[:, None, 0] * apart[..., 1] - step[:, None, 1] * apart[..., 0])
 
-    parted = side(start) * side(end) < 0.0  # wall j ends on both sides of the line of wall i
-    return bool(np.any(parted & parted.T))
+    return side(others[0]) * side(others[1]) < 0.0
 
 
 def street_axis(footprints: Sequence[Footprint], farthest: float, tolerance: float) -> Array:
@@ -174,12 +191,23 @@ def reaches(footprint: Footprint, levels: Array, side: float) -> Array:
     """The largest u of the outline at each v (``side`` 1), or the smallest (−1); ∓inf where there is none."""
     starts = np.concatenate(footprint.rings)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in footprint.rings])
+    low, high = np.minimum(starts[:, 1], ends[:, 1]), np.maximum(starts[:, 1], ends[:, 1])
+    reached = [levels]  # of no level none
+    for first in range(0, len(levels), WALLS):  # some at a time, beside their own walls: corners may be many
+        group = levels[first : first + WALLS]
+        near = (low <= group.max()) & (high >= group.min())
+        reached.append(_reached(starts[near], ends[near], group, side))
+    return np.concatenate(reached[1:] or reached)
+
+
+def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
+    """As `_farthest`, of walls from ``starts`` to ``ends``."""
     rise = ends[:, 1] - starts[:, 1]
     # A wall along u counts by its ends, each of which starts a wall.
     part = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
     reached = np.where(rise == 0.0, levels[:, None] == starts[:, 1], (part >= 0.0) & (part <= 1.0))
     places = starts[:, 0] + part * (ends[:, 0] - starts[:, 0])
-    return side * np.where(reached, side * places, -inf).max(axis=1)
+    return side * np.where(reached, side * places, -inf).max(axis=1, initial=-inf)
 
 
 def length(footprints: Sequence[Footprint]) -> float:

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk.contact_notes import of_run
+from pounding_risk.contact_points import COLUMN
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.flight import Free, lay_out, state_at
 from pounding_risk.core.tally import (
@@ -33,13 +34,14 @@ from pounding_risk.motions import Motion, driven
 from pounding_risk.outputs import building_outputs, run_outputs
 from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.plausibility import of_input
-from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
+from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, si
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
 from pounding_risk.scan_dataset import sources_of
 from pounding_risk.scene_laws import law_of
 from pounding_risk.scene_text import nearest
 from pounding_risk.study import Study, as_study
+from pounding_risk.unused_keys import unused_keys
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
@@ -66,13 +68,14 @@ def simulate(
     record: str | None = None,
     polarity: str | None = None,
     law: str | None = None,
-    gap: float | None = None,
-    yield_force: float | None = None,
-    pga: float | None = None,
+    gap: float | str | None = None,
+    yield_force: float | str | None = None,
+    pga: float | str | None = None,
 ) -> xr.Dataset:
     """One case of a scene with its histories: the scene's own values, or those named here.
 
-    ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]; the others are names.
+    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit ("20 mm"); the others
+    are names.
 
     Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
     both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has the motion of every floor
@@ -80,18 +83,25 @@ def simulate(
     or polarity that the scene does not have and for a number out of its range.
     """
     study = as_study(study)
-    for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA)):
-        if value is not None and not quantity.allows(value):
-            raise PoundingError(f"simulate: {name} is {value:g}; {article(quantity.words)} must be {bounds(quantity)}")
+    gap, yield_force, pga = (
+        None if value is None else si(value, quantity, f"simulate: {name}")
+        for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
+    )
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
+    keys = unused_keys(study)
+    unused = {"unused_keys": as_text(keys)} if keys else {}
     if study.is_row:
+        if yield_force is not None and all(point.kind == COLUMN for point in study.points):
+            raise PoundingError(
+                "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
+                "column_yield_force of their interface: change it in the scene (--set on the command line)"
+            )
         run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
-        return run_of_row.assign_attrs(
-            record=name, polarity=sense, notes=_notes(run_of_row, _narrowed(study, gap, pga), motions[name])
-        )
+        unusual = _notes(run_of_row, _narrowed(study, gap, pga), motions[name])
+        return run_of_row.assign_attrs(record=name, polarity=sense, notes=unusual, **unused)
     name_of_law = law or study.law_name
     interface = Interface(
         study.gap if gap is None else gap,
@@ -100,7 +110,7 @@ def simulate(
         study.yield_force if yield_force is None else yield_force,
     )
     found = pair_histories(study, motion, interface)
-    told = {"record": name, "polarity": sense, "contact_model": name_of_law}
+    told = {"record": name, "polarity": sense, "contact_model": name_of_law, **unused}
     return found.assign_attrs(told, notes=_notes(found, _narrowed(study, gap, pga), motions[name]))
 
 

@@ -13,6 +13,7 @@ from pounding_risk.motions import Motion
 from pounding_risk.plan_words import run_words, scene_words
 from pounding_risk.quantities import PGA, TIME, say
 from pounding_risk.study import Study
+from pounding_risk.unused_keys import unused_keys
 
 if TYPE_CHECKING:
     from pounding_risk.gather import Gathered
@@ -48,8 +49,10 @@ class Plan:
     notes: tuple[str, ...] = ()  # on unusual numbers of the scene and its records
     left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
     changes: tuple[str, ...] = ()  # what `--set` changes, a value a line
+    unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
     compiled: bool = False  # whether the plan has compiled what was missing
     screened: int | None = None  # lines that the motion without contact answers, since it closes no gap
+    share: float = 1.0  # of the lines that were looked at to learn what follows; a large grid is drawn from evenly
     seconds: float | None = None  # of solving, on so many threads
     error: float | None = None  # standard error of it [s]
     sampled: int = 0  # lines that were solved to learn this
@@ -121,21 +124,27 @@ def plan(
     from pounding_risk.plan_sizes import sizes
     from pounding_risk.plausibility import of_input
     from pounding_risk.relations import check_reach
+    from pounding_risk.work_limits import check_dataset, check_memory
 
     before, study = _read(scene, overrides)
     for place in range(len(study.interfaces)):
         check_reach(study.at(place), study.grid.contact_models)
     found = gathered(study)
+    shape = _shape(study, len(found.motions))
+    size = sizes(study).of(shape)
+    check_dataset(study, prod(shape.values()), size)
+    check_memory(study, found.motions)
     made = Plan(
         study,
         tuple(_planned(motion) for motion in found.motions),
         kernels_of(study),
-        sizes(study).of(_shape(study, len(found.motions))),
+        size,
         0,
         workers or cpu_count() or 1,
         of_input(study, found.motions),
         found.left_out,
         _changes(before, study, found.motions),
+        unused_keys(study),
         compiling,
     )
     return _timed(made, found)
@@ -205,21 +214,22 @@ def _shape(study: Study, records: int) -> dict[str, int]:
 def _timed(made: Plan, found: Gathered) -> Plan:
     """The plan with what it takes the motion without contact, and then the solving of some lines, to know."""
     from pounding_risk.plan_sizes import memory
-    from pounding_risk.plan_work import alone, costs
+    from pounding_risk.plan_work import alone, costs, few_lines
 
     kernels, may_compile = made.kernels, made.compiled
     if not may_compile and (kernels.interpreted or not kernels.motion):
         return replace(made, memory=memory(made, found.motions, 0))
-    still = alone(made.study, found.motions)
-    touching = int((still.closed > 0.0).sum()) * made.shape["contact_model"]
-    made = replace(made, screened=made.lines - touching, memory=memory(made, found.motions, still.size))
+    few, share = few_lines(made.study, len(found.motions))
+    still = alone(few, found.motions)
+    touching = round(int((still.closed > 0.0).sum()) * made.shape["contact_model"] / share)
+    made = replace(made, screened=made.lines - touching, share=share, memory=memory(made, found.motions, still.size))
     if not may_compile and not kernels.whole:
         return made
-    each = costs(made.study, found.motions, still.closed)
+    each = costs(few, found.motions, still.closed)
     return replace(
         made,
-        seconds=sum(cost.seconds for cost in each) / made.threads,
-        error=sqrt(sum(cost.error**2 for cost in each)) / made.threads,
+        seconds=sum(cost.seconds for cost in each) / made.threads / share,
+        error=sqrt(sum(cost.error**2 for cost in each)) / made.threads / share,
         sampled=sum(cost.sampled for cost in each),
     )
 

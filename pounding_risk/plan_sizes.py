@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.executors import PART_BYTES
-from pounding_risk.layout import BLOCK_BYTES, bytes_a_case
+from pounding_risk.layout import AXES, BLOCK_BYTES, bytes_a_case
 from pounding_risk.motions import Motion
 from pounding_risk.pair_job import KEPT, part_bytes
 from pounding_risk.recheck import check_variables
@@ -42,6 +42,13 @@ class Sizes(NamedTuple):
 def sizes(study: Study) -> Sizes:
     """Of the dataset that `scan` makes of a study."""
     return _of_row(study) if study.is_row else _of_pair(study)
+
+
+def grid_bytes(study: Study, records: int) -> int:
+    """Of the dataset of a study with so many records."""
+    grid = study.grid
+    values = (records, len(study.records.polarities), *map(len, (grid.pgas, grid.contact_models)))
+    return sizes(study).of(dict(zip(AXES, (*values, len(grid.gaps), len(grid.yield_forces)), strict=True)))
 
 
 def _of_pair(study: Study) -> Sizes:

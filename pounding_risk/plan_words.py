@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import inf, isnan
+from pathlib import Path
+from shutil import disk_usage
 from typing import TYPE_CHECKING
 
 from pounding_risk.contact_points import COLUMN, FLOOR, LevelRule
+from pounding_risk.effect_defaults import NOT_A_NUMBER, option_words
 from pounding_risk.level_notes import level_notes
 from pounding_risk.models.contact import stiffness_quantity
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import is_instant
 from pounding_risk.models.structures import Building
 from pounding_risk.quantities import (
@@ -31,6 +35,7 @@ from pounding_risk.record_request import Spectral
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.storeys import Storeys
 from pounding_risk.study import Effect, Study, known_law
+from pounding_risk.unused_keys import Given, given_keys
 
 if TYPE_CHECKING:
     from pounding_risk.plan import Plan
@@ -41,10 +46,11 @@ BESIDE = ", and the responses without contact"
 
 def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
     """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+    given = given_keys(study)
     return [
         ("scene", study.name),
         *(_of_row(study) if study.is_row else _of_pair(study)),
-        *(("effect", _effect(effect)) for effect in study.effects),
+        *(("effect", _effect(effect, given)) for effect in study.effects),
         ("records", _amplitude(study, records)),
         ("polarity", " and ".join(study.records.polarities)),
         *_grid(study),
@@ -56,7 +62,7 @@ def _of_pair(study: Study) -> list[tuple[str, str]]:
     """Buildings, interface and contact models of two single masses."""
     sides = zip(("left", "right"), study.buildings, strict=True)
     return [
-        *((f"{side} building", _building(building)) for side, building in sides),
+        *((f"{side} building", _building(building, False)) for side, building in sides),
         ("interface", _interface(study)),
         *(("contact model", words) for words in _laws(study)),
         ("restitution", _restitution(study)),
@@ -65,7 +71,8 @@ def _of_pair(study: Study) -> list[tuple[str, str]]:
 
 def _of_row(study: Study) -> list[tuple[str, str]]:
     """Buildings from left to right, contact models, and each interface with its contact points."""
-    rows = [("building", _building(building)) for building in study.buildings]
+    yielding = "inelastic_storeys" in dict(study.effects)
+    rows = [("building", _building(building, yielding)) for building in study.buildings]
     rows += [("contact model", words) for words in _laws(study)]
     for place, name in enumerate(study.interfaces):
         here = study.at(place)
@@ -106,10 +113,13 @@ def _place(floor: float) -> str:
     return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
 
 
-def _building(building: Building | Storeys) -> str:
+def _building(building: Building | Storeys, yielding: bool) -> str:
+    """A building in words; ``yielding`` where an effect lets storeys yield."""
     if isinstance(building, Storeys):
         count = len(building.masses)
-        yields = ", with yield shears" if building.strengths else ""
+        yields = ""
+        if building.strengths:
+            yields = ", with yield shears" if yielding else ", elastic (yield shears act under inelastic_storeys)"
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
@@ -161,8 +171,16 @@ def _restitution(study: Study) -> str:
     return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 
 
-def _effect(effect: Effect) -> str:
-    options = ", ".join(f"{key} {value}" for key, value in effect.written().items())
+def _effect(effect: Effect, given: Given) -> str:
+    """The options in force; those that the scene leaves out are marked."""
+    kinds = EFFECTS[effect.name].options  # type: ignore[attr-defined]
+    values = {key: option_words(kinds[key], value) for key, value in effect.options}
+    values |= {key: words for (name, key), words in NOT_A_NUMBER.items() if name == effect.name and key not in values}
+    values = {key: words for key, words in values.items() if not words.startswith("none")}
+    options = ", ".join(
+        f"{key} {value}{'' if ('effects', effect.name, key) in given else ' (default)'}"
+        for key, value in values.items()
+    )
     return f"{effect.name}: {options}" if options else effect.name
 
 
@@ -208,7 +226,7 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     """What is to be run, and what that takes; one pair a line."""
     yield "cases", _cases(plan)
     yield "lines", _lines(plan)
-    yield "dataset", f"{_bytes(plan.bytes)} before compression"
+    yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
     if plan.chunks is not None:
         yield "chunks", f"about {plan.chunks}, each kept on disk as it is done"
     yield "memory", f"about {_bytes(plan.memory)}" + ("" if plan.screened is not None else BESIDE)
@@ -216,6 +234,15 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     yield "time", _time(plan)
     for sentence in plan.changes:
         yield "changed", sentence
+    for sentence in plan.unused:
+        yield "unused", sentence
+
+
+def _room(plan: Plan) -> str:
+    """What is free beside the scene, where the dataset may need more."""
+    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
+    free = disk_usage(folder).free
+    return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
 
 
 def _cases(plan: Plan) -> str:
@@ -231,7 +258,8 @@ def _lines(plan: Plan) -> str:
     if plan.screened is None:
         return f"{each}; how many of them touch is not known yet, {HERE} finds it"
     share = 100.0 * plan.screened / plan.lines
-    return f"{each}; {plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+    about = "" if plan.share == 1.0 else "about "
+    return f"{each}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
 
 
 def _compiling(plan: Plan) -> str:
@@ -279,7 +307,7 @@ def duration(seconds: float) -> str:
 
 
 def _bytes(size: int) -> str:
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if size >= scale:
             return f"{size / scale:.3g} {unit}"
     return f"{size} bytes"

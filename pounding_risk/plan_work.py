@@ -28,7 +28,9 @@ from pounding_risk.study import Study
 
 SECONDS = 1.0  # of solving lines to learn what they cost, over all contact models
 FEW = 40  # yield forces of a line that is solved
-LEAST = 4  # lines of a contact model that are solved, however long they take
+LEAST = 4  # lines of a contact model that are solved, unless they take longer than `LONGEST`
+LONGEST = 4.0  # s of solving, after which no further line of a contact model is begun
+MOST_LINES = 20_000  # lines of a grid that are looked at: of a larger one some gaps and amplitudes, evenly drawn
 SEED = 20110314  # of the sample: the same lines for the same scene on any day
 GOLDEN = 0.5 * (sqrt(5.0) - 1.0)  # multiples of it, modulo 1, fall evenly over 0 to 1 however many there are
 
@@ -138,16 +140,38 @@ def thinned(study: Study) -> tuple[Study, float]:
     forces = study.grid.yield_forces
     if len(forces) <= FEW:
         return study, 1.0
-    places = np.linspace(0, len(forces) - 1, FEW).round().astype(int)
-    few = tuple(forces[place] for place in places)
-    return replace(study, grid=study.grid._replace(yield_forces=few)), FEW / len(forces)
+    return replace(study, grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
+
+
+def few_lines(study: Study, records: int) -> tuple[Study, float]:
+    """The study with `MOST_LINES` lines at most, of gaps and amplitudes from all over its own, and their share.
+
+    What a plan learns of lines that touch and of their cost it learns from these, whatever the grid.
+    """
+    grid, polarities = study.grid, len(study.records.polarities)
+    rest = records * polarities * len(grid.contact_models)
+    if rest * len(grid.gaps) * len(grid.pgas) <= MOST_LINES:
+        return study, 1.0
+    room = max(1, MOST_LINES // rest)
+    gaps = _evenly(grid.gaps, max(1, room // min(len(grid.pgas), FEW)))
+    pgas = _evenly(grid.pgas, max(1, room // len(gaps)))
+    share = len(gaps) * len(pgas) / (len(grid.gaps) * len(grid.pgas))
+    return replace(study, grid=grid._replace(gaps=gaps, pgas=pgas)), share
+
+
+def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:
+    """``most`` of these values at most, the first and the last among them."""
+    if len(values) <= most:
+        return values
+    places = np.linspace(0, len(values) - 1, most).round().astype(int)
+    return tuple(values[place] for place in places)
 
 
 def seconds_a_line(job: Job, lines: NDArray[np.int64], seconds: float) -> Cost:
     """What these lines take: as many of them as ``seconds`` allow, in the order given, are solved on this thread."""
     taken: list[float] = []
     for line in lines:
-        if len(taken) >= LEAST and sum(taken) >= seconds:
+        if (len(taken) >= LEAST and sum(taken) >= seconds) or sum(taken) >= LONGEST:
             break
         _respond(job, line)
         start = thread_time()

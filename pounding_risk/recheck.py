@@ -15,20 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.core.tally import COMPLETE, STATUS
-from pounding_risk.errors import PoundingError
 from pounding_risk.layout import CaseVariable
 from pounding_risk.outputs import run_outputs
 from pounding_risk.parts import Part
+from pounding_risk.quantities import Quantity, si
 from pounding_risk.recheck_findings import COUNTED, RELATIVE, WORDS, tighter
 
 SENSITIVE, CHANGE = "sensitive", "change_"
 SEED = 20110314  # of the sample: the same cases for the same grid on any day
 
 
-def check_share(fraction: float) -> None:
-    """Raise PoundingError for a share outside 0 to 1."""
-    if not 0.0 <= fraction <= 1.0:
-        raise PoundingError(f"check_fraction is {fraction:g}; it is a share of the runs, from 0 to 1, such as 0.01")
+SHARE = Quantity("1", 0.0, 1.0, "share of the runs", example="0.01")
+
+
+def check_share(fraction: float | str) -> float:
+    """The share as a number; raises PoundingError for what is none from 0 to 1."""
+    return si(fraction, SHARE, "check_fraction")
 
 
 def draws(lines: range, width: int) -> NDArray[np.float64]:

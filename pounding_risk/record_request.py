@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import glob
+import os
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk.errors import RecordError
 from pounding_risk.processing import STEPS
 from pounding_risk.quantities import DAMPING, DIRECTION, PERIOD, PGA, STEP, TAIL, TIME, Quantity, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
+MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
 MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
 SOURCES = ("names", "files", "set", "manifest")  # a request has one of them
 AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
@@ -144,6 +147,8 @@ def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tup
 def matching(folder: Path, pattern: str) -> list[Path]:
     """The files that a name, a pattern or a folder stands for, sorted.
 
+    Raises RecordError for a pattern ``**`` below which there are more than `MOST_ENTRIES` files and folders.
+
     A file of that very name wins over a pattern; after the name of a file, "#" names one of its components. A folder
     stands for the files in it whose names do not start with a dot.
     """
@@ -154,5 +159,22 @@ def matching(folder: Path, pattern: str) -> list[Path]:
         return sorted(path for path in literal.iterdir() if path.is_file() and not path.name.startswith("."))
     if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
         return [literal]
+    _check_width(folder, pattern)
     found = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
     return sorted(path for path in found if path.is_file())
+
+
+def _check_width(folder: Path, pattern: str) -> None:
+    """Refuse a recursive pattern that would walk through more than a folder of records: raises RecordError."""
+    above, recursive, _ = pattern.partition("**")
+    if not recursive:
+        return
+    base = folder / above.rpartition("/")[0] if not above.startswith("/") else Path(above.rpartition("/")[0] or "/")
+    count = 0
+    for _, folders, files in os.walk(base):
+        count += len(folders) + len(files)
+        if count > MOST_ENTRIES:
+            raise RecordError(
+                f"{pattern}: {base} has more than {MOST_ENTRIES} files and folders below it; name the folder of the "
+                'records, such as files = ["my/records/**/*.AT2"]'
+            )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessed_data import check_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
+from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,17 +91,20 @@ def check_row(results: xr.Dataset) -> None:
 def row_case(
     results: xr.Dataset,
     *,
-    gap: float | None = None,
+    gap: float | str | None = None,
     contact_model: str | None = None,
-    yield_force: float | None = None,
-    pga: float | None = None,
+    yield_force: float | str | None = None,
+    pga: float | str | None = None,
 ) -> RowCase:
     """The cell of the grid that is nearest to what is asked; by default the scene's own.
 
-    ``gap`` [m], ``yield_force`` [N], ``pga`` [m/s²]. Raises PoundingError for what is no row's dataset and for a
-    contact model that the grid has not.
+    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit. Raises PoundingError for
+    what is no row's dataset and for a contact model that the grid has not.
     """
     check_row(results)
+    gap = None if gap is None else si(gap, GAP, "gap")
+    yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
+    pga = None if pga is None else si(pga, PGA, "pga")
     place = {
         "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
         "yield_force": _nearest(

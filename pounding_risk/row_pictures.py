@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import check_target, open_results
 from pounding_risk.row_findings import RowCase, row_case
+from pounding_risk.selected_axes import with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,10 +30,10 @@ def draw(
     animation: str | Path | None = None,
     street: str | Path | Footprints | None = None,
     building: Sequence[str] = (),
-    gap: float | None = None,
+    gap: float | str | None = None,
     contact_model: str | None = None,
-    yield_force: float | None = None,
-    pga: float | None = None,
+    yield_force: float | str | None = None,
+    pga: float | str | None = None,
 ) -> tuple[Path, ...]:
     """Write pictures of a row (.png, .svg or .pdf; the animation .html), and return their paths.
 
@@ -50,7 +51,7 @@ def draw(
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
     if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
-    opened = [open_results(each) if isinstance(each, str | Path) else each for each in listed]
+    opened = [with_axes(open_results(each) if isinstance(each, str | Path) else each) for each in listed]
     written = () if moving is None else (_animated(opened[0], moving),)
     if not targets:
         return written

@@ -18,6 +18,7 @@ from pounding_risk.outputs import BUILDING, HIGH, RUN, building_outputs, run_out
 from pounding_risk.recordings import recording_numbers
 from pounding_risk.results import as_text, versions
 from pounding_risk.study import Study
+from pounding_risk.unused_keys import unused_keys
 
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
@@ -235,6 +236,7 @@ def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...])
 
 def made_from(study: Study, motions: Iterable[Motion]) -> dict[str, Any]:
     """What every dataset of a scene says of its origin: the scene, its motions, and the versions of what computed."""
+    unused = unused_keys(study)
     return {
         "scene": study.text or study.to_toml(),
         "scene_resolved": study.to_toml(),
@@ -243,4 +245,5 @@ def made_from(study: Study, motions: Iterable[Motion]) -> dict[str, Any]:
         "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
         "processing": as_text({motion.name: list(motion.processing) for motion in motions}),
         "versions": as_text(versions()),
+        **({"unused_keys": as_text(unused)} if unused else {}),
     }

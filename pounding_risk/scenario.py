@@ -37,12 +37,9 @@ from pounding_risk.quantities import (
     DAMPING,
     DIRECTION,
     FLOOR_LENGTH,
-    FLOOR_MASS,
     GAP,
     HEIGHT,
     LEVELS,
-    MASS,
-    PERIOD,
     PGA,
     RTOL,
     SCALE,
@@ -61,6 +58,7 @@ from pounding_risk.quantities import (
 from pounding_risk.record_request import AS_RECORDED, MEDIANS, POLARITIES, RecordRequest, Spectral, StepTable
 from pounding_risk.relations import AS_PUBLISHED
 from pounding_risk.scene_assembly import Origin, assembled
+from pounding_risk.scene_buildings import BUILDING_MASS, BUILDING_PERIOD, LEAST_FLOOR_MASS
 from pounding_risk.scene_checks import LATER, across_keys, later_words
 from pounding_risk.scene_overrides import ARRAYS, override
 from pounding_risk.scene_row import is_row
@@ -94,6 +92,7 @@ __all__ = [
     "read_scene",
     "scene_schema",
     "study_from",
+    "written_tables",
 ]
 
 
@@ -146,8 +145,8 @@ class SceneTable(Section):
 
 class BuildingTable(Section):
     name: Annotated[str, Reads(scene_keys.words("frame"), {"type": "string"})]
-    mass: Annotated[float, measured(MASS)] = inf
-    period: Annotated[float, measured(PERIOD)] = 0.0
+    mass: Annotated[float, measured(BUILDING_MASS)] = inf
+    period: Annotated[float, measured(BUILDING_PERIOD)] = 0.0
     stiffness: Annotated[float, measured(STIFFNESS)] = inf
     rigid: Annotated[bool, Reads(scene_keys.flag("rigid"), {"type": "boolean"})] = False
     damping: Annotated[float, measured(DAMPING)] = 0.05
@@ -155,13 +154,13 @@ class BuildingTable(Section):
     wave_speed: Annotated[float, measured(WAVE_SPEED)] = CONCRETE_WAVE_SPEED
     height: Annotated[float, measured(HEIGHT)] = 0.0
     floor_depth: Annotated[float | None, measured(FLOOR_DEPTH)] = None
-    floor_masses: Annotated[tuple[float, ...] | float, storeyed(FLOOR_MASS)] = ()
+    floor_masses: Annotated[tuple[float, ...] | float, storeyed(LEAST_FLOOR_MASS)] = ()
     storey_stiffnesses: Annotated[tuple[float, ...] | float, storeyed(STIFFNESS)] = ()
     storey_heights: Annotated[tuple[float, ...] | float, storeyed(STOREY_HEIGHT)] = ()
     storey_strengths: Annotated[tuple[float, ...] | float, storeyed(STOREY_STRENGTH)] = ()
     storeys: Annotated[int, Reads(scene_keys.storey_count, {"type": "integer"})] = 0
     typology: Annotated[str, Reads(scene_keys.one_of(list(TYPOLOGIES), "a typology"), {"enum": list(TYPOLOGIES)})] = ""
-    floor_mass: Annotated[float, measured(FLOOR_MASS)] = 0.0
+    floor_mass: Annotated[float, measured(LEAST_FLOOR_MASS)] = 0.0
     damping_rule: Annotated[
         str, Reads(scene_keys.one_of(DAMPING_RULES, "a rule of damping"), {"enum": list(DAMPING_RULES)})
     ] = DAMPING_RULES[0]
@@ -269,25 +268,52 @@ ABSENT = {
 }
 
 
-def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Study:
     """The study of a scene file, with ``--set``-like ``overrides`` ('interface.gap="20 mm"') applied.
 
-    Raises SceneError that tells every fault with its line, its key and the likely repair.
+    Parameters
+    ----------
+    scene : str, path or mapping
+        A scene file; or the tables of one, with its keys and quantities as text: then record files are relative to
+        the working folder.
+    overrides : sequence of str
+        What is set from outside, one key and value each.
+
+    Raises
+    ------
+    SceneError
+        With every fault: its line, its key and the likely repair.
     """
-    path = Path(path)
+    if isinstance(scene, Mapping):
+        return study_from(scene, overrides=overrides)
+    if not isinstance(scene, str | Path):
+        raise SceneError(
+            "scene", [f"{shown(scene)} is no scene; give the name of a scene file, or its tables (a dict)"]
+        )
+    path = Path(scene)
     return parse_scene(read_text(path), str(path), overrides)
 
 
 def parse_scene(text: str, source: str = "scene", overrides: Sequence[str] = ()) -> Study:
     """The study of a scene's TOML text. As `read_scene`; record files are relative to ``source``'s folder."""
     raw = parse_toml(text, source)
-    return _study(raw, Origin(source, text, key_lines(text), tuple(overrides)))
+    return _study(raw, Origin(source, text, key_lines(text), _listed(overrides)))
 
 
 def study_from(tables: Mapping[str, Any], source: str = "scene", overrides: Sequence[str] = ()) -> Study:
     """The study of a dict with the keys of a scene file. As `read_scene`; faults have no lines then."""
-    study = _study(dict(tables), Origin(source, "", {}, tuple(overrides)))
+    study = _study(dict(tables), Origin(source, "", {}, _listed(overrides)))
     return replace(study, text=study.to_toml())
+
+
+def written_tables(study: Study) -> dict[str, Any]:
+    """The tables of a study's text with its overrides, as they were written; its resolved ones where it has no text."""
+    if not study.text:
+        return study.resolved()
+    raw = parse_toml(study.text, study.source)
+    for text in study.overrides:
+        override(raw, text, KNOWN, study.source)
+    return raw
 
 
 def scene_schema() -> dict[str, Any]:
@@ -296,6 +322,11 @@ def scene_schema() -> dict[str, Any]:
     ``x-unit``, ``x-range``, ``x-example`` and ``x-absent`` tell what a JSON schema has no keyword for.
     """
     return described(SceneTables.model_json_schema())
+
+
+def _listed(overrides: Sequence[str]) -> tuple[str, ...]:
+    """The overrides; text alone is one."""
+    return (overrides,) if isinstance(overrides, str) else tuple(overrides)
 
 
 def _study(raw: dict[str, Any], origin: Origin) -> Study:

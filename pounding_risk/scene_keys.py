@@ -15,6 +15,7 @@ from typing import Any
 
 from pounding_risk.contact_points import floor_number
 from pounding_risk.damping_ratios import is_ratio, written_ratio
+from pounding_risk.effect_defaults import defaults
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
@@ -219,7 +220,7 @@ def effect(name: str) -> Callable[[Any], Effect]:
                 faults.append(((key,), str(error)))
         if faults:
             raise Several(faults)
-        return Effect(name, tuple(sorted(found)))
+        return Effect(name, tuple(sorted({**defaults(name), **dict(found)}.items())))
 
     return read
 

@@ -12,6 +12,7 @@ from pounding_risk.quantities import shown
 from pounding_risk.scene_text import KeyPath, element_names, nearest
 
 ARRAYS = ("building", "interface")
+DEEPEST = 20  # parts of a path; a quoted name of a building may have dots of its own
 
 
 def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]], source: str) -> list[KeyPath]:
@@ -56,6 +57,9 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
 def _assignment(text: str, source: str) -> tuple[list[str], Any]:
     """Path and value of path=value."""
     left, equals, right = text.partition("=")
+    if left.count(".") > DEEPEST:
+        sentence = f"the path has {left.count('.') + 1} parts, and no key of a scene more than {DEEPEST}"
+        raise SceneError(source, [f"--set {shown(text)}: {sentence}"])
     try:
         table = tomllib.loads(f"{left} = 0") if equals and "\n" not in left else {}
     except ValueError:

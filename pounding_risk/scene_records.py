@@ -217,7 +217,13 @@ def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
         sentence = f"no such file in {folder.resolve()}; files are relative to the scene file's folder"
         yield Fault(("records", "manifest"), sentence)
     for index, pattern in enumerate(as_list(table(raw, "records").get("files"))):
-        if not isinstance(pattern, str) or not pattern.strip() or matching(folder, pattern):
+        if not isinstance(pattern, str) or not pattern.strip():
+            continue
+        try:
+            if matching(folder, pattern):
+                continue
+        except RecordError as error:
+            yield Fault(("records", "files", index), str(error))
             continue
         beside = (folder / pattern).parent
         others = [entry.name for entry in beside.iterdir()] if beside.is_dir() else []

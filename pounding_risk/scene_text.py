@@ -14,6 +14,9 @@ from typing import Any, NamedTuple
 from pounding_risk.errors import SceneError
 from pounding_risk.quantities import shown
 
+MOST_DOTS = 100  # of a key
+_DOTTED = re.compile(r"[\s\[]*[^=#\s]*")
+
 KeyPath = tuple[str | int, ...]  # ("building", 0, "mass"): tables of an array by index from 0
 
 
@@ -53,6 +56,10 @@ def read_text(path: Path) -> str:
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
     """The tables of a scene; raises SceneError with line and column where the text is not TOML."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        dots = _DOTTED.match(line)
+        if dots and dots[0].count(".") > MOST_DOTS:  # tomllib takes memory that grows with the square of them
+            raise SceneError(source, [f"line {number}: a key of {dots[0].count('.') + 1} parts; a scene needs three"])
     try:
         return tomllib.loads(text)
     except RecursionError:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from pounding_risk.effect_defaults import default_example
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.quantities import EXAMPLES, Quantity, bounds, shown
 
@@ -184,7 +185,7 @@ def described(schema: dict[str, Any]) -> dict[str, Any]:
         for name, found in table["properties"].items():
             _describe(found, _key(section, name))
             if section == "effects":
-                found.update(_options(EFFECTS[name]))
+                found.update(_options(name))
     for name, found in schema["properties"].items():
         found.pop("default", None)
         found["title"] = f"[[{name}]]" if found.get("type") == "array" else f"[{name}]"
@@ -203,7 +204,12 @@ def _key(section: str, name: str) -> Key:
         return KEYS[section][name]
     kind: Any = EFFECTS[name]
     options = ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in kind.options.items())
-    return Key((kind.__doc__ or "").partition("\n")[0], f"{{{options}}}", "does not act")
+    left_out = "; ".join(f"{key} left out: {default_example(name, key)}" for key in kind.optional)
+    return Key(
+        (kind.__doc__ or "").partition("\n")[0],
+        f"{{{options}}}",
+        f"does not act{'; ' if left_out else ''}{left_out}",
+    )
 
 
 def _describe(found: dict[str, Any], key: Key) -> None:
@@ -213,15 +219,16 @@ def _describe(found: dict[str, Any], key: Key) -> None:
     found["x-example"], found["x-absent"] = key.example, key.absent
 
 
-def _options(kind: Any) -> dict[str, Any]:
+def _options(name: str) -> dict[str, Any]:
     """The keys of an effect's table."""
+    kind: Any = EFFECTS[name]
     needed = [key for key in kind.options if key not in kind.optional]
-    properties = {key: _option(allowed, key in needed) for key, allowed in kind.options.items()}
+    properties = {key: _option(allowed, default_example(name, key)) for key, allowed in kind.options.items()}
     return {"properties": properties, "required": needed, "additionalProperties": False}
 
 
-def _option(allowed: Quantity | tuple[str, ...], needed: bool) -> dict[str, Any]:
-    more = {"x-example": option_example(allowed), "x-absent": REQUIRED if needed else "may be left out"}
+def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
+    more = {"x-example": option_example(allowed), "x-absent": absent}
     if not isinstance(allowed, Quantity):
         return {"enum": list(allowed), **more}
     kind = ["number", "string"] if allowed.unit == "1" else "string"

@@ -25,6 +25,7 @@ from pounding_risk.assessment_options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
 from pounding_risk.own_case import own_level
+from pounding_risk.selected_axes import with_axes
 from pounding_risk.separation_rules import (
     COMBINATIONS,
     FROM_MEMORY,
@@ -219,7 +220,7 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
         percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    shown = _one_amplitude(_complete(results))
+    shown = _one_amplitude(_complete(with_axes(results)))
     left, right = (_motions(at_contact(shown, side)) for side in (0, 1))
     site = _known_site(shown, site)
     closing = _motions(shown["peak_closing_free"])

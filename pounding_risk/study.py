@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import inf
@@ -363,14 +364,15 @@ def stiff_model(own: str, gridded: tuple[str, ...]) -> str | None:
 
 def known_law(name: str) -> Any:
     """The class of a contact model; raises PoundingError, with the nearest name, where there is none."""
-    if name not in CONTACT_MODELS:
+    if not isinstance(name, str) or name not in CONTACT_MODELS:
         raise PoundingError(unknown_law(name))
     return CONTACT_MODELS[name]
 
 
-def unknown_law(name: str) -> str:
+def unknown_law(name: object) -> str:
     """A sentence for a contact model that is not there."""
-    return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
+    hint = nearest(name, CONTACT_MODELS) if isinstance(name, str) else ""
+    return f"{shown(name)} is not a contact model{hint}; it may be {', '.join(CONTACT_MODELS)}"
 
 
 def interface_name(left: str, right: str) -> str:
@@ -399,8 +401,8 @@ def _inverse_mass(building: Building | Storeys) -> float:
     return building.oscillator().inverse_mass
 
 
-def as_study(scene: Study | str | Path) -> Study:
-    """A study, or the scene file of that name read."""
+def as_study(scene: Study | Mapping[str, Any] | str | Path) -> Study:
+    """A study, or the scene file of that name read, or the tables of one."""
     if isinstance(scene, Study):
         return scene
     from pounding_risk.scenario import read_scene

@@ -19,6 +19,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.layout import AXES, Form, blocks, form_of, streamed, values_at
 from pounding_risk.recheck_findings import findings
 from pounding_risk.results import stream_results
+from pounding_risk.selected_axes import with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +56,7 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
     if isinstance(results, str | Path):
         with stream_results(results) as dataset:
             return _summary(dataset, str(results))
-    return _summary(results, "the dataset")
+    return _summary(with_axes(results), "the dataset")
 
 
 def _summary(dataset: xr.Dataset, whose: str) -> Summary:

@@ -199,22 +199,24 @@ def test_history_is_that_of_the_motion():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ((0.0, 570.0), "impact: speed is 0; it must be above zero"),
-        ((-0.5, 570.0), "impact: speed is -0.5; it must be above zero"),
-        ((float("nan"), 570.0), "impact: speed is nan; it must be above zero"),
-        ((0.5, 0.0), "impact: mass is 0; it must be above zero"),
-        ((0.5, 570.0, -2.0), "impact: other_mass is -2; it must be above zero"),
+        ((0.0, 570.0), "impact: speed: 0 is out of range"),
+        ((-0.5, 570.0), "impact: speed: -0.5 is out of range"),
+        ((float("nan"), 570.0), "impact: speed: nan is out of range"),
+        ((0.5, 0.0), "impact: mass: 0 is out of range"),
+        ((0.5, 570.0, -2.0), "impact: other_mass: -2 is out of range"),
     ],
 )
 def test_what_an_impact_refuses(arguments: tuple[float, ...], sentence: str):
     with pytest.raises(PoundingError) as caught:
         impact(Hertz(BETA), *arguments)
-    assert str(caught.value) == sentence
+    assert str(caught.value).startswith(sentence)
 
 
 @pytest.mark.parametrize("e", [0.0, -0.1, 1.1, float("nan")])
 def test_restitution_outside_its_range(e: float):
-    with pytest.raises(ValueError, match=r"^coefficient of restitution .*: it must lie in \(0, 1\]; concrete is"):
+    with pytest.raises(
+        PoundingError, match=r"^restitution .*: it is neither a number in \(0, 1\] nor a known relation"
+    ):
         impact(Jankowski(BETA), SPEED, MASS, restitution=e)
     with pytest.raises(PoundingError) as caught:
         restitution_of(e)
@@ -233,7 +235,7 @@ def test_names_and_relations():
 def test_yield_force_of_zero_is_refused():
     with pytest.raises(PoundingError) as caught:
         impact(ViscousElastoplastic(BETA), SPEED, MASS, yield_force=0.0)
-    assert str(caught.value) == "impact: yield_force is 0; it must be above zero"
+    assert str(caught.value).startswith("impact: yield_force: 0 is out of range: a yield force F_E must be greater")
 
 
 @pytest.mark.parametrize("same", ["peak force", "penetration"])
@@ -334,7 +336,9 @@ def test_equal_terms():
 
 
 def test_a_speed_and_a_mass_are_above_zero():
-    with pytest.raises(PoundingError, match=r"^impact: speed is 0; it must be above zero$"):
+    with pytest.raises(
+        PoundingError, match=r"^impact: speed: 0 is out of range: an approach speed must be greater than 0 m/s"
+    ):
         impact(Hertz(1e9), 0.0, 570.0)
-    with pytest.raises(PoundingError, match=r"^impact: mass is -1; it must be above zero$"):
+    with pytest.raises(PoundingError, match=r"^impact: mass: -1 is out of range: a mass must be greater than 0 kg"):
         impact(Hertz(1e9), 0.5, -1.0)

@@ -272,7 +272,7 @@ def test_a_law_that_the_scene_cannot_give():
 
 @settings(deadline=None, max_examples=40)
 @given(
-    numbers=st.tuples(*[st.floats(1e-3, 1e9)] * 5),
+    numbers=st.tuples(*[st.floats(1.0, 1e9)] * 5),
     fraction=st.floats(1e-3, 0.999),
     gaps=st.sets(st.floats(0.0, 10.0), min_size=1, max_size=6),
     name=st.text(st.characters(codec="utf-8"), min_size=1).filter(str.strip),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, get_type_hints
 
 from generation.markdown import docstring, plain, table
+from pounding_risk.effect_defaults import default_words
 from pounding_risk.models import contact, exact_damping, instant
 from pounding_risk.models.contact import LAWS, SHIPPED, stiffness_quantity
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
@@ -93,10 +94,9 @@ def effects_page() -> str:
     text = EFFECTS_HEAD
     for name, kind in EFFECTS.items():
         text += f"## {plain(name)}\n\n{docstring(kind)}\n"
-        rows = [(f"`{key}`", *_option(allowed, key in kind.optional)) for key, allowed in kind.options.items()]
-        text += (
-            table(("option", "what", "unit and range", "example", ""), rows) + "\n" if rows else "It has no option.\n\n"
-        )
+        rows = [(f"`{key}`", *_option(allowed, default_words(name, key))) for key, allowed in kind.options.items()]
+        heads = ("option", "what", "unit and range", "example", "left out")
+        text += f"{table(heads, rows)}\n" if rows else "It has no option.\n\n"
         needs = "".join(f" Needs `{each}`." for each in kind.needs)
         text += f"Acts on {_acts_on(name)}.{needs} "
         text += f"Source: {plain(kind.reference)}.\n\n"
@@ -109,8 +109,8 @@ def _acts_on(name: str) -> str:
     return "the ground motion" if acts_on_ground(name) else "laws with a yield force"
 
 
-def _option(allowed: Any, optional: bool) -> tuple[str, str, str, str]:
-    may = "may be left out" if optional else "required"
+def _option(allowed: Any, absent: str) -> tuple[str, str, str, str]:
+    may = plain(absent)
     if isinstance(allowed, Quantity):
         return plain(allowed.words), plain(_range(allowed)), f"`{option_example(allowed)}`", may
     return " or ".join(f'`"{word}"`' for word in allowed), "", f"`{option_example(allowed)}`", may

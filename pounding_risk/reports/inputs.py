@@ -287,4 +287,5 @@ def _doubts(material: Material) -> list[str]:
     for sentence, who in sharing.items():
         named = ", ".join(who) if len(who) <= SHARING else f"{who[0]} and {len(who) - 1} others"
         told.append(f"{named}: {sentence}.")
-    return told + [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]
+    told += [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]
+    return told + [f"Key of the scene without effect: {sentence}." for sentence in material.facts("unused_keys", [])]

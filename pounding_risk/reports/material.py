@@ -17,6 +17,7 @@ from pounding_risk.own_case import scene_force, scene_model
 from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
+from pounding_risk.selected_axes import with_axes
 from pounding_risk.separations import code_table
 from pounding_risk.whole_files import checksum
 
@@ -124,6 +125,7 @@ def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
     if not isinstance(results, str | Path):
+        results = with_axes(results)
         _check(results, "the dataset")
         return results, ""
     dataset = open_results(results)
