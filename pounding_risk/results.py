@@ -20,10 +20,9 @@ import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.whole_files import discard, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.zarr_metadata import is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
-# Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
-ZARR_MARK = "pounding_risk_variables"
 NETCDF = RLock()  # held by whoever touches it
 ONCE = 1 << 20  # bytes of each variable
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
@@ -78,14 +77,6 @@ def _check_name(target: Path) -> None:
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
-
-
-def is_zarr_of_ours(path: Path) -> bool:
-    """Whether a folder is a Zarr store that this package wrote."""
-    try:
-        return ZARR_MARK in json.loads((path / ".zattrs").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
 
 
 def zarr_store() -> Any:
