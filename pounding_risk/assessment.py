@@ -127,8 +127,10 @@ def assess(
     if isinstance(results, str | Path):
         from pounding_risk.results import open_results
 
-        results = open_results(results)
-    data.check_dataset(results)
+        whose, results = str(results), open_results(results)
+    else:
+        whose = "the dataset"
+    data.check_dataset(results, whose)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     target = 1.0 - percentile / 100.0 if target is None else target
     options = _Options(gap, curve, confidence, percentile, intensity, target, pga)

@@ -22,6 +22,7 @@ from pounding_risk.core.tally import (
     Log,
     make_log,
 )
+from pounding_risk.dates import created
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
@@ -33,7 +34,7 @@ from pounding_risk.pair import Interface, free_response, oscillators, run
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, article, bounds
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
-from pounding_risk.scan_dataset import sources_of
+from pounding_risk.scan_dataset import CONVENTIONS, sources_of
 from pounding_risk.scene_laws import law_of
 from pounding_risk.study import Study, as_study
 
@@ -85,7 +86,7 @@ def simulate(
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
     if study.is_row:
         run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
-        return run_of_row.assign_attrs(record=name, polarity=sense)
+        return run_of_row.assign_attrs(record=name, polarity=sense, **about_run())
     name_of_law = law or study.law_name
     interface = Interface(
         study.gap if gap is None else gap,
@@ -93,7 +94,14 @@ def simulate(
         study.restitution,
         study.yield_force if yield_force is None else yield_force,
     )
-    return pair_histories(study, motion, interface).assign_attrs(record=name, polarity=sense, contact_model=name_of_law)
+    told = {"record": name, "polarity": sense, "contact_model": name_of_law}
+    return pair_histories(study, motion, interface).assign_attrs(**told, **about_run())
+
+
+def about_run() -> dict[str, str]:
+    """What every run with its histories says of itself beside what was run."""
+    source = "pounding_risk: event-driven solver, one run with its histories"
+    return {"Conventions": CONVENTIONS, "source": source, **created("pounding_risk.simulate")}
 
 
 def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dataset:

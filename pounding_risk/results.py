@@ -10,6 +10,8 @@ import errno
 import json
 import os
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module, metadata
 from pathlib import Path
 from threading import RLock
@@ -127,7 +129,7 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
     Raises PoundingError where the file is missing or is none of these.
     """
     if not lazy:
-        with NETCDF, _opened(Path(path), None) as dataset:
+        with NETCDF, reading(path), _opened(Path(path), None) as dataset:
             return dataset.load()
     with NETCDF:
         return _opened(Path(path), {})
@@ -155,10 +157,25 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
         )
     if is_zarr:
         return zarr_store().opened(source, chunks)
-    try:
+    with reading(source):
         return xr.open_dataset(source, engine="netcdf4")
-    except (OSError, ValueError) as error:
-        raise PoundingError(f"{source}: is not a readable netCDF file ({error}); run the scan again") from None
+
+
+@contextmanager
+def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
+    """While a dataset is read from disk: what its libraries raise of a damaged one becomes a PoundingError.
+
+    ``kinds`` of errors, all by default: what is damaged in a file may raise anything in the libraries that read it.
+    """
+    try:
+        yield
+    except (PoundingError, MemoryError):
+        raise
+    except kinds as error:
+        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
+        raise PoundingError(
+            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
+        ) from None
 
 
 def told(dataset: xr.Dataset, name: str, default: Any) -> Any:

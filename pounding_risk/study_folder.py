@@ -13,10 +13,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk.dates import now
 from pounding_risk.errors import PoundingError
 from pounding_risk.identity import difference, digest
 from pounding_risk.parts import Part, chosen, joined, merged, pieces_of
@@ -81,6 +81,7 @@ class StudyFolder:
         self.path, self.about = path, about
         self._lock, self._alone, self._digest = lock, alone, digest
         self.again = "the same command"  # goes on with what is kept
+        self.begun = ""  # when the study was
         self._sound: dict[range, tuple[int, int]] = {}  # lines of the parts that were verified, and size and time
 
     @classmethod
@@ -129,7 +130,8 @@ class StudyFolder:
         """Have the study of this identity in the folder, or refuse."""
         kept = read_study(self.path)
         same = kept is not None and digest(kept["identity"]) == self._digest
-        if same and not new:
+        if kept is not None and same and not new:
+            self.begun = kept["begun"]
             (self.path / PARTS).mkdir(exist_ok=True)
             return
         if not alone:
@@ -147,8 +149,8 @@ class StudyFolder:
         self._write_study(identity)
 
     def _write_study(self, identity: Mapping[str, Any]) -> None:
-        begun = datetime.now(UTC).isoformat(timespec="seconds")
-        facts = {"format": FORMAT, "begun": begun, "digest": self._digest, **self.about._asdict()}
+        self.begun = now()
+        facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about._asdict()}
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
         write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
         (self.path / PARTS).mkdir(exist_ok=True)
@@ -299,6 +301,14 @@ class StudyFolder:
     def kept(self) -> str:
         """How many of the study's cases have a part, in words; told without a look into the parts."""
         return f"{_cases(self._files(), self.about.width)} of {self.about.lines * self.about.width} cases"
+
+
+def is_begun(folder: Path, identity: Mapping[str, Any]) -> bool:
+    """Whether a folder keeps parts of the study of this identity; raises PoundingError as `read_study`."""
+    kept = read_study(folder)
+    if kept is None or digest(kept["identity"]) != digest(identity):
+        return False
+    return any(lines_of(entry.name) is not None for entry in _entries(folder / PARTS))
 
 
 def _cases(parts: Iterable[range], width: int) -> int:
