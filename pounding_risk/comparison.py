@@ -83,8 +83,8 @@ def compare(
     The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
     `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
     and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
-    speed, relation or ``same`` that is none, for fewer than two laws, and, unless ``new``, for an ``out`` that holds other results; all before
-    the first run.
+    speed, relation or ``same`` that is none, for fewer than two laws and, unless ``new``, for an ``out`` that holds
+    other results; all before the first run.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "compare")

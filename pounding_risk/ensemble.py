@@ -151,9 +151,9 @@ def scan(
     line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
 
     Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
-    ``out`` that cannot be written or holds other results, a study of another scene in its folder or a ``check_fraction`` outside 0 to 1, all
-    of them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
-    Ctrl-C ends it.
+    ``out`` that cannot be written or holds other results, a study of another scene in its folder or a
+    ``check_fraction`` outside 0 to 1, all of them before the first run. Raises PoundingError where the disk is full,
+    and Stopped, a KeyboardInterrupt, where Ctrl-C ends it.
     """
     target = None if out is None else _target(out)
     one = Scan(

@@ -59,8 +59,8 @@ def rerun(
 
     Scene, options and command are those that the file carries. Record files that its scene names relative to itself
     are looked for in ``folder``; without one in the folder of the scene file, then beside the results. ``out`` is
-    where the new dataset goes, in place of other results only with ``new``, ``workers`` how many threads there are, ``progress`` is called with (cases done, cases
-    in all).
+    where the new dataset goes, in place of other results only with ``new``; ``workers`` is how many threads there are,
+    ``progress`` is called with (cases done, cases in all).
 
     Raises as `recorded_scene.recorded` and `recorded_scene.check_records`, before any run, and as `scan`.
     """

@@ -21,7 +21,7 @@ import netCDF4
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.whole_files import discard, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.whole_files import discard, led_to, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.zarr_metadata import is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
@@ -44,16 +44,17 @@ def versions() -> dict[str, str]:
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
     """The path of a file that can be written; raises PoundingError before any work is done.
 
-    Its folder must exist and be writable, its suffix be one of ``suffixes``, and it must not be a folder, or for a
-    ``.zarr`` none but a store of this package.
+    Of a symbolic link it is what the link leads to. Its folder must exist and be writable, its suffix be one of
+    ``suffixes``, and it must not be a folder, or for a ``.zarr`` none but a store of this package.
     """
     target = Path(path)
-    folder = target.parent
     if not target.name:
         raise PoundingError(f"{target}: names no file; write one such as results{suffixes[0]}")
     if target.suffix.lower() not in suffixes:
         allowed = " or ".join(suffixes)
         raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")
+    target = led_to(target)
+    folder = target.parent
     if target.suffix.lower() == ".zarr":
         if target.exists() and not is_zarr_of_ours(target):
             raise PoundingError(f"{target}: is there already and no Zarr store of pounding-risk; choose another name")
@@ -111,6 +112,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     target = check_target(path)
     partial = partial_of(target)
     try:
+        discard(partial)
         with NETCDF:
             dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
         move_into_place(partial, target)

@@ -133,8 +133,8 @@ def _array_fault(document: Any) -> str:
         return f"the filter {_codec(filters[0] if isinstance(filters, list) else filters)} is not allowed; none is"
     if compressor is not None and _codec(compressor) not in COMPRESSORS:
         return f"the codec {_codec(compressor)} is not allowed; one of {', '.join(COMPRESSORS)} is"
-    shape, chunks = document.get("shape"), document.get("chunks")
-    if not _sizes(shape, 0) or not _sizes(chunks, 1) or len(shape) != len(chunks):
+    shape, chunks = document.get("shape", []), document.get("chunks", [])
+    if not (_sizes(shape, 0) and _sizes(chunks, 1)) or len(shape) != len(chunks):
         return f"its shape {shape!r} and the shape of its pieces {chunks!r} are not those of an array"
     size = prod(chunks) * int(dtype[2:]) * (4 if "U" in dtype else 1)
     if size > LARGEST:
