@@ -195,7 +195,7 @@ def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time since the start of the record"}),
             "building": ("building", [building.name for building in study.buildings]),
-            "gap": gap,
+            "gap": ((), gap, {"units": "m", "long_name": "clear distance at rest"}),
         },
     )
 

@@ -74,7 +74,7 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
             "another command or an earlier version; run its scene with scan"
         )
     text = str(attrs["scene_resolved"])
-    if text_digest(text) != attrs["scene_sha256"]:
+    if text_digest(text) != str(attrs["scene_sha256"]):
         raise PoundingError(
             f"{path}: the attribute scene_resolved is not the one that scene_sha256 was taken of: the file was "
             "changed since; run its scene with scan"

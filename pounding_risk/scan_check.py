@@ -135,8 +135,12 @@ COORDINATES: dict[str, Declared] = {
 TABLES, LISTS = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions"), ("left_out", "overrides")
 TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
-# What is told of contact points, in every dataset that has them.
+# What every dataset with contact points has.
 OF_CONTACT_POINTS = (
+    "peak_contact_force",
+    "contact_point_impact_count",
+    "contact_point_peak_contact_force",
+    "contact_point_yield_exceedance",
     "contact_point_interface",
     "contact_point_kind",
     "contact_point_level",
@@ -323,7 +327,7 @@ def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
     if text is None:
         return
     told = dataset.attrs.get("scene_sha256")
-    if not isinstance(text, str) or (told is not None and told != sha256(text.encode()).hexdigest()):
+    if not isinstance(text, str) or (told is not None and str(told) != sha256(text.encode()).hexdigest()):
         yield "the attribute scene_resolved is not the one that scene_sha256 was taken of"
         return
     try:
