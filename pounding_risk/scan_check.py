@@ -137,6 +137,7 @@ TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", 
 AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
 # What every dataset with contact points has.
 OF_CONTACT_POINTS = (
+    "peak_closing",
     "peak_contact_force",
     "contact_point_impact_count",
     "contact_point_peak_contact_force",
@@ -189,6 +190,8 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
     if "contact_point" in dataset.dims:
         lost = [name for name in OF_CONTACT_POINTS if name not in dataset.variables]
         yield from (f"the variable {name} is missing" for name in lost)
+    if "storey" in dataset.dims and "storey_displacement_free" not in dataset.variables:
+        yield "the variable storey_displacement_free is missing"
     yield from (f"the dimension {dim} has a length of 0" for dim, size in dataset.sizes.items() if size == 0)
 
 

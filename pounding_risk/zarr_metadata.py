@@ -23,6 +23,7 @@ ZARR_MARK = "pounding_risk_variables"
 CONSOLIDATED = ".zmetadata"
 COMPRESSORS = ("blosc", "zstd", "zlib", "gzip", "lz4")  # they turn bytes into bytes, and nothing else
 DTYPE = re.compile(r"[<>|][biuf][1248]|[<>]U[1-9]\d{0,4}")  # numbers, flags, and texts of a fixed width
+TEXT_FILTER = "vlen-utf8"  # through which Zarr 3.0 writes texts, as their UTF-8; 3.1 writes them without
 NAME = re.compile(r"[^./\\][^/\\]*")  # of a variable: one folder below the store's
 AXES_OF = "_ARRAY_DIMENSIONS"  # attribute in which a variable's dimensions stand
 LARGEST = 1 << 31  # bytes of a piece: what Blosc, which wrote it, can hold
@@ -129,8 +130,9 @@ def _array_fault(document: Any) -> str:
     dtype, compressor, filters = (document.get(key) for key in ("dtype", "compressor", "filters"))
     if not isinstance(dtype, str) or not DTYPE.fullmatch(dtype):
         return f"values of type {dtype!r} can hold code; allowed are numbers and texts of a fixed width"
-    if filters:
-        return f"the filter {_codec(filters[0] if isinstance(filters, list) else filters)} is not allowed; none is"
+    listed = filters if isinstance(filters, list) else [filters] if filters else []
+    if unknown := [_codec(told) for told in listed if not ("U" in dtype and _codec(told) == TEXT_FILTER)]:
+        return f"the filter {unknown[0]} is not allowed; {f'{TEXT_FILTER} is' if 'U' in dtype else 'none is'}"
     if compressor is not None and _codec(compressor) not in COMPRESSORS:
         return f"the codec {_codec(compressor)} is not allowed; one of {', '.join(COMPRESSORS)} is"
     shape, chunks = document.get("shape", []), document.get("chunks", [])

@@ -117,7 +117,7 @@ def test_a_foreign_file_and_another_command_s_are_never_replaced_unasked(tmp_pat
         assert target.read_bytes() == before
     scan(study, target, new=True)
     for refused in (
-        lambda: pr.compare(study, target, laws=["linear", "jankowski"]),
+        lambda: pr.compare(study, target, laws=["linear", "hertz"]),
         lambda: pr.accuracy(study, target),
         lambda: pr.effects(study, target),
         lambda: pr.histories(study, target),
@@ -158,7 +158,7 @@ def test_the_commands(tmp_path, monkeypatch):
     before = Path("r.nc").read_bytes()
     refused = run("scan", "b.toml", "-o", "r.nc")
     assert refused.exit_code == 2 and 'building[1].period: was "0.3 s", is "0.4 s"' in refused.stderr
-    for words in (("simulate", "a.toml", "-o", "r.nc"), ("compare", "a.toml", "-o", "r.nc")):
+    for words in (("simulate", "a.toml", "-o", "r.nc"), ("effects", "a.toml", "-o", "r.nc")):
         refused = run(*words)
         assert refused.exit_code == 2 and "holds the results of scan" in refused.stderr, words
     assert Path("r.nc").read_bytes() == before

@@ -404,14 +404,13 @@ def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
-def test_a_link_to_a_store_is_replaced_and_the_store_stays(tmp_path):
+def test_a_link_to_a_store_stays_and_the_store_is_replaced(tmp_path):
     form, real, link = made_form(), tmp_path / "real.zarr", tmp_path / "link.zarr"
     write(store_of(form, real), form)
-    before = checksum(real)
     link.symlink_to(real)
     write(store_of(made_form((2, 1, 1, 1, 2, 2)), link), made_form((2, 1, 1, 1, 2, 2)))
     assert open_results(link).sizes["record"] == 2
-    assert checksum(real) == before
+    assert link.is_symlink() and open_results(real).sizes["record"] == 2
     assert names(tmp_path) == ["link.zarr", "real.zarr"]
 
 
@@ -444,7 +443,7 @@ def test_what_is_no_store_is_told(tmp_path):
     form, target = made_form(), tmp_path / "results.zarr"
     write(store_of(form, target), form)
     (target / ".zmetadata").write_text("{")
-    with pytest.raises(PoundingError, match="not a readable Zarr store"):
+    with pytest.raises(PoundingError, match=r"\.zmetadata: cannot be read as JSON .*; run the scan again"):
         open_results(target)
 
 

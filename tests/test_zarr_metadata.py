@@ -96,7 +96,7 @@ def test_a_pickle_in_a_store_is_not_unpickled(store, codecs, command, tmp_path, 
         ({"compressor": {"id": "json2"}}, ("the codec json2 is not allowed",)),
         ({"compressor": {"id": ["blosc"]}}, ("the codec ['blosc'] is not allowed",)),
         ({"compressor": "blosc"}, None),
-        ({"filters": [{"id": "vlen-utf8"}]}, ("the filter vlen-utf8 is not allowed",)),
+        ({"filters": [{"id": "vlen-utf8"}]}, ("the filter vlen-utf8 is not allowed; none is",)),
         ({"filters": {"id": "pickle"}}, ("the filter pickle is not allowed",)),
         ({"dtype": "|O"}, ("values of type '|O' can hold code",)),
         ({"dtype": [["a", "<f8"], ["b", "|O"]]}, ("can hold code",)),
@@ -157,12 +157,14 @@ def test_links_folders_and_a_third_format_are_refused(store, tmp_path):
 
 def damages(store: Path):
     """Each metadata file of a store emptied, cut, or of another kind of JSON, and each entry of the table lost."""
-    files = [path.relative_to(store) for path in sorted(store.rglob(".z*"))]
+    some = {"status", "gap", "record"}  # a case's variable, numbers and texts of an axis; the others are as these
+    files = [path.relative_to(store) for path in sorted(store.rglob(".z*")) if path.parent.name in {store.name, *some}]
     for file in files:
         for text in ("", "{", "[]", "7", "null", '"text"', "{}", "[" * 100_000):
             yield f"{file} = {text[:8]!r}", lambda copy, file=file, text=text: (copy / file).write_text(text)
         yield f"{file} away", lambda copy, file=file: (copy / file).unlink()
-    for key in json.loads((store / ".zmetadata").read_text())["metadata"]:
+    keys = json.loads((store / ".zmetadata").read_text())["metadata"]
+    for key in (key for key in keys if "/" not in key or key.partition("/")[0] in some):
         yield f"{key} out of the table", lambda copy, key=key: _without(copy, key)
 
 
@@ -187,4 +189,4 @@ def test_damaged_metadata_end_in_a_sentence_or_do_no_harm(store, tmp_path):
         else:
             xr.testing.assert_identical(found, sound)  # a file that the table of all makes superfluous
         shutil.rmtree(copy)
-    assert refusals > 50  # of some 150; a variable's own .zattrs and .zgroup are not read
+    assert refusals > 25  # of some 85; a variable's own .zattrs and .zgroup are not read
