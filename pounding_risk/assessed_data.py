@@ -72,7 +72,7 @@ def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
         raise PoundingError(
             "the dataset has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
-    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period"), attrs=("records",))
+    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period"), attrs=("records", "title"))
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
