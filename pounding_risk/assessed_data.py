@@ -28,6 +28,7 @@ from pounding_risk.own_case import own_gaps, scene_place
 from pounding_risk.proportions import labels
 from pounding_risk.recordings import recording
 from pounding_risk.results import told
+from pounding_risk.scan_check import AXES_OF_CASES, check_scan
 from pounding_risk.signals import LEAST_SHAKING
 
 if TYPE_CHECKING:
@@ -61,8 +62,8 @@ class Motions(NamedTuple):
     alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
 
 
-def check_dataset(results: xr.Dataset) -> None:
-    """Raise PoundingError for what is no dataset of `scan`, and for one of an older version that lacks a variable."""
+def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
     for mark, command in OTHERS.items():
         if mark in results.dims or (mark in results.attrs and command == "compare"):
             raise PoundingError(
@@ -81,6 +82,7 @@ def check_dataset(results: xr.Dataset) -> None:
         raise PoundingError(
             "the dataset has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
+    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period"), attrs=("records", "title"))
 
 
 def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:

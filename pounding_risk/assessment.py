@@ -161,11 +161,13 @@ def assess(
     if isinstance(results, str | Path):
         from pounding_risk.results import open_results
 
-        results = open_results(results)
+        whose, results = str(results), open_results(results)
+    else:
+        whose = "the dataset"
     results = with_axes(results)
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     pga = None if pga is None else si(pga, PGA, "pga")
-    data.check_dataset(results)
+    data.check_dataset(results, whose)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
     intensity = usual_intensity(results) if intensity is None else intensity

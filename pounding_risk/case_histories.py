@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.case_choice import LAW, Asked, Choice, chosen, largest, values_of
 from pounding_risk.core.tally import STATUS_SENTENCES
+from pounding_risk.dates import created
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.history import pair_histories
@@ -26,6 +27,7 @@ from pounding_risk.motions import Motion, driven
 from pounding_risk.pair import Interface
 from pounding_risk.progress import Progress
 from pounding_risk.recorded_scene import check_records, recorded
+from pounding_risk.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.results import RESULTS, check_target, open_results
 from pounding_risk.row_dataset import row_coordinates
 from pounding_risk.row_grid import row_grid
@@ -135,6 +137,7 @@ def histories(
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
     asked: Asked = {"record": records, "polarity": polarities, "pga": pgas}
     asked |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
+    check_replaceable(target, "histories", choice=OTHER_NAME)
     cases = _chosen_cases(source, asked, largest_of, folder)
     count = len(cases.choice.places)
     if count > most:
@@ -260,4 +263,4 @@ def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progr
                     progress(done, total)
             shaped = {name: each.reshape(len(block), width, *form.extra(name)) for name, each in values.items()}
             store.write(block, shaped)
-        store.finish({})
+        store.finish(created("pounding_risk.histories"))

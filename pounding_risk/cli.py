@@ -30,6 +30,7 @@ from pounding_risk.cli_input import (
     RUN_FAILED,
     Blow,
     Figure,
+    New,
     Overrides,
     Scene,
     Strict,
@@ -223,6 +224,7 @@ def simulate(
     from pounding_risk.cli_tables import print_run
     from pounding_risk.history import simulate as run
     from pounding_risk.quantities import GAP, PGA, YIELD_FORCE
+    from pounding_risk.replacing import OTHER_NAME, check_replaceable
     from pounding_risk.results import save
     from pounding_risk.scenario import read_scene
 
@@ -233,6 +235,8 @@ def simulate(
         if text is not None
     }
     study = check_moving(read_scene(scene, overrides), moving)
+    if dataset_file is not None:
+        check_replaceable(dataset_file, "simulate", choice=OTHER_NAME)
     dataset = run(study, record=record, polarity=polarity, law=law, **values)
     print_run(dataset)
     if dataset_file is not None:
@@ -272,6 +276,7 @@ def compare(
     relation: Annotated[
         str | None, typer.Option(help="Damping from e: exact, so that e is equal, or published.", show_default="exact")
     ] = None,
+    new: New = False,
     figure: Figure = None,
     strict: Strict = False,
 ) -> None:
@@ -288,7 +293,7 @@ def compare(
     study = read_scene(scene, overrides)
     with Watch("compare") as watch:
         terms: dict[str, Any] = {"same": same, "speed": fast, "relation": relation}
-        dataset = run(study, out_file, laws=law or (), baseline=baseline, **terms, progress=watch)
+        dataset = run(study, out_file, laws=law or (), baseline=baseline, **terms, new=new, progress=watch)
     print_comparison(dataset)
     if out_file is not None:
         typer.echo(f"written: {out_file}")
@@ -313,6 +318,7 @@ def accuracy(
         float, typer.Option(min=0.0, help="Seconds a setting may take; slower ones are left out.")
     ] = 20.0,
     scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
+    new: New = False,
     figure: Figure = None,
 ) -> None:
     """What each digit of the answers costs in time, by method."""
@@ -324,7 +330,7 @@ def accuracy(
 
     study = read_scene(scene, overrides)
     with Watch("accuracy", "settings") as watch:
-        dataset = run(study, out_file, cases=cases, budget=budget, scipy=scipy, progress=watch)
+        dataset = run(study, out_file, cases=cases, budget=budget, scipy=scipy, new=new, progress=watch)
     print_accuracy(dataset)
     if out_file is not None:
         typer.echo(f"written: {out_file}")
@@ -341,6 +347,7 @@ def effects(
         Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
     ] = None,
     overrides: Overrides = NONE,
+    new: New = False,
     figure: Figure = None,
 ) -> None:
     """What each effect changes in a scene, and what it costs."""
@@ -352,7 +359,7 @@ def effects(
 
     study = read_scene(scene, overrides)
     with Watch("effects", "scans") as watch:
-        dataset = run(study, out_file, progress=watch)
+        dataset = run(study, out_file, new=new, progress=watch)
     print_effects(dataset)
     if out_file is not None:
         typer.echo(f"written: {out_file}")

@@ -22,6 +22,7 @@ Overrides = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
 ]
 Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
+New = Annotated[bool, typer.Option("--new", help="Replace a file that holds other results.")]
 Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
 # How a gap is judged: options of `assess` and `report` alike.
 JudgedGap = Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")]
@@ -93,11 +94,14 @@ def writable(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path 
         raise PoundingError(f"{option}: {error}") from None
 
 
-def results_file(scene: Path, out: Path | None) -> Path:
-    """Where a scan goes: ``out``, or the scene's name in this folder, which is never replaced unasked."""
-    if out is None and Path(f"{scene.stem}.nc").exists():
+def results_file(scene: Path, out: Path | None, new: bool = False) -> Path:
+    """Where a scan goes: ``out``, or the scene's name in this folder, which is never made again unasked."""
+    if out is None and Path(f"{scene.stem}.nc").exists() and not new:
         name = f"{scene.stem}.nc"
-        raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")
+        raise PoundingError(
+            f"{name} exists already; write -o {name} to make the same study again, --new to replace it whatever it "
+            "is, or -o and another name"
+        )
     return writable("-o", out or Path(f"{scene.stem}.nc"), (".nc", ".zarr")) or Path()
 
 

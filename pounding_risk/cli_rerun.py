@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli_input import writable
+from pounding_risk.cli_input import New, writable
 
 if TYPE_CHECKING:
     from pounding_risk.reruns import Difference, Rerun
@@ -30,6 +30,7 @@ def rerun(
         ),
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
+    new: New = False,
 ) -> None:
     """Run results again from what they carry, and compare.
 
@@ -40,7 +41,7 @@ def rerun(
     from pounding_risk.reruns import rerun as run
 
     with Watch("rerun") as watch:
-        found = run(results, target, folder=folder, workers=workers, progress=watch)
+        found = run(results, target, folder=folder, workers=workers, new=new, progress=watch)
     print_rerun(found)
     if target is not None:
         typer.echo(f"written: {target}")

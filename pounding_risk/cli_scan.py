@@ -37,7 +37,9 @@ def scan(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask cluster that does the work.", show_default=False)
     ] = None,
-    new: Annotated[bool, typer.Option("--new", help="Discard what an earlier start has kept.")] = False,
+    new: Annotated[
+        bool, typer.Option("--new", help="Discard what an earlier start has kept, and replace other results.")
+    ] = False,
     figure: Figure = None,
     strict: Strict = False,
 ) -> None:
@@ -60,7 +62,7 @@ def scan(
     if shard is not None and (figure is not None or strict):
         option = "--strict" if figure is None else "--figure"
         raise PoundingError(f"{option} and --shard: a shard writes no results; give it to the scan without --shard")
-    out_file, figure_file = results_file(scene, out), writable("--figure", figure, FIGURES)
+    out_file, figure_file = results_file(scene, out, new), writable("--figure", figure, FIGURES)
     study = read_scene(scene, overrides)
     from pounding_risk.cli_output import Watch, command_line
 

@@ -57,12 +57,14 @@ def separations(
     from pounding_risk.assessment_options import percentile_of
     from pounding_risk.quantities import PGA
     from pounding_risk.results import open_results
+    from pounding_risk.scan_check import check_scan
     from pounding_risk.separations import Site, code_table
 
     required = percentile_of(percentile, "--percentile")
     surface = None if ground is None else read_option("--ground", ground, PGA)
     site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure, surface)
     dataset = open_results(results)
+    check_scan(dataset, str(results), names=("building", "building_period", "building_damping"))
     chosen = _chosen(interfaces(dataset) if "interface" in dataset.dims else [("", dataset)], interface)
     if len(chosen) > 1 and figure_file is not None:
         raise PoundingError(f'--figure: shows one of {len(chosen)} interfaces; add --interface "{chosen[0][0]}"')

@@ -19,6 +19,7 @@ import xarray as xr
 
 from pounding_risk.agreement import finding, tables, typical_case
 from pounding_risk.collision import Impact, impact
+from pounding_risk.dates import created
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.gather import motions_of
@@ -30,6 +31,7 @@ from pounding_risk.motions import driven
 from pounding_risk.pair import Interface, free_response, oscillators
 from pounding_risk.quantities import SPEED, shown, si
 from pounding_risk.relations import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
+from pounding_risk.replacing import check_replaceable_scene
 from pounding_risk.results import check_target, save
 from pounding_risk.scene_laws import law_of
 from pounding_risk.study import (
@@ -64,6 +66,7 @@ def compare(
     same: str | None = None,
     speed: float | str | None = None,
     relation: str | None = None,
+    new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
@@ -80,7 +83,8 @@ def compare(
     The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
     `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
     and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
-    speed, relation or ``same`` that is none, and for fewer than two laws; all before the first run.
+    speed, relation or ``same`` that is none, for fewer than two laws and, unless ``new``, for an ``out`` that holds
+    other results; all before the first run.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "compare")
@@ -88,6 +92,8 @@ def compare(
     study = on_equal_terms(study, laws, baseline, (same, speed))
     study, unequal = with_relation(study, relation)
     baseline = baseline or study.law_name
+    if target is not None:
+        check_replaceable_scene(target, "compare", study, new)
     dataset = scan(study, progress=progress)
     # A law without a stiffness may have none there.
     stiffnesses = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
@@ -98,6 +104,7 @@ def compare(
     dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
     dataset.attrs |= {"speed": at_speed, "reduced_mass": study.striking_mass}
     dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
+    dataset.attrs |= created("pounding_risk.compare")
     if target is not None:
         save(dataset, target)
     return dataset

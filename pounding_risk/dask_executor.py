@@ -133,13 +133,19 @@ def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) 
 
 def _connected(address: str) -> Client:
     try:
-        from distributed import Client
-        from distributed.comm import get_address_host
+        from distributed import Client, Security
+        from distributed.comm import get_address_host, parse_address
     except ImportError:
         raise PoundingError(
             "a Dask cluster needs the extra [cluster]: pip install 'pounding-risk[cluster]'; threads need nothing more"
         ) from None
     try:
+        if Security().require_encryption and parse_address(address)[0] == "tcp":
+            raise PoundingError(
+                f'"{address}" is not encrypted, and the Dask configuration here asks for encryption '
+                "(distributed.comm.require-encryption); write tls:// for a scheduler that was started with "
+                "--protocol tls"
+            )
         get_address_host(address)  # a client of no address cannot be closed any more, and tells so for 20 s
         return Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:

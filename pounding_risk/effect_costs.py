@@ -13,11 +13,13 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.chains import chain_of
+from pounding_risk.dates import created
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.ladder import bench_of, run_event
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.quantities import Quantity, parse
+from pounding_risk.replacing import check_replaceable
 from pounding_risk.results import as_text, check_target, save
 from pounding_risk.row_costs import row_bench
 from pounding_risk.study import Effect, Study, as_study, known_law
@@ -42,6 +44,7 @@ def effects(
     out: str | Path | None = None,
     *,
     repeats: int = 5,
+    new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
@@ -51,9 +54,12 @@ def effects(
     with it. Contact models that one of the effects does not act on are left out. Dimensions: effects, and those of
     `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects
     act on cases that do not yield, too], and ``time`` [s of the processor per run, every case run, median of
-    ``repeats``], ``time_ratio`` over the scene without. Raises as `scan` does.
+    ``repeats``], ``time_ratio`` over the scene without. Raises as `scan` does, and for an ``out`` that holds results of
+    another command, unless ``new``.
     """
     target = None if out is None else check_target(out)
+    if target is not None:
+        check_replaceable(target, "effects", new=new)
     study = as_study(study)
     laws = study.grid.contact_models
     unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
@@ -75,7 +81,7 @@ def effects(
     rest = [law for law in laws if law not in taken]
     told = [f"{', '.join(rest)}: not every effect here acts on it"] if rest else []
     dataset.attrs["left_out"] = "; ".join([*told, *(why for name, why in unsuited.items() if _fits(study, name))])
-    dataset.attrs["finding"] = finding(dataset)
+    dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
     if target is not None:
         save(dataset, target)
     return dataset

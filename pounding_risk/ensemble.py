@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
+from pounding_risk.dates import created
 from pounding_risk.errors import Stopped
 from pounding_risk.executors import Executor, Keep, Pending, Threads, read_shard, shard_lines
 from pounding_risk.gather import gathered
@@ -102,8 +103,8 @@ class Scan:
         if left:
             self.executor.run(job, Pending(left, job.law_at, bytes_a_line=job.bytes_a_line), kept)
 
-    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Part]], store: Blockwise) -> None:
-        """Write the dataset, block by block."""
+    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Part]], store: Blockwise, begun: str = "") -> None:
+        """Write the dataset, block by block; ``begun`` is when its study was, where that is not now."""
         job, labeller = self.job, self.job.labeller()
         spans = list(blocks(job.form))
         with store:
@@ -112,16 +113,21 @@ class Scan:
             finish = labeller.finish()
             for line, patch in finish.patches:
                 store.write(range(line, line + 1), patch)
-            store.finish(finish.attrs | self.attrs)
+            store.finish(finish.attrs | self.attrs | created(self.command or "pounding_risk.scan", begun))
 
     def folder(self, target: Path, *, new: bool, shared: bool) -> StudyFolder:
         """The study's folder beside its results, open."""
         from pounding_risk.identity import identity
-        from pounding_risk.study_folder import About, StudyFolder, folder_of
+        from pounding_risk.replacing import OTHER_NAME, check_replaceable
+        from pounding_risk.study_folder import About, StudyFolder, folder_of, is_begun
 
         about = About(self.job.lines, self.job.width, self.study.name, self.command)
-        known = identity(self.job.order, self.job.prepared)
-        return StudyFolder.open(folder_of(target), known, about, new=new, shared=shared)
+        known, path = identity(self.job.order, self.job.prepared), folder_of(target)
+        # What was begun with leave to replace the file goes on without being asked again.
+        if not is_begun(path, known):
+            choice = {"choice": OTHER_NAME} if shared else {}
+            check_replaceable(target, "scan", known, new, **choice)
+        return StudyFolder.open(path, known, about, new=new, shared=shared)
 
     def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
         """Work on what the folder lacks."""
@@ -160,13 +166,14 @@ def scan(
     on it.
 
     What is solved on the way to an ``out`` (.nc or .zarr) is kept in a folder beside it: a second start goes on from
-    there, unless ``new`` discards it. A dataset of more than 100 MB comes back lazy. ``command`` is the command
+    there, unless ``new`` discards it. A file that is there is replaced where it is of the same study, and anything else
+    only with ``new``. A dataset of more than 100 MB comes back lazy. ``command`` is the command
     line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
 
     Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
-    ``out`` that cannot be written, a study of another scene in its folder or a ``check_fraction`` outside 0 to 1, all
-    of them before the first run. Raises PoundingError where the disk is full, and Stopped, a KeyboardInterrupt, where
-    Ctrl-C ends it.
+    ``out`` that cannot be written or holds other results, a study of another scene in its folder or a
+    ``check_fraction`` outside 0 to 1, all of them before the first run. Raises PoundingError where the disk is full,
+    and Stopped, a KeyboardInterrupt, where Ctrl-C ends it.
     """
     target = None if out is None else _target(out)
     one = Scan(
@@ -190,7 +197,7 @@ def scan(
             folder.log("removed", file=path.name, why="a process was killed while it wrote this")
         with stoppable(folder):
             one.fill(folder, whole)
-            one.assemble(folder.parts, store_of(one.job.form, target))
+            one.assemble(folder.parts, store_of(one.job.form, target), folder.begun)
         folder.clear()
     form = one.job.form
     return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk import scan_check as form
 from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_style import STANDARD_GRAVITY
@@ -87,6 +88,7 @@ def check_scan(dataset: xr.Dataset, source: str) -> None:
             f"{source}: has no {missing[0]}, so it is not a scan's results; `pounding-risk scan SCENE -o results.nc` "
             "writes such a file"
         )
+    form.check_scan(dataset, source, names=(*form.AXES_OF_CASES, "simulated", "building"), attrs=("rtol",))
 
 
 def chosen(dataset: xr.Dataset, wanted: Mapping[str, Sequence[Any]], source: str) -> xr.Dataset:

@@ -25,6 +25,7 @@ from pounding_risk.core.tally import (
     Log,
     make_log,
 )
+from pounding_risk.dates import created
 from pounding_risk.errors import PoundingError
 from pounding_risk.gather import motions_of
 from pounding_risk.models.effects import wave_of
@@ -37,7 +38,7 @@ from pounding_risk.plausibility import of_input
 from pounding_risk.quantities import GAP, PGA, YIELD_FORCE, si
 from pounding_risk.results import as_text, versions
 from pounding_risk.row_history import cell_of, row_histories
-from pounding_risk.scan_dataset import sources_of
+from pounding_risk.scan_dataset import CONVENTIONS, sources_of
 from pounding_risk.scene_laws import law_of
 from pounding_risk.scene_text import nearest
 from pounding_risk.study import Study, as_study
@@ -101,7 +102,7 @@ def simulate(
             )
         run_of_row = row_histories(study, cell_of(study, motion, law or study.law_name, gap, yield_force))
         unusual = _notes(run_of_row, _narrowed(study, gap, pga), motions[name])
-        return run_of_row.assign_attrs(record=name, polarity=sense, notes=unusual, **unused)
+        return run_of_row.assign_attrs(record=name, polarity=sense, notes=unusual, **unused, **about_run())
     name_of_law = law or study.law_name
     interface = Interface(
         study.gap if gap is None else gap,
@@ -110,8 +111,14 @@ def simulate(
         study.yield_force if yield_force is None else yield_force,
     )
     found = pair_histories(study, motion, interface)
-    told = {"record": name, "polarity": sense, "contact_model": name_of_law, **unused}
+    told = {"record": name, "polarity": sense, "contact_model": name_of_law, **unused, **about_run()}
     return found.assign_attrs(told, notes=_notes(found, _narrowed(study, gap, pga), motions[name]))
+
+
+def about_run() -> dict[str, str]:
+    """What every run with its histories says of itself beside what was run."""
+    source = "pounding_risk: event-driven solver, one run with its histories"
+    return {"Conventions": CONVENTIONS, "source": source, **created("pounding_risk.simulate")}
 
 
 def _narrowed(study: Study, gap: float | None, pga: float | None) -> Study:
@@ -218,7 +225,7 @@ def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time since the start of the record"}),
             "building": ("building", [building.name for building in study.buildings]),
-            "gap": gap,
+            "gap": ((), gap, {"units": "m", "long_name": "clear distance at rest"}),
         },
     )
 

@@ -50,7 +50,7 @@ def identity(order: Asked, prepared: str = "") -> dict[str, Any]:
         "records": [_record(motion) for motion in order.motions],
         "options": {"screening": bool(order.screening), "check_fraction": float(order.check_fraction)},
         "program": _program(),
-        "laws": _own_laws(order.study),
+        "laws": own_laws(order.study),
         "prepared": prepared,
     }
     return _plain(tables)
@@ -133,7 +133,7 @@ def package_digest() -> str:
     return found.hexdigest()
 
 
-def _own_laws(study: Study) -> dict[str, str]:
+def own_laws(study: Study) -> dict[str, str]:
     """Digests of the code of those contact laws of the scene that are not the package's."""
     from pounding_risk.own_law_digest import is_own, law_digest
     from pounding_risk.study import known_law

@@ -25,6 +25,7 @@ from pounding_risk._jit import lowered
 from pounding_risk.core import tally
 from pounding_risk.core.collide import make_desk
 from pounding_risk.core.sweep import sweep
+from pounding_risk.dates import created
 from pounding_risk.gather import motions_of
 from pounding_risk.methods import fixed
 from pounding_risk.methods.general import GaveUp, solve_general
@@ -34,7 +35,9 @@ from pounding_risk.models.memory import remembers
 from pounding_risk.motions import driven
 from pounding_risk.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.pair import Interface, free_response, oscillators
+from pounding_risk.replacing import check_replaceable_scene
 from pounding_risk.results import as_text, check_target, save, versions
+from pounding_risk.scan_dataset import CONVENTIONS
 from pounding_risk.scene_laws import law_of
 from pounding_risk.study import Study, as_study, known_law, needs_pair
 from pounding_risk.work_precision import (
@@ -134,6 +137,7 @@ def accuracy(
     cases: int = 24,
     budget: float = 20.0,
     scipy: bool = True,
+    new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Error and time of every setting of every method on a scene's cases, as a dataset (and written to ``out``).
@@ -147,10 +151,12 @@ def accuracy(
     error level. The attribute ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer
     change.
 
-    Raises as `scan` does, before the first run.
+    Raises as `scan` does, before the first run, and so for an ``out`` that holds other results, unless ``new``.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "accuracy")
+    if target is not None:
+        check_replaceable_scene(target, "accuracy", study, new)
     bench = bench_of(study, cases)
     left_out = [f"fixed steps and SciPy: they know no {bench.alien}"] if bench.alien else []
     compile_time = warm_up(bench)
@@ -391,10 +397,13 @@ def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], referenc
         },
     )
     return dataset.assign_attrs(
+        Conventions=CONVENTIONS,
         title=study.name,
+        source="pounding_risk: accuracy and time of its solvers",
         scene=study.text or study.to_toml(),
         scene_resolved=study.to_toml(),
         versions=as_text(versions()),
+        **created("pounding_risk.accuracy"),
     )
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._jit import source_digest
 from pounding_risk.errors import PoundingError
+from pounding_risk.identity import own_laws
 from pounding_risk.models.instant import CONTACT_MODELS
 from pounding_risk.motions import Motion
 from pounding_risk.recheck import check_share
@@ -36,7 +37,8 @@ class Recorded(NamedTuple):
 
 
 def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_fraction: float) -> dict[str, str]:
-    """Attributes of a dataset: scene file, digest of the resolved scene, options, digests of motions and kernels.
+    """Attributes of a dataset: scene file, digest of the resolved scene, options, digests of motions and kernels,
+    and of the code of contact laws of the user's own.
 
     Together with ``scene_resolved``, ``records`` and ``versions`` they are what `recorded` reads.
     """
@@ -46,6 +48,7 @@ def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_f
         "options": as_text({"screening": screening, "check_fraction": check_fraction}),
         "motions_sha256": as_text({motion.name: motion.digest for motion in motions}),
         "kernels_digest": source_digest(),
+        **({"own_laws": as_text(laws)} if (laws := own_laws(study)) else {}),
     }
 
 
@@ -71,7 +74,7 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
             "another command or an earlier version; run its scene with scan"
         )
     text = str(attrs["scene_resolved"])
-    if text_digest(text) != attrs["scene_sha256"]:
+    if text_digest(text) != str(attrs["scene_sha256"]):
         raise PoundingError(
             f"{path}: the attribute scene_resolved is not the one that scene_sha256 was taken of: the file was "
             "changed since; run its scene with scan"

@@ -52,14 +52,15 @@ def rerun(
     *,
     folder: str | Path | None = None,
     workers: int | None = None,
+    new: bool = False,
     progress: Progress | None = None,
 ) -> Rerun:
     """Run what the results file of a scan was made from again, and compare every variable and coordinate.
 
     Scene, options and command are those that the file carries. Record files that its scene names relative to itself
     are looked for in ``folder``; without one in the folder of the scene file, then beside the results. ``out`` is
-    where the new dataset goes, ``workers`` how many threads there are, ``progress`` is called with (cases done, cases
-    in all).
+    where the new dataset goes, in place of other results only with ``new``; ``workers`` is how many threads there are,
+    ``progress`` is called with (cases done, cases in all).
 
     Raises as `recorded_scene.recorded` and `recorded_scene.check_records`, before any run, and as `scan`.
     """
@@ -75,6 +76,7 @@ def rerun(
             screening=asked.screening,
             check_fraction=asked.check_fraction,
             workers=workers,
+            new=new,
             progress=progress,
             command=str(before.attrs.get("command", "")),
         )

@@ -10,6 +10,8 @@ import errno
 import json
 import os
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module, metadata
 from pathlib import Path
 from threading import RLock
@@ -19,11 +21,10 @@ import netCDF4
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.whole_files import discard, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.whole_files import discard, led_to, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.zarr_metadata import is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
-# Attribute of a Zarr store that this package wrote, and may replace: its variables in order. Not in what is opened.
-ZARR_MARK = "pounding_risk_variables"
 NETCDF = RLock()  # held by whoever touches it
 ONCE = 1 << 20  # bytes of each variable
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
@@ -43,16 +44,17 @@ def versions() -> dict[str, str]:
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
     """The path of a file that can be written; raises PoundingError before any work is done.
 
-    Its folder must exist and be writable, its suffix be one of ``suffixes``, and it must not be a folder, or for a
-    ``.zarr`` none but a store of this package.
+    Of a symbolic link it is what the link leads to. Its folder must exist and be writable, its suffix be one of
+    ``suffixes``, and it must not be a folder, or for a ``.zarr`` none but a store of this package.
     """
     target = Path(path)
-    folder = target.parent
     if not target.name:
         raise PoundingError(f"{target}: names no file; write one such as results{suffixes[0]}")
     if target.suffix.lower() not in suffixes:
         allowed = " or ".join(suffixes)
         raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")
+    target = led_to(target)
+    folder = target.parent
     if target.suffix.lower() == ".zarr":
         if target.exists() and not is_zarr_of_ours(target):
             raise PoundingError(f"{target}: is there already and no Zarr store of pounding-risk; choose another name")
@@ -78,14 +80,6 @@ def _check_name(target: Path) -> None:
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
-
-
-def is_zarr_of_ours(path: Path) -> bool:
-    """Whether a folder is a Zarr store that this package wrote."""
-    try:
-        return ZARR_MARK in json.loads((path / ".zattrs").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
 
 
 def zarr_store() -> Any:
@@ -118,6 +112,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     target = check_target(path)
     partial = partial_of(target)
     try:
+        discard(partial)
         with NETCDF:
             dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
         move_into_place(partial, target)
@@ -136,7 +131,7 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
     Raises PoundingError where the file is missing or is none of these.
     """
     if not lazy:
-        with NETCDF, _opened(Path(path), None) as dataset:
+        with NETCDF, reading(path), _opened(Path(path), None) as dataset:
             return dataset.load()
     with NETCDF:
         return _opened(Path(path), {})
@@ -164,10 +159,25 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
         )
     if is_zarr:
         return zarr_store().opened(source, chunks)
-    try:
+    with reading(source):
         return xr.open_dataset(source, engine="netcdf4")
-    except (OSError, ValueError) as error:
-        raise PoundingError(f"{source}: is not a readable netCDF file ({error}); run the scan again") from None
+
+
+@contextmanager
+def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
+    """While a dataset is read from disk: what its libraries raise of a damaged one becomes a PoundingError.
+
+    ``kinds`` of errors, all by default: what is damaged in a file may raise anything in the libraries that read it.
+    """
+    try:
+        yield
+    except (PoundingError, MemoryError):
+        raise
+    except kinds as error:
+        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
+        raise PoundingError(
+            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
+        ) from None
 
 
 def told(dataset: xr.Dataset, name: str, default: Any) -> Any:

@@ -201,6 +201,7 @@ class OnDisk(Blockwise):
         self.target = check_target(target, RESULTS)
         self.partial, self._repair = partial_of(self.target), repair
         with self._guarded():
+            discard(self.partial)  # of a process of this number that was killed; of a link only the link
             self._begin()
 
     def _told(self, error: BaseException) -> PoundingError | None:

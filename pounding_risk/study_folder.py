@@ -10,22 +10,24 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk.dates import now
 from pounding_risk.errors import PoundingError
 from pounding_risk.identity import difference, digest
 from pounding_risk.parts import Part, chosen, joined, merged, pieces_of
 from pounding_risk.study_lock import Held, Lock
 from pounding_risk.study_log import write_line
 from pounding_risk.study_parts import PART, Damaged, lines_of, part_name, read_part, write_part
-from pounding_risk.whole_files import FULL, is_partial_of, sync_folder, write_whole
+from pounding_risk.whole_files import FULL, is_partial_of, led_to, limit_words, raised, sync_folder, write_whole
 
 STUDY, PARTS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
+OWN = (STUDY, PARTS, LOG, LOCK)
 FORMAT = "pounding_risk study 1"
 SUFFIX = ".study"
 
@@ -42,12 +44,13 @@ class About(NamedTuple):
 def folder_of(results: str | Path) -> Path:
     """Where the study of a results file is kept: beside it, ``results.study`` for ``results.nc``.
 
-    Raises PoundingError for what names no file, such as "." for this folder.
+    A name that is a symbolic link has the study of the file that it leads to. Raises PoundingError for what names no
+    file, such as "." for this folder.
     """
     path = Path(results)
     if path.name in ("", ".."):
         raise PoundingError(f'"{results}" is a folder; name the results, such as {path / "results.nc"}')
-    return path if path.suffix == SUFFIX else path.with_suffix(SUFFIX)
+    return path if path.suffix == SUFFIX else led_to(path).with_suffix(SUFFIX)
 
 
 def read_study(folder: Path) -> dict[str, Any] | None:
@@ -81,6 +84,7 @@ class StudyFolder:
         self.path, self.about = path, about
         self._lock, self._alone, self._digest = lock, alone, digest
         self.again = "the same command"  # goes on with what is kept
+        self.begun = ""  # when the study was
         self._sound: dict[range, tuple[int, int]] = {}  # lines of the parts that were verified, and size and time
 
     @classmethod
@@ -129,7 +133,8 @@ class StudyFolder:
         """Have the study of this identity in the folder, or refuse."""
         kept = read_study(self.path)
         same = kept is not None and digest(kept["identity"]) == self._digest
-        if same and not new:
+        if kept is not None and same and not new:
+            self.begun = kept["begun"]
             (self.path / PARTS).mkdir(exist_ok=True)
             return
         if not alone:
@@ -147,8 +152,8 @@ class StudyFolder:
         self._write_study(identity)
 
     def _write_study(self, identity: Mapping[str, Any]) -> None:
-        begun = datetime.now(UTC).isoformat(timespec="seconds")
-        facts = {"format": FORMAT, "begun": begun, "digest": self._digest, **self.about._asdict()}
+        self.begun = now()
+        facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about._asdict()}
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
         write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
         (self.path / PARTS).mkdir(exist_ok=True)
@@ -301,6 +306,14 @@ class StudyFolder:
         return f"{_cases(self._files(), self.about.width)} of {self.about.lines * self.about.width} cases"
 
 
+def is_begun(folder: Path, identity: Mapping[str, Any]) -> bool:
+    """Whether a folder keeps parts of the study of this identity; raises PoundingError as `read_study`."""
+    kept = read_study(folder)
+    if kept is None or digest(kept["identity"]) != digest(identity):
+        return False
+    return any(lines_of(entry.name) is not None for entry in _entries(folder / PARTS))
+
+
 def _cases(parts: Iterable[range], width: int) -> int:
     return sum(map(len, merged(parts))) * width
 
@@ -320,11 +333,17 @@ def check_ours(folder: Path) -> None:
         raise PoundingError(
             f"{folder}: is a file; a study is kept in a folder of that name: move it away, or choose another -o"
         )
-    names = {entry.name for entry in _entries(folder)}
+    entries = _entries(folder)
+    names = {entry.name for entry in entries}
+    if links := [entry.name for entry in entries if entry.name in OWN and entry.is_symlink()]:
+        raise PoundingError(
+            f"{folder}: {links[0]} in it is a symbolic link, and a study is kept in files of its own; nothing was "
+            "touched: remove the link, or choose another -o"
+        )
     if STUDY in names:
         read_study(folder)
         return
-    own = {name for name in names if name in (PARTS, LOG, LOCK) or is_partial_of(name, r"study\.json")}
+    own = {name for name in names if name in OWN or is_partial_of(name, r"study\.json")}
     strangers = sorted(names - own)
     # Of a study that was killed as it began there is a lock at least.
     if strangers or (names and LOCK not in names):
@@ -349,6 +368,9 @@ def _held(folder: Path, held: Held) -> PoundingError:
 
 def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
     """What is told where the system refuses to write."""
+    if error.errno == errno.EFBIG:
+        repair = raised(f"{kept}free space and run {again} again")
+        return PoundingError(f"{folder}: cannot be written ({error.strerror}{limit_words()}); {repair}")
     if error.errno in FULL:
         return PoundingError(
             f"{folder}: no space is left there ({error.strerror}); {kept}free space and run {again} again"

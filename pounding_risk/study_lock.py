@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from pounding_risk.whole_files import host
+from pounding_risk.whole_files import OWN_FILE, host
 
 PATIENCE = {False: 1.0, True: 5.0}  # s, of a run alone and of a shard: another shard may be beginning the study
 PAUSE = 0.02  # s
@@ -59,7 +59,7 @@ class Lock:
 
     def __init__(self, path: Path):
         self.path = path
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | OWN_FILE, 0o666)
 
     @property
     def is_open(self) -> bool:
@@ -129,13 +129,13 @@ def holders(path: Path) -> list[Holder]:
 def running(path: Path) -> list[Holder]:
     """Who holds the lock of that file now; nobody where there is no file. Never waits, and keeps nothing."""
     try:
-        handle = os.open(path, os.O_RDWR)
+        handle = os.open(path, os.O_RDWR | OWN_FILE)
     except FileNotFoundError:
         return []
     except OSError as error:
         if error.errno not in READ_ONLY:
             raise
-        handle = os.open(path, os.O_RDONLY)
+        handle = os.open(path, os.O_RDONLY | OWN_FILE)
     try:
         if _locked(handle, exclusive=True):
             return []

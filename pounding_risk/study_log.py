@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pounding_risk.whole_files import host
+from pounding_risk.whole_files import OWN_FILE, host
 
 
 def write_line(path: Path, event: str, **facts: Any) -> None:
@@ -18,7 +18,7 @@ def write_line(path: Path, event: str, **facts: Any) -> None:
     time = datetime.now(UTC).isoformat(timespec="milliseconds")
     line = json.dumps({"time": time, "event": event, "host": host(), "pid": os.getpid(), **facts}, default=str)
     with suppress(OSError):  # what is lost is a line, and not worth a run
-        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o666)
+        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | OWN_FILE, 0o666)
         try:
             size = os.fstat(handle).st_size
             # A process that was killed while it wrote has left half a line.

@@ -72,6 +72,8 @@ def _packed(lines: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> me
 
 def read_part(path: Path, digest: str) -> tuple[range, Part]:
     """The lines and arrays of a part; raises Damaged for whatever is wrong with it, OSError where it cannot be read."""
+    if path.is_symlink():
+        raise Damaged("it is a symbolic link, and no file of the study")
     raw = path.read_bytes()
     try:
         with np.load(io.BytesIO(raw), allow_pickle=False) as archive:

@@ -18,7 +18,8 @@ from pounding_risk.contact_notes import of_results
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import AXES, Form, blocks, form_of, streamed, values_at
 from pounding_risk.recheck_findings import findings
-from pounding_risk.results import stream_results
+from pounding_risk.results import reading, stream_results
+from pounding_risk.scan_check import AXES_OF_CASES, check_scan
 from pounding_risk.selected_axes import with_axes
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
     Raises PoundingError for a file that cannot be read and for what is no scan's dataset.
     """
     if isinstance(results, str | Path):
-        with stream_results(results) as dataset:
+        with stream_results(results) as dataset, reading(results, (OSError, RuntimeError)):
             return _summary(dataset, str(results))
     return _summary(with_axes(results), "the dataset")
 
@@ -67,6 +68,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
         )
     if "rtol" not in dataset.attrs:
         raise PoundingError(f"{whose}: its attributes are lost; name the file that the scan wrote, before any change")
+    check_scan(dataset, whose, names=(*AXES_OF_CASES, "simulated"))
     spreads = _spreads(dataset, form)
     units = {name: str(form.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))

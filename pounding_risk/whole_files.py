@@ -24,6 +24,8 @@ AGAIN = "free space or choose another place"
 PIECE = 1 << 20  # bytes read at a time
 # No space, no quota, or a file larger than the process may write: free space helps, another try does not.
 FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
+# A file aside or in a study's folder is our own: where a symbolic link has its name, what it leads to is not opened.
+OWN_FILE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 NOT_SYNCED = {errno.EINVAL, getattr(errno, "ENOTSUP", errno.EINVAL)}  # file systems that sync no folders
 PARTIAL, OLD = "partial", "old"  # how the names aside of a target end
 
@@ -47,7 +49,7 @@ def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Let ``write`` fill a file that then appears under its name at once; raises OSError and leaves nothing aside."""
     partial = partial_of(path)
     try:
-        with open(partial, "wb") as file:
+        with open(partial, "wb", opener=_open_own) as file:
             write(file)
             file.flush()
             os.fsync(file.fileno())
@@ -55,6 +57,30 @@ def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
         sync_folder(path.parent)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _open_own(name: str, flags: int) -> int:
+    return os.open(name, flags | OWN_FILE, 0o666)
+
+
+def led_to(target: Path) -> Path:
+    """The file that is written under a name: where it is a symbolic link, what it leads to.
+
+    Raises PoundingError for a link that leads to itself, or to a name of another kind.
+    """
+    if not target.is_symlink():
+        return target
+    try:
+        file = target.resolve()
+    except (OSError, RuntimeError):
+        raise PoundingError(f"{target}: is a symbolic link that leads in a circle; remove it") from None
+    if file.is_symlink():
+        raise PoundingError(f"{target}: is a symbolic link that leads in a circle; remove it")
+    if file.suffix.lower() != target.suffix.lower():
+        raise PoundingError(
+            f"{target}: is a symbolic link to {file}, whose name does not end in {target.suffix}; name the file itself"
+        )
+    return file
 
 
 def move_into_place(partial: Path, target: Path) -> None:
@@ -105,11 +131,33 @@ def sweep(target: Path) -> list[Path]:
 
 
 def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> PoundingError:
-    """What to raise where writing failed. The space that is left is told too: netCDF calls a full disk many names."""
+    """What to raise where writing failed.
+
+    A limit on the size of a file and a full disk are told apart where the system does. Of an error of netCDF, which
+    has many names for both, the space that is left and the limit are told.
+    """
     told = getattr(error, "strerror", None) or str(error)
-    if getattr(error, "errno", None) != errno.ENOSPC:
-        told += f", with {shutil.disk_usage(target.parent).free / 1e6:.1f} MB free"
+    number = getattr(error, "errno", None)
+    if number == errno.EFBIG:
+        return PoundingError(f"{target}: cannot be written ({told}{limit_words()}); {raised(repair)}")
+    if number != errno.ENOSPC:
+        told += f", with {shutil.disk_usage(target.parent).free / 1e6:.1f} MB free{limit_words()}"
     return PoundingError(f"{target}: cannot be written ({told}); {repair}")
+
+
+def limit_words() -> str:
+    """How large a file this process may write, as a part of a sentence; "" where there is no limit."""
+    try:
+        import resource
+    except ImportError:
+        return ""
+    most = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+    return "" if most == resource.RLIM_INFINITY else f"; a file of this process may have {most / 1e6:.3g} MB at most"
+
+
+def raised(repair: str) -> str:
+    """A sentence's repair where not space is missing, but a limit is too low."""
+    return repair.replace("free space", "raise the limit (ulimit -f)")
 
 
 def checksum(path: Path) -> str:

@@ -17,9 +17,9 @@ import zarr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import place
-from pounding_risk.results import ZARR_MARK, is_zarr_of_ours
 from pounding_risk.stores import OnDisk
 from pounding_risk.whole_files import discard, move_into_place
+from pounding_risk.zarr_metadata import ZARR_MARK, check_store
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
 
@@ -82,22 +82,31 @@ def _plain(value: Any) -> Any:
 def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
     """A store, lazily: with Dask arrays where ``chunks`` is not None.
 
-    Raises PoundingError where it is none of this package, or pieces of it are missing.
+    Raises PoundingError where it is none of this package, names a codec or a type that could run code (see
+    `zarr_metadata`), or where pieces of it are missing.
     """
-    if not is_zarr_of_ours(path):
-        raise PoundingError(f"{path}: is no Zarr store of pounding-risk; name what scan or convert wrote")
+    check_store(path)
     try:
-        group = zarr.open_consolidated(path, mode="r", zarr_format=2)
-        missing = [
-            f"{name} lacks {array.nchunks - found}"
-            for name, array in group.arrays()
-            if (found := array.nchunks_initialized) < array.nchunks
-        ]
-        dataset = xr.open_zarr(path, chunks=chunks, consolidated=True, zarr_format=2)
-    except (OSError, ValueError, KeyError) as error:
-        raise PoundingError(f"{path}: is not a readable Zarr store ({error}); run the scan again") from None
+        missing = _missing_pieces(path)
+        dataset = _labelled(xr.open_zarr(path, chunks=chunks, consolidated=True, zarr_format=2))
+    except Exception as error:  # what is damaged in a store may raise anything in the libraries that read it
+        raise PoundingError(
+            f"{path}: is not a readable Zarr store ({type(error).__name__}: {error}); run the scan again"
+        ) from None
     if missing:
         raise PoundingError(f"{path}: pieces of it are missing ({'; '.join(missing)}); run the scan again")
+    return dataset
+
+
+def _missing_pieces(path: Path) -> list[str]:
+    """How many pieces of which variables are not there, a few words each."""
+    group = zarr.open_consolidated(path, mode="r", zarr_format=2)
+    counts = {name: array.nchunks - array.nchunks_initialized for name, array in group.arrays()}
+    return [f"{name} lacks {count}" for name, count in counts.items() if count > 0]
+
+
+def _labelled(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset as it was written: its labels in memory, its variables in order, its flags of their own type."""
     for name in dataset.coords:
         dataset.variables[name].load()
     for variable in dataset.variables.values():

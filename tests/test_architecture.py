@@ -35,7 +35,7 @@ HOMES = {
     "matplotlib": r"figures.*",
     "xarray": r"(results|stores|zarr_store|reruns|case_histories|ensemble|history|paper|ladder|effect_costs)\.py|"
     r"(scan|row)_(dataset|history)\.py|comparison\.py",
-    "netCDF4": r"(results|stores)\.py",
+    "netCDF4": r"(results|stores|replacing)\.py",
     "zarr": r"zarr_store\.py",
     "dask": r"zarr_store\.py|dask_executor\.py",
     "distributed": r"dask_executor\.py",
@@ -166,7 +166,7 @@ DRAWN = [
     name
     for name in NAMES
     if re.fullmatch(
-        rf"figures.*|results\.py|whole_files\.py|layout\.py|stores\.py|zarr_store\.py|summaries\.py|recheck_findings\.py|conversion\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}",
+        rf"figures.*|results\.py|whole_files\.py|layout\.py|stores\.py|zarr_store\.py|summaries\.py|scan_check\.py|zarr_metadata\.py|recheck_findings\.py|conversion\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}",
         name,
     )
 ]

@@ -564,6 +564,7 @@ def test_interfaces_are_taken_one_by_one():
     one, other = made_up(lognormal(6)), made_up(lognormal(6, scale=0.1, seed=15))
     both = xr.concat([one.drop_vars("peak_displacement_free"), other.drop_vars("peak_displacement_free")], "interface")
     both = both.drop_dims("building").assign_coords(building=["A", "B", "C"])
+    both = both.assign({name: one[name] for name in ("status", "simulated")})  # of a run, not of an interface
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
     both["peak_displacement_free"] = (("record", "polarity", "building"), np.full((6, 2, 3), 0.03))
     both = both.set_coords(["building_period", "building_damping"])

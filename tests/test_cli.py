@@ -197,7 +197,8 @@ REFUSED = [
     ("scan scene.toml -o folder.nc", "-o: folder.nc: is a folder; name a file in it"),
     (
         "scan taken.toml",
-        "taken.nc exists already; write -o taken.nc to replace it, or another name",
+        "taken.nc exists already; write -o taken.nc to make the same study again, --new to replace it whatever it is, "
+        "or -o and another name",
     ),
     (
         "scan scene.toml -o r.nc --figure map.jpg",
@@ -376,7 +377,7 @@ def test_scan_writes_and_sums_up():
     assert table[4][1].endswith("cases a second with reading and compiling")
     assert ["written", "scene.nc"] in table
     assert table[-1][0].startswith("note: grid.yield_force: no effect on any force: hertz limits none")
-    every = run("scan", "scene.toml", "--no-screening", "-o", "scene.nc", "--set", "solver.rtol=1e-7")
+    every = run("scan", "scene.toml", "--no-screening", "-o", "scene.nc", "--set", "solver.rtol=1e-7", "--new")
     assert rows(every.stdout)[1] == ["simulated", "6"]
     assert json.loads(pounding_risk.open_results("scene.nc").attrs["overrides"]) == ["solver.rtol=1e-7"]
 
@@ -593,14 +594,14 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     code = f"{heard}; from pounding_risk import cli, cli_output; cli_output.EVERY = 0.0; cli.main()"
-    process = start(code, "scan", "scene.toml", "-o", "r.nc", *grid)
+    process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
     assert process.stderr is not None
     said = iter(process.stderr.readline, "")
     assert any(re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", line) for line in said)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert (process.returncode, out) == (130, "")
-    kept = r"\d+ of 19998 cases are kept in r.study; the same command goes on from there"
+    kept = r"\d+ of 19998 cases are kept in r.study; the same command without --new goes on from there"
     assert re.fullmatch(f"pounding-risk: stopped by Ctrl-C; {kept}", err.splitlines()[-1])
     assert "Traceback" not in err
     assert (folder / "r.nc").read_bytes() == b"the results of yesterday"

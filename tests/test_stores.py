@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -24,7 +26,8 @@ from pounding_risk.layout import block_shape, blocks, form_of, values_at
 from pounding_risk.results import check_target, open_results, save
 from pounding_risk.scenario import parse_scene
 from pounding_risk.stores import Memory, Netcdf, store_of
-from pounding_risk.whole_files import checksum, host, partial_of, sweep
+from pounding_risk.study_folder import folder_of
+from pounding_risk.whole_files import checksum, host, not_written, partial_of, sweep
 
 SUFFIXES = (".nc", ".zarr")
 LATER = {"command": "pounding-risk scan é", "parts": 3, "share": 0.5}
@@ -97,6 +100,55 @@ def test_a_netcdf_file_is_as_xarray_writes_it(tmp_path):
             assert str(found.__dict__) == str(variable.__dict__), name
             assert found.filters() == variable.filters(), name
         assert pieces_["count"].chunking() == [3, 2, 2, 5, 3]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_link_is_written_through_and_stays(tmp_path, suffix):
+    """Beside the file that it leads to, so that the file is whole or not there, and the link is never replaced."""
+    form, (far, near) = made_form((2, 1, 1, 1, 2, 1)), (tmp_path / "far", tmp_path / "near")
+    far.mkdir()
+    near.mkdir()
+    link = near / f"results{suffix}"
+    link.symlink_to(far / f"data{suffix}")
+    for _ in range(2):  # new, and in place of an older one
+        write(store_of(form, link), form)
+        assert link.is_symlink() and names(near) == [link.name] and names(far) == [f"data{suffix}"]
+        xr.testing.assert_identical(open_results(link), in_memory(form))
+    assert folder_of(link) == (far / "data.study").resolve()
+    if suffix == ".nc":
+        save(in_memory(form).assign_attrs(title="other"), link)
+        assert link.is_symlink() and open_results(far / "data.nc").attrs["title"] == "other"
+
+
+def test_links_that_lead_nowhere_good_are_refused(tmp_path):
+    (tmp_path / "a.nc").symlink_to(tmp_path / "b.nc")
+    (tmp_path / "b.nc").symlink_to(tmp_path / "a.nc")
+    (tmp_path / "c.nc").symlink_to(tmp_path / "precious.txt")
+    (tmp_path / "d.nc").symlink_to(tmp_path / "no folder" / "d.nc")
+    for name, words in (("a", "leads in a circle"), ("c", "does not end in .nc"), ("d", "does not exist; make it")):
+        with pytest.raises(PoundingError, match=words):
+            check_target(tmp_path / f"{name}.nc")
+
+
+def test_what_a_killed_process_left_as_a_link_is_not_followed(tmp_path):
+    form, victim = made_form((2, 1, 1, 1, 2, 1)), tmp_path / "victim"
+    victim.write_text("precious")
+    for target in (tmp_path / "a.nc", tmp_path / "b.zarr"):
+        partial_of(target).symlink_to(victim)
+        write(store_of(form, target), form)
+    partial_of(tmp_path / "c.nc").symlink_to(victim)
+    save(in_memory(form), tmp_path / "c.nc")
+    assert victim.read_text() == "precious"
+
+
+def test_a_limit_on_a_file_s_size_is_told_as_what_it_is(tmp_path, monkeypatch):
+    """Not as want of space; netCDF gives it a name of its own, beside which the limit is told."""
+    resource = pytest.importorskip("resource")
+    told = not_written(tmp_path / "a.nc", OSError(errno.EFBIG, "File too large"), "free space and try again")
+    assert str(told).endswith("(File too large); raise the limit (ulimit -f) and try again")
+    monkeypatch.setattr(resource, "getrlimit", lambda which: (2_000_000, 2_000_000))
+    told = not_written(tmp_path / "a.nc", RuntimeError("NetCDF: HDF error"), "free space and try again")
+    assert re.search(r"MB free; a file of this process may have 2 MB at most\); free space and try again$", str(told))
 
 
 def test_a_scan_s_dataset_goes_through_every_store(tmp_path):
@@ -352,14 +404,13 @@ def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
-def test_a_link_to_a_store_is_replaced_and_the_store_stays(tmp_path):
+def test_a_link_to_a_store_stays_and_the_store_is_replaced(tmp_path):
     form, real, link = made_form(), tmp_path / "real.zarr", tmp_path / "link.zarr"
     write(store_of(form, real), form)
-    before = checksum(real)
     link.symlink_to(real)
     write(store_of(made_form((2, 1, 1, 1, 2, 2)), link), made_form((2, 1, 1, 1, 2, 2)))
     assert open_results(link).sizes["record"] == 2
-    assert checksum(real) == before
+    assert link.is_symlink() and open_results(real).sizes["record"] == 2
     assert names(tmp_path) == ["link.zarr", "real.zarr"]
 
 
@@ -392,7 +443,7 @@ def test_what_is_no_store_is_told(tmp_path):
     form, target = made_form(), tmp_path / "results.zarr"
     write(store_of(form, target), form)
     (target / ".zmetadata").write_text("{")
-    with pytest.raises(PoundingError, match="not a readable Zarr store"):
+    with pytest.raises(PoundingError, match=r"\.zmetadata: cannot be read as JSON .*; run the scan again"):
         open_results(target)
 
 

@@ -28,6 +28,7 @@ import pounding_risk
 from pounding_risk.errors import PoundingError
 from pounding_risk.parts import chosen, merged, pieces_of
 from pounding_risk.study_folder import About, StudyFolder, folder_of, read_study
+from pounding_risk.study_lock import Lock
 from pounding_risk.study_log import read_lines, write_line
 from pounding_risk.study_parts import Damaged, lines_of, part_name, read_part, write_part
 from pounding_risk.study_status import STOPPED, status
@@ -530,16 +531,65 @@ print(folder.done())
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits on files are of POSIX systems")
-def test_a_limit_on_files_is_told_as_a_full_disk_is(path):
+def test_a_limit_on_files_is_told_as_what_it_is(path):
     """A real refusal of the system in the middle of a write, where no file system can be mounted either."""
     out, err = child(LIMITED, path=str(path)).communicate(timeout=60)
     assert err == ""
     assert out.splitlines() == [
-        f"{path}: no space is left there (File too large); 15 of 300 cases are kept; "
-        "free space and run the same command again",
+        f"{path}: cannot be written (File too large; a file of this process may have 0.02 MB at most); 15 of 300 cases "
+        "are kept; raise the limit (ulimit -f) and run the same command again",
         "[range(0, 5)]",
     ]
     assert not list(path.rglob("*.partial"))
+
+
+@pytest.mark.parametrize("name", ["lock", "log.jsonl", "study.json", "parts"])
+def test_a_link_in_a_study_s_folder_is_not_followed(path, tmp_path, name):
+    """A lock was emptied when it was taken, whatever it led to."""
+    victim = tmp_path / "victim"
+    if name == "parts":
+        victim.mkdir()
+        (victim / part_name(range(0, 5))).write_text("precious")
+    else:
+        victim.write_text("precious")
+    with opened(path) as folder:
+        keep(folder, range(0, 5))
+    target = path / name
+    shutil.rmtree(target) if target.is_dir() else target.unlink()
+    target.symlink_to(victim)
+    for new in (False, True):
+        with pytest.raises(PoundingError, match=f"{name} in it is a symbolic link.*; nothing was touched: remove"):
+            opened(path, new=new)
+    with suppress(PoundingError):  # it may tell what it can, and change nothing
+        status(path)
+    assert target.is_symlink()
+    kept = victim / part_name(range(0, 5)) if name == "parts" else victim
+    assert kept.read_text() == "precious"
+
+
+def test_a_lock_or_log_that_becomes_a_link_is_not_followed(path, tmp_path):
+    """Between the look into the folder and the opening."""
+    victim = tmp_path / "victim"
+    victim.write_text("precious")
+    path.mkdir()
+    for name in ("lock", "log.jsonl"):
+        (path / name).symlink_to(victim)
+    with pytest.raises(OSError):
+        Lock(path / "lock")
+    write_line(path / "log.jsonl", "event")
+    assert victim.read_text() == "precious"
+
+
+def test_a_part_that_is_a_link_is_removed_and_told(path, tmp_path):
+    with opened(path) as folder:
+        keep(folder, range(0, 10))
+    part = path / "parts" / part_name(range(0, 10))
+    victim = part.rename(tmp_path / "victim.npz")
+    part.symlink_to(victim)
+    with opened(path) as folder:
+        assert folder.done() == []
+    assert not part.is_symlink() and victim.stat().st_size > 0
+    assert "it is a symbolic link" in (path / "log.jsonl").read_text()
 
 
 def test_a_study_of_another_version_is_left_as_it_is(path):

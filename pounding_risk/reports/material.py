@@ -17,6 +17,7 @@ from pounding_risk.own_case import scene_force, scene_model
 from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results import open_results, told
 from pounding_risk.row_findings import RowCase, row_case
+from pounding_risk.scan_check import AXES_OF_CASES, check_scan
 from pounding_risk.selected_axes import with_axes
 from pounding_risk.separations import code_table
 from pounding_risk.whole_files import checksum
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
+USED = ("building", "period", "record_pga", "peak_displacement_free")
 # A variable that only the dataset of this command has.
 KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips"}
 
@@ -147,6 +149,12 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
         raise PoundingError(
             f"{whose}: has no {', '.join(late)}: it was written by an older version; run the scan again"
         )
+    check_scan(
+        dataset,
+        whose,
+        names=(*AXES_OF_CASES, *USED),
+        attrs=("records", "processing", "versions", "rtol", "scene", "restitution"),
+    )
 
 
 def kind_of(dataset: xr.Dataset) -> str:

@@ -1,0 +1,168 @@
+"""What a Zarr store says of itself, read as plain JSON and checked before a library opens it.
+
+A store names the codecs that its pieces pass through and the types of its values, and some of them run whatever code
+the store holds: a value of type object is a pickle. Only what `zarr_store` writes, and what other versions of the
+library write in its place, is let through.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+from collections.abc import Iterator
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from pounding_risk.errors import PoundingError
+
+# Attribute of a store that this package wrote, and may replace: its variables in order. Not in what is opened.
+ZARR_MARK = "pounding_risk_variables"
+CONSOLIDATED = ".zmetadata"
+COMPRESSORS = ("blosc", "zstd", "zlib", "gzip", "lz4")  # they turn bytes into bytes, and nothing else
+DTYPE = re.compile(r"[<>|][biuf][1248]|[<>]U[1-9]\d{0,4}")  # numbers, flags, and texts of a fixed width
+TEXT_FILTER = "vlen-utf8"  # through which Zarr 3.0 writes texts, as their UTF-8; 3.1 writes them without
+NAME = re.compile(r"[^./\\][^/\\]*")  # of a variable: one folder below the store's
+AXES_OF = "_ARRAY_DIMENSIONS"  # attribute in which a variable's dimensions stand
+LARGEST = 1 << 31  # bytes of a piece: what Blosc, which wrote it, can hold
+SOURCE = "a store of another origin, or one that was changed; it was not opened. Take what scan or convert wrote"
+
+
+def is_zarr_of_ours(path: Path) -> bool:
+    """Whether a folder is a Zarr store that this package wrote."""
+    try:
+        attrs = json.loads((path / ".zattrs").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(attrs, dict) and ZARR_MARK in attrs
+
+
+def check_store(path: Path) -> None:
+    """Check everything that a store's metadata could make a library do; no piece of it is read.
+
+    Parameters
+    ----------
+    path
+        Folder of the store.
+
+    Raises
+    ------
+    PoundingError
+        Where the folder holds anything but plain files in one folder a variable, where metadata cannot be read, and
+        where they name a codec or a type that this package does not write; the sentence names the variable.
+    """
+    if not is_zarr_of_ours(path):
+        raise PoundingError(f"{path}: is no Zarr store of pounding-risk; name what scan or convert wrote")
+    _check_files(path)
+    documents = _consolidated(path)
+    for name, document in documents.items():
+        _check_document(path, name, document)
+    for file in sorted(path.glob("*/.zarray")):
+        _check_document(path, f"{file.parent.name}/.zarray", _json(file))
+    _check_names(path, documents)
+
+
+def _check_files(path: Path) -> None:
+    """Refuse links, devices, and folders in folders: a store's pieces are plain files."""
+    for folder, entries in _entries(path):
+        for entry in entries:
+            mode = entry.stat(follow_symlinks=False).st_mode
+            if stat.S_ISREG(mode) or (folder == path and stat.S_ISDIR(mode)):
+                continue
+            kind = "a symbolic link" if stat.S_ISLNK(mode) else "a folder" if stat.S_ISDIR(mode) else "no plain file"
+            raise PoundingError(f"{path}: {Path(entry.path).relative_to(path)} is {kind}: {SOURCE}")
+    for file in (path / "zarr.json", *path.glob("*/zarr.json")):
+        if file.exists():
+            raise PoundingError(f"{path}: {file.relative_to(path)} is of Zarr's third format: {SOURCE}")
+
+
+def _entries(path: Path) -> Iterator[tuple[Path, list[os.DirEntry[str]]]]:
+    """What the store's folder and each folder directly in it hold."""
+    try:
+        top = list(os.scandir(path))
+        yield path, top
+        for entry in top:
+            yield Path(entry.path), list(os.scandir(entry.path)) if entry.is_dir(follow_symlinks=False) else []
+    except OSError as error:
+        raise PoundingError(f"{error.filename or path}: cannot be read ({error.strerror}); check its rights") from None
+
+
+def _json(file: Path) -> Any:
+    """A metadata file; raises PoundingError where it cannot be read."""
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise PoundingError(f"{file}: is missing: the store is not whole; run the scan again") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise PoundingError(f"{file}: cannot be read as JSON ({error}); run the scan again") from None
+
+
+def _consolidated(path: Path) -> dict[str, dict[str, Any]]:
+    """The metadata of all variables that stand in one file, from which the library reads them."""
+    found = _json(path / CONSOLIDATED)
+    documents = found.get("metadata") if isinstance(found, dict) else None
+    if not isinstance(documents, dict) or not all(isinstance(document, dict) for document in documents.values()):
+        raise PoundingError(f"{path / CONSOLIDATED}: holds no table of metadata; run the scan again")
+    return documents
+
+
+def _check_document(path: Path, name: str, document: Any) -> None:
+    """Check one entry, such as "impact_count/.zarray"."""
+    variable, _, kind = name.rpartition("/")
+    if kind not in (".zgroup", ".zattrs", ".zarray") or (variable and not NAME.fullmatch(variable)):
+        raise PoundingError(f"{path}: its metadata hold {name!r}, which is no entry of such a store: {SOURCE}")
+    if kind == ".zarray":
+        fault = _array_fault(document)
+        if fault:
+            raise PoundingError(f"{path}: the variable {variable}: {fault}: {SOURCE}")
+    if kind == ".zattrs" and variable:
+        dims = document.get(AXES_OF)
+        if not isinstance(dims, list) or not all(isinstance(dim, str) for dim in dims):
+            raise PoundingError(f"{path}: the variable {variable} names no dimensions; run the scan again")
+
+
+def _array_fault(document: Any) -> str:
+    """What is wrong with a variable's metadata; "" where nothing is."""
+    if not isinstance(document, dict):
+        return "its metadata are no table"
+    dtype, compressor, filters = (document.get(key) for key in ("dtype", "compressor", "filters"))
+    if not isinstance(dtype, str) or not DTYPE.fullmatch(dtype):
+        return f"values of type {dtype!r} can hold code; allowed are numbers and texts of a fixed width"
+    listed = filters if isinstance(filters, list) else [filters] if filters else []
+    if unknown := [_codec(told) for told in listed if not ("U" in dtype and _codec(told) == TEXT_FILTER)]:
+        return f"the filter {unknown[0]} is not allowed; {f'{TEXT_FILTER} is' if 'U' in dtype else 'none is'}"
+    if compressor is not None and _codec(compressor) not in COMPRESSORS:
+        return f"the codec {_codec(compressor)} is not allowed; one of {', '.join(COMPRESSORS)} is"
+    shape, chunks = document.get("shape", []), document.get("chunks", [])
+    if not (_sizes(shape, 0) and _sizes(chunks, 1)) or len(shape) != len(chunks):
+        return f"its shape {shape!r} and the shape of its pieces {chunks!r} are not those of an array"
+    size = prod(chunks) * int(dtype[2:]) * (4 if "U" in dtype else 1)
+    if size > LARGEST:
+        return f"a piece would hold {size:.3g} bytes, more than the {LARGEST:.3g} that one can"
+    return ""
+
+
+def _codec(told: Any) -> str:
+    """The name of a codec, shortened where it is no name."""
+    name = told.get("id") if isinstance(told, dict) else told
+    return name if isinstance(name, str) and len(name) < 40 else repr(name)[:40]
+
+
+def _sizes(told: Any, least: int) -> bool:
+    return isinstance(told, list) and all(type(size) is int and size >= least for size in told)
+
+
+def _check_names(path: Path, documents: dict[str, dict[str, Any]]) -> None:
+    """The variables of the metadata are those that the store was marked with when it was written."""
+    marked = documents.get(".zattrs", {}).get(ZARR_MARK)
+    there = {name.rpartition("/")[0] for name in documents if name.endswith("/.zarray")}
+    if not isinstance(marked, list) or not all(isinstance(name, str) for name in marked):
+        raise PoundingError(f"{path}: the attribute {ZARR_MARK} is no list of names; run the scan again")
+    if missing := sorted(set(marked) - there):
+        raise PoundingError(f"{path}: the variables {', '.join(missing)} are missing; run the scan again")
+    if strange := sorted(there - set(marked)):
+        raise PoundingError(f"{path}: the variables {', '.join(strange)} were added to it: {SOURCE}")
+    if unnamed := sorted(name for name in there if f"{name}/.zattrs" not in documents):
+        raise PoundingError(f"{path}: the variables {', '.join(unnamed)} name no dimensions; run the scan again")
