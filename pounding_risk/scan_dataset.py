@@ -118,8 +118,8 @@ def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
         [motion.acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
     ).pseudo_acceleration
     words = (
-        "pseudo-spectral acceleration of the record after processing and its own scaling, before the amplitude of the "
-        "grid; damping 5 %"
+        "pseudo-spectral acceleration of the record after processing and scaling by the scene, before the amplitude "
+        "of the grid; damping 5 %"
     )
     return {"record_spectral_acceleration": (("record", "period"), spectra, described("m/s2", words))}
 
@@ -161,7 +161,7 @@ def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
         "magnitude": ("magnitude", described("1", "magnitude of the earthquake that the record is of")),
         "distance": (
             "distance_km",
-            described("km", "distance of the record's station from the earthquake, of the kind that its source states"),
+            described("km", "distance of the station from the earthquake, of the kind that the catalogue states"),
         ),
         "vs30": ("vs30", described("m/s", "mean shear-wave velocity of the upper 30 m under the record's station")),
     }
@@ -184,8 +184,10 @@ def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
     peaks = np.array([motion.pga for motion in motions])
     factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
     felt = np.where(np.isnan(pgas), peaks[:, None], pgas)
-    before = "peak acceleration of the record after processing and its own scaling, before the amplitude of the grid"
-    factor = "what the processed record was multiplied by, its own scaling and the amplitude of the grid together"
+    before = (
+        "peak acceleration of the record after processing and scaling by the scene, before the amplitude of the grid"
+    )
+    factor = "factor on the processed record, of scaling by the scene and by the amplitude of the grid together"
     return {
         "record_pga": ("record", peaks, described("m/s2", before)),
         "record_pga_felt": (
