@@ -1,4 +1,4 @@
-"""Defaults of effects are told wherever an option is: in the keys, in `models`, in `validate`, in the resolved scene."""
+"""Defaults of effects are told wherever an option is: in the keys, `models`, `validate` and the resolved scene."""
 
 from __future__ import annotations
 

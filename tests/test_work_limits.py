@@ -218,10 +218,10 @@ def test_outlines_are_judged_as_wall_by_wall():
 def test_the_distance_between_outlines_of_many_corners():
     """Two circles of radius 1 m: their centres' distance less two radii, to the sagitta of a side, 1 - cos(pi / n)."""
     count = 1500
-    left, right = Footprint((ring(count),)), Footprint((ring(count) + (2.5, 0.0),))
+    left, right = Footprint((ring(count),)), Footprint((ring(count) + np.array((2.5, 0.0)),))
     sagitta = 1.0 - cos(pi / count)
     assert clear_distance(left, right) == pytest.approx(0.5, abs=2.0 * sagitta)
-    above = Footprint((ring(count) + (2.5, 0.8),))
+    above = Footprint((ring(count) + np.array((2.5, 0.8)),))
     # At v the walls are cos(asin(v)) from their centres; nearest where both are as far: v = 0.4.
     exact = 2.5 - 2.0 * (1.0 - 0.4**2) ** 0.5
     # The chords lie within, by a sagitta across their direction, that is cos(asin 0.4) along u.

@@ -108,7 +108,7 @@ def _caveats(material: Material) -> list[str]:
     if material.facts("left_out", []):
         told.append("Some files that the scene names were left out; they stand with the records.")
     if material.facts("unused_keys", []):
-        told.append("Some keys of the scene have no effect in it; they stand with the records.")
+        told.append("Some keys of the scene have no effect in it; they are listed with the scene.")
     if any(not each.row.verified for pair in material.pairs for each in pair.codes.rules):
         told.append("Some rules of codes are marked as not verified: their clauses were not read; see there.")
     return told
