@@ -415,7 +415,7 @@ def test_options_out_of_range_are_refused(dataset):
         ({"confidence": 1.0}, "confidence is 1; it lies between 0 and 1"),
         ({"target": 0.0}, "target is 0;"),
         ({"percentile": 100.0}, "percentile is 100; it lies between 0 and 100"),
-        ({"gap": -0.01}, "gap is -0.01 m"),
+        ({"gap": -0.01}, "gap: -0.01 is out of range"),
         ({"pga": 2.0}, "which has 0.1 g, 0.3 g"),
     ):
         with pytest.raises(PoundingError, match=words):
