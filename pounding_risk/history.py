@@ -43,6 +43,7 @@ from pounding_risk.scene_laws import law_of
 from pounding_risk.scene_text import nearest
 from pounding_risk.study import Study, as_study
 from pounding_risk.unused_keys import unused_keys
+from pounding_risk.work_limits import check_memory
 
 Array = NDArray[np.float64]
 ROWS = 4096  # to begin with; a log that overflows is made again with the room it asked for
@@ -91,6 +92,7 @@ def simulate(
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
+    check_memory(study, (motions[name],))
     motion = driven(motions[name], sense, pga if pga is not None else study.grid.pgas[0])
     keys = unused_keys(study)
     unused = {"unused_keys": as_text(keys)} if keys else {}

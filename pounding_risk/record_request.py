@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -166,11 +167,10 @@ def matching(folder: Path, pattern: str) -> list[Path]:
 
 def _check_width(folder: Path, pattern: str) -> None:
     """Refuse a recursive pattern that would walk through more than a folder of records: raises RecordError."""
-    above, recursive, _ = pattern.partition("**")
-    if not recursive:
+    if "**" not in pattern:
         return
-    base = folder / above.rpartition("/")[0] if not above.startswith("/") else Path(above.rpartition("/")[0] or "/")
-    count = 0
+    above = re.split(r"[*?\[]", pattern, maxsplit=1)[0].rpartition("/")  # up to the last folder without a wildcard
+    base, count = folder / (above[0] + above[1]), 0
     for _, folders, files in os.walk(base):
         count += len(folders) + len(files)
         if count > MOST_ENTRIES:

@@ -589,7 +589,7 @@ def test_options_out_of_range_are_refused(dataset):
         ({"target": 0.0}, "target: 0.0 is 0 %"),
         ({"target": 0.99}, "target: 0.99 is 99 %; it must lie between 0 % and 50 %"),
         ({"percentile": 100.0}, "percentile: 100.0 is 100 %; it must lie between 50 % and 100 %"),
-        ({"gap": -0.01}, "gap is -0.01 m"),
+        ({"gap": -0.01}, "gap: -0.01 is out of range"),
         ({"pga": 2.0}, "which has 0.1 g, 0.3 g"),
     ):
         with pytest.raises(PoundingError, match=words):

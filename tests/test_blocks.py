@@ -627,9 +627,9 @@ def test_a_file_that_is_no_table_is_told(folder, name):
 @pytest.mark.parametrize(
     ("rules", "told"),
     [
-        ({"limit": 0.0}, "rules, limit: 0.0 is out of range; a gap that parts rows must be greater than 0 m"),
+        ({"limit": 0.0}, "rules, limit: 0 is out of range: a gap that parts rows must be greater than 0 m"),
         ({"typology": "brick"}, '"brick" is not a typology'),
-        ({"axis": 400.0}, "rules, axis: 400.0 is out of range"),
+        ({"axis": 400.0}, "rules, axis: 400 is out of range"),
     ],
 )
 def test_rules_out_of_range_are_refused(rules, told):

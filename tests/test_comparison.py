@@ -341,7 +341,7 @@ def test_the_baseline_joins_the_laws_and_the_reference_stays(study):
         ({"baseline": "jankowsky"}, 'compare: the baseline "jankowsky" is not a contact model (did you mean'),
         ({"laws": ["hertz", "hetrz"]}, '"hetrz" is not a contact model (did you mean "hertz"?)'),
         ({"laws": ["jankowski"]}, "compare: jankowski alone is no comparison; name another law, or none to run them"),
-        ({"speed": 0.0}, "compare: speed is 0; an approach speed must be greater than 0 m/s"),
+        ({"speed": 0.0}, "compare: speed: 0 is out of range: an approach speed must be greater than 0 m/s"),
         ({"same": "force"}, 'compare: same is "force"; it may be "peak force" or "penetration"'),
     ],
 )

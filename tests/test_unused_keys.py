@@ -18,6 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.history import simulate
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.plan import validate
+from pounding_risk.reports import report
 from pounding_risk.results import told
 from pounding_risk.scenario import parse_scene, study_from
 from pounding_risk.scene_words import KEYS
@@ -308,3 +309,12 @@ def test_nothing_is_told_of_what_was_not_written():
     assert unused_keys(parse_scene(ROW, "scene.toml")) == ()
     resolved = parse_scene(ROW, "scene.toml").resolved()
     assert unused_keys(study_from(resolved)) == ()
+
+
+def test_the_report_lists_them_with_the_scene(tmp_path):
+    study = parse_scene(PAIR, "scene.toml", [HERTZ])
+    page = report(scan(study, check_fraction=0.0), tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Keys of the scene without effect" in page
+    assert "interface.restitution: no effect: hertz takes no restitution." in page
+    plain = report(scan(parse_scene(PAIR, "scene.toml"), check_fraction=0.0), tmp_path / "other.html")
+    assert "without effect" not in plain.read_text(encoding="utf-8")

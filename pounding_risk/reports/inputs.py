@@ -182,6 +182,9 @@ def records(material: Material) -> list[Block]:
         ),
         _records_table(material),
     ]
+    unused = material.facts("unused_keys", [])
+    if unused:
+        blocks += [heading("Keys of the scene without effect", "unused"), listing([f"{each}." for each in unused])]
     doubts = _doubts(material)
     if doubts:
         blocks += [heading("Doubts about the records", "doubts"), listing(doubts)]
@@ -287,5 +290,4 @@ def _doubts(material: Material) -> list[str]:
     for sentence, who in sharing.items():
         named = ", ".join(who) if len(who) <= SHARING else f"{who[0]} and {len(who) - 1} others"
         told.append(f"{named}: {sentence}.")
-    told += [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]
-    return told + [f"Key of the scene without effect: {sentence}." for sentence in material.facts("unused_keys", [])]
+    return told + [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]

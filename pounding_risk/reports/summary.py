@@ -120,7 +120,7 @@ def _caveats(material: Material) -> list[str]:
     if material.facts("left_out", []):
         told.append("Some files that the scene names were left out; they stand with the records.")
     if material.facts("unused_keys", []):
-        told.append("Some keys of the scene have no effect in it; they stand with the records.")
+        told.append("Some keys of the scene have no effect in it; they are listed with the scene.")
     rules = [each.row for pair in material.pairs for each in pair.codes.rules]
     if any(row.verification in (MEMORY, QUOTED) for row in rules):
         told.append("Some rules of codes are quoted by others or from memory: their clauses were not read; see there.")
