@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from oracle_laws import WALL, Law, Oscillator, Phase, Scene
 from oracle_rows_motion import Motion
-from scipy.integrate import Radau
 
 POINT_SUMS = ("impact_count", "contact_time", "impulse", "energy_viscous", "yielding_contacts")
 
@@ -262,12 +261,6 @@ class Row(Motion):
         loose = np.where(self.side == 0.0, d - self.slip, self.side * self._elastic_limit())
         strain = (self.spring - self.loose) * d**2 + self.loose * loose**2
         return 0.5 * float(self.mass @ self.v**2 + strain.sum())
-
-
-class StiffRow(Row):
-    """The same equations and events by SciPy's Radau, implicit and of order 5: for overdamped contacts."""
-
-    method = Radau
 
 
 def integrate(

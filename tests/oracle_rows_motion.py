@@ -27,7 +27,6 @@ def crossing(level: Callable[[float], float], lo: float, hi: float) -> float:
 class Motion:
     """State: u and v of every dof, work and impulse of every contact, energy put in and damped."""
 
-    method: type[DOP853 | Radau] = DOP853  # SciPy's, for every step
     contacts: list[Any]
     loose: np.ndarray
     slip: np.ndarray
@@ -88,7 +87,7 @@ class Motion:
             return self.pass_time(duration)
         rhs = self.equations((ground[0] - ground[1] * begun, ground[1]), power)
         more = {"first_step": min(self.step, stop - start)} if power == 1 and self.step > 0.0 else {}
-        solver = self.method(rhs, start, self.state, stop, rtol=self.rtol, atol=self.absolute, **more)
+        solver = self.solver(rhs, start, self.state, stop, **more)
         watches, levels = self.watched()
         while solver.status == "running":
             message = solver.step()
@@ -106,6 +105,12 @@ class Motion:
                 self.step = solver.step_size
         self.state = solver.y
         return self.pass_time(duration)
+
+    def solver(
+        self, rhs: Callable[..., np.ndarray], start: float, state: np.ndarray, stop: float, **more: Any
+    ) -> DOP853 | Radau:
+        """The integrator of one piece."""
+        return DOP853(rhs, start, state, stop, rtol=self.rtol, atol=self.absolute, **more)
 
     def pass_time(self, duration: float) -> float:
         self.clock += duration
@@ -247,7 +252,7 @@ class Motion:
         for _ in range(3):
             if event <= old:
                 return old, begun
-            short = self.method(rhs, old, begun, event, rtol=self.rtol, atol=self.absolute, first_step=event - old)
+            short = self.solver(rhs, old, begun, event, first_step=event - old)
             while short.status == "running":
                 short.step()
             state = short.y
