@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from oracle_contact import near_tops
 from oracle_flight import CONFIRMED
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, Radau
 from scipy.optimize import brentq, minimize_scalar
 
 PLACES = np.linspace(0.0, 1.0, 9)  # of a step, where events and peaks are looked for
@@ -87,7 +87,7 @@ class Motion:
             return self.pass_time(duration)
         rhs = self.equations((ground[0] - ground[1] * begun, ground[1]), power)
         more = {"first_step": min(self.step, stop - start)} if power == 1 and self.step > 0.0 else {}
-        solver = DOP853(rhs, start, self.state, stop, rtol=self.rtol, atol=self.absolute, **more)
+        solver = self.solver(rhs, start, self.state, stop, **more)
         watches, levels = self.watched()
         while solver.status == "running":
             message = solver.step()
@@ -105,6 +105,12 @@ class Motion:
                 self.step = solver.step_size
         self.state = solver.y
         return self.pass_time(duration)
+
+    def solver(
+        self, rhs: Callable[..., np.ndarray], start: float, state: np.ndarray, stop: float, **more: Any
+    ) -> DOP853 | Radau:
+        """The integrator of one piece."""
+        return DOP853(rhs, start, state, stop, rtol=self.rtol, atol=self.absolute, **more)
 
     def pass_time(self, duration: float) -> float:
         self.clock += duration
@@ -194,7 +200,7 @@ class Motion:
         return np.array([law.force(d, s, phase) for d, s in zip(depths, speeds, strict=True)])
 
     def walk(
-        self, solver: DOP853, rhs: Callable[..., np.ndarray], watches: list[tuple[str, int]], levels: Dense
+        self, solver: DOP853 | Radau, rhs: Callable[..., np.ndarray], watches: list[tuple[str, int]], levels: Dense
     ) -> tuple[float, list[tuple[str, int]]] | None:
         """Peaks inside the last step; (where, which) of the events that end it, with the state there, or None."""
         dense, old, new = solver.dense_output(), solver.t_old, solver.t
@@ -246,7 +252,7 @@ class Motion:
         for _ in range(3):
             if event <= old:
                 return old, begun
-            short = DOP853(rhs, old, begun, event, rtol=self.rtol, atol=self.absolute, first_step=event - old)
+            short = self.solver(rhs, old, begun, event, first_step=event - old)
             while short.status == "running":
                 short.step()
             state = short.y

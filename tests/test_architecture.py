@@ -50,7 +50,7 @@ KERNELS = {f"pounding_risk.{name.removesuffix('.py').replace('/', '.')}" for nam
 BELOW_KERNELS = {f"pounding_risk.{name}" for name in ("_jit", "_calls", "quantities")}
 BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
 ALSO = {
-    "models/tableau.py": {"numpy", "dataclasses"},  # a table is arrays
+    "models/tableau.py": {"numpy", "dataclasses", "fractions"},  # a table is arrays, made of exact numbers
     "models/contact.py": {"pounding_risk.models.memory"},
     # An effect wraps a law, and refuses numbers of a scene in words.
     "models/effects.py": {"collections.abc", "pounding_risk.errors"}

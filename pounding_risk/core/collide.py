@@ -18,8 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit import kernel, small
-from pounding_risk.core.series import END, STAGES, STATE
+from pounding_risk._jit import kernel, part, small
+from pounding_risk.core.series import END, STAGES, STATE, TALLY
+from pounding_risk.core.tally import WORKED
 from pounding_risk.models.structures import Oscillator
 from pounding_risk.models.tableau import DOP853, DORMAND_PRINCE
 
@@ -167,8 +168,8 @@ def trial_state(table, h, desk):
     return u + h * a, w + h * b, v + h * c, z + h * d
 
 
-@kernel
-def attempt(impact, phase, s, h, desk):
+@part
+def explicit_attempt(impact, phase, s, h, desk):
     """One step of the tableau from row STATE, whose slopes are in row STAGES, to row END; returns its error.
 
     The error is that of the embedded pair (for DOP853, Hairer's 8(5,3)), in units of the contact's scales of
@@ -177,6 +178,7 @@ def attempt(impact, phase, s, h, desk):
     fast again.
     """
     k = STAGES
+    desk[TALLY, WORKED] += desk[FINAL, COUNTED]
     for stage in range(1, int(desk[FINAL, COUNTED])):
         trial = trial_state(TABLE + stage, h, desk)
         slopes(impact, phase, s + desk[TABLE + stage, NODE] * h, trial, desk, k + stage)
@@ -194,8 +196,8 @@ def attempt(impact, phase, s, h, desk):
         impulse += weight * desk[row, 5]
         power += weight * desk[row, 6]
         place += 4
-    for part, change in enumerate((a, b, c, d, work, impulse, power)):
-        desk[END, part] = desk[STATE, part] + h * change
+    for column, change in enumerate((a, b, c, d, work, impulse, power)):
+        desk[END, column] = desk[STATE, column] + h * change
     if desk[FINAL, END_WEIGHT] != 0.0:
         finish(impact, phase, s + h, desk)
         weight = desk[FINAL, END_WEIGHT]
@@ -215,8 +217,8 @@ def finish(impact, phase, s, desk):
     slopes(impact, phase, s, state_of(desk, END), desk, LAST)
 
 
-@kernel
-def spread(impact, phase, span, desk):
+@part
+def explicit_spread(impact, phase, span, desk):
     """The polynomial between both ends of the step just made, ``span`` = (s, h); rows END and LAST are its end's.
 
     With x from 0 to 1: y = y0 + x (P0 + (1−x) (P1 + x (P2 + (1−x) (P3 + ...)))), Hairer's continuous extension.
@@ -225,11 +227,11 @@ def spread(impact, phase, span, desk):
     for late in range(int(desk[FINAL, LATES])):
         trial = trial_state(LATE + late, h, desk)
         slopes(impact, phase, s + desk[LATE + late, NODE] * h, trial, desk, LAST + 1 + late)
-    for part in range(4):
-        change = desk[END, part] - desk[STATE, part]
-        desk[POLYNOMIAL, part] = change
-        desk[POLYNOMIAL + 1, part] = h * desk[STAGES, part] - change
-        desk[POLYNOMIAL + 2, part] = 2.0 * change - h * (desk[STAGES, part] + desk[LAST, part])
+    for column in range(4):
+        change = desk[END, column] - desk[STATE, column]
+        desk[POLYNOMIAL, column] = change
+        desk[POLYNOMIAL + 1, column] = h * desk[STAGES, column] - change
+        desk[POLYNOMIAL + 2, column] = 2.0 * change - h * (desk[STAGES, column] + desk[LAST, column])
     for row in range(TERMS - 3):
         a, b, c, d = 0.0, 0.0, 0.0, 0.0
         place = 0
@@ -238,8 +240,8 @@ def spread(impact, phase, span, desk):
             u, w, v, z = state_of(desk, STAGES + int(desk[BETWEEN + row, place]))
             a, b, c, d = a + weight * u, b + weight * w, c + weight * v, d + weight * z
             place += 2
-        for part, value in enumerate((a, b, c, d)):
-            desk[POLYNOMIAL + 3 + row, part] = h * value
+        for column, value in enumerate((a, b, c, d)):
+            desk[POLYNOMIAL + 3 + row, column] = h * value
 
 
 @small

@@ -18,14 +18,13 @@ from pounding_risk.core.collide import (
     SLACK,
     YIELDING,
     Phase,
-    attempt,
     finish,
     next_step,
-    spread,
 )
 from pounding_risk.core.peaks import crest, hides_crest
 from pounding_risk.core.readings import BEGIN_ROWS, END_ROWS, FORCE, PEEK_ROWS, peek, read_end
 from pounding_risk.core.series import END
+from pounding_risk.core.step import attempt, spread
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
 MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a crest is told apart from it
@@ -190,7 +189,7 @@ def land(kind, place, impact, phase, span, rtol, desk):
     # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
-        attempt(impact, phase, s, length, desk)
+        attempt(impact, phase, s, length, rtol, desk)
         finish(impact, phase, s + length, desk)
         read_end(impact, phase, (s + length, h), desk, END_ROWS)
         value, slope = margin_at(kind, impact, phase, desk, END_ROWS)
@@ -257,7 +256,7 @@ def take_step(impact, phase, span, rtol, desk):
             h = left
         elif 2.0 * h > left:
             h = 0.5 * left
-        error = attempt(impact, phase, s, h, desk)
+        error = attempt(impact, phase, s, h, rtol, desk)
         attempts += 1
         if error <= SHARE * rtol:
             break

@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit import kernel, small
-from pounding_risk.core.collide import PEEKED, PEEKED_RISE, spread
+from pounding_risk.core.collide import PEEKED, PEEKED_RISE
 from pounding_risk.core.flight import SIGNALS
 from pounding_risk.core.readings import FORCE, peek
 from pounding_risk.core.series import HERE, HERE_SLOPE, HIGH, LOW, NEXT, NEXT_SLOPE, TALLY
+from pounding_risk.core.step import spread
 from pounding_risk.core.tally import LOWEST_FORCE
 
 

@@ -15,7 +15,6 @@ from pounding_risk.core.collide import (
     begin,
     energy_of,
     slopes,
-    spread,
     state_of,
     transmitted,
 )
@@ -30,6 +29,7 @@ from pounding_risk.core.events import (
     take_step,
 )
 from pounding_risk.core.flight import SIGNALS
+from pounding_risk.core.implicit import choose_method
 from pounding_risk.core.peaks import watch_step
 from pounding_risk.core.readings import FORCE
 from pounding_risk.core.series import (
@@ -43,6 +43,7 @@ from pounding_risk.core.series import (
     STATE,
     TALLY,
 )
+from pounding_risk.core.step import spread
 from pounding_risk.core.tally import (
     APPROACH,
     AT_END,
@@ -55,6 +56,7 @@ from pounding_risk.core.tally import (
     FIRST_TOUCH,
     FIRST_YIELD,
     HELD,
+    IMPLICIT,
     IMPULSE,
     MAX_STEPS,
     NOT_FINITE,
@@ -66,6 +68,9 @@ from pounding_risk.core.tally import (
     STEPS,
     UNDERFLOW,
     VISCOUS,
+    WORK_A_SECOND,
+    WORK_AT_LEAST,
+    WORKED,
     WORN,
     YIELDS,
 )
@@ -192,8 +197,11 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
     phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, desk, STAGES)
     write_step(log, touched, transmitted(impact, phase, state), ground.apart(right, state, 0.0), desk)
+    desk[TALLY, IMPLICIT], unsettled = 0.0, True
     finish = EXHAUSTED
     while desk[TALLY, STEPS] < MAX_STEPS:
+        if desk[TALLY, WORKED] > WORK_AT_LEAST + WORK_A_SECOND * (touched + s * s * s * s):
+            break
         left = sqrt(sqrt(max(since + free.passage.width(free.step, node), 0.0))) - s
         if left <= 1e-13 * s:
             node += 1
@@ -205,8 +213,12 @@ def pound(pair, free, law, limits, rtol, start, state, desk, log):
             phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, desk, STAGES)
             continue
+        if unsettled:
+            choose_method(impact, phase, s, min(h, left), desk)
         moved, event, h, attempts = take_step(impact, phase, (s, h, left, known), rtol, desk)
         desk[TALLY, STEPS] += attempts
+        # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
+        unsettled = attempts > 1 or event != NONE or desk[TALLY, IMPLICIT] > 0.0
         if moved <= 0.0 and event == NONE:
             finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
             break

@@ -1,8 +1,9 @@
-"""The explicit Runge-Kutta methods of the contact phase, as tables that check themselves."""
+"""The Runge-Kutta methods of the contact phase, as tables that check themselves: explicit ones and an implicit one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 import numpy as np
 
@@ -291,5 +292,81 @@ DORMAND_PRINCE = Tableau(
             5: -1453857185 / 822651844,
             6: 69997945 / 29380423,
         },
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Collocation:
+    """An implicit Runge-Kutta method whose steps are polynomials: their slopes are right at every node.
+
+    Its arrays follow from the nodes, exactly up to the last rounding. ``a`` (stages, stages) are the stage
+    coefficients, whose last row is also the weights: the last node is the end of the step. ``start`` (stages) is the
+    slope at the beginning of the step that the slopes at the nodes imply. ``terms`` (stages, stages) makes, of the
+    changes up to every node, the P of y = y0 + x (P0 + (1−x) (P1 + x (P2 + ...))). Refuses nodes that do not make the
+    order: ∫ of every power below it over the step must come out.
+    """
+
+    name: str
+    order: int
+    reference: str
+    nodes: tuple[float, ...]
+    a: np.ndarray = field(init=False, repr=False)
+    c: np.ndarray = field(init=False, repr=False)
+    start: np.ndarray = field(init=False, repr=False)
+    terms: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        nodes = [Fraction(node) for node in self.nodes]
+        basis = [_through(nodes, place) for place in range(len(nodes))]
+        dense = {
+            "a": [[float(_integral(each, node)) for each in basis] for node in nodes],
+            "c": self.nodes,
+            "start": [float(each[0]) for each in basis],
+            "terms": np.linalg.inv([[_nested(float(node), term) for term in range(len(nodes))] for node in nodes]),
+        }
+        for name, value in dense.items():
+            array = np.ascontiguousarray(value, dtype=np.float64)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        if self.nodes[-1] != 1.0:
+            raise ValueError(f"{self.name}: the last node is not the end of the step")
+        for power in range(1, self.order + 1):
+            defect = abs(self.a[-1] @ self.c ** (power - 1) - 1.0 / power)
+            if defect > 1e-15:
+                raise ValueError(f"{self.name}: quadrature condition {power} (off by {defect:.1e})")
+
+
+def _through(nodes: list[Fraction], place: int) -> list[Fraction]:
+    """Coefficients, lowest power first, of the polynomial that is 1 at one of the nodes and 0 at the others."""
+    coefficients = [Fraction(1)]
+    for other, node in enumerate(nodes):
+        if other != place:
+            rise, still = [Fraction(0), *coefficients], [*coefficients, Fraction(0)]
+            reach = nodes[place] - node
+            coefficients = [(high - node * low) / reach for high, low in zip(rise, still, strict=True)]
+    return coefficients
+
+
+def _integral(coefficients: list[Fraction], end: Fraction) -> Fraction:
+    """Of a polynomial, from 0 to ``end``."""
+    return sum((value * end ** (n + 1) / (n + 1) for n, value in enumerate(coefficients)), Fraction(0))
+
+
+def _nested(x: float, term: int) -> float:
+    """What P of this number is multiplied with at x in `Collocation`: x (1−x) x (1−x) ..."""
+    return x ** (1 + term // 2) * (1.0 - x) ** ((term + 1) // 2)
+
+
+RADAU = Collocation(
+    name="Radau IIA, five stages",
+    order=9,
+    reference="Hairer and Wanner (1996), Solving ODE II, IV.5 and IV.8",
+    nodes=(
+        0.05710419611451768,
+        0.2768430136381238,
+        0.5835904323689168,
+        0.8602401356562195,
+        1.0,
     ),
 )

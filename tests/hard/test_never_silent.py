@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interpreted import interpreted
 
 import pounding_risk as pr
 from pounding_risk import paper
@@ -48,6 +49,7 @@ print(json.dumps({name: {key: str(value) for key, value in row.items()} for name
 """
 LIMITS = [
     ("pound", "MAX_STEPS", 30, EXHAUSTED),
+    ("pound", "WORK_AT_LEAST", -1e9, EXHAUSTED),  # less than nothing: what every second adds would be enough
     ("march", "MAX_CONTACTS", 1, TOO_MANY_CONTACTS),
     ("march", "OPEN_SHARE", 1e-9, ENERGY_OPEN),
 ]
@@ -78,6 +80,59 @@ def lowered() -> dict[str, dict[str, float]]:
 def test_a_limit_that_is_met_is_named(lowered: dict[str, dict[str, float]], name: str, status: int):
     assert lowered["none"]["status"] == 0.0 and lowered["none"]["impact_count"] > 1.0
     says_why_not(lowered[name], status)
+
+
+OVERWORKED_ROW = """
+import json
+import warnings
+import numpy as np
+import pounding_risk as pr
+from pounding_risk.core.rows import group
+
+warnings.simplefilter("ignore")
+folder = FOLDER
+group.WORK_AT_LEAST = -1e9
+found = pr.scan(folder + "/row.toml")
+names = ("status", "row_impulse", "peak_contact_force", "storey_drift", "impact_count")
+print(json.dumps({name: np.nan_to_num(found[name].values.squeeze(), nan=-9.0).tolist() for name in names}))
+"""
+TWO_AND_A_WALL = """
+[scene]
+name = "two and a wall"
+[[building]]
+name = "a"
+storeys = 1
+floor_masses = "40 t"
+storey_stiffnesses = "30 MN/m"
+storey_heights = "3 m"
+[[building]]
+name = "b"
+rigid = true
+height = "4 m"
+[[interface]]
+gap = "5 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[grid]
+gap = ["5 mm", "1 m"]
+[records]
+files = ["shaking.csv"]
+"""
+
+
+def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path):
+    """The case with contacts has its status and no outputs, the other all of them."""
+    (tmp_path / "row.toml").write_text(TWO_AND_A_WALL)
+    samples = "\n".join(f"{value:.6f}" for value in shaking(4.0, duration=1.0))
+    (tmp_path / "shaking.csv").write_text(f"# unit = m/s^2\n# dt = 0.01 s\n{samples}\n")
+    found = interpreted(OVERWORKED_ROW.replace("FOLDER", repr(str(tmp_path))))
+    assert found["status"] == [EXHAUSTED, 0]
+    assert found["row_impulse"] == [-9.0, 0.0]
+    assert found["peak_contact_force"] == [-9.0, 0.0]
+    assert found["impact_count"] == [-1, 0]
+    failed, complete = found["storey_drift"]  # of both buildings; the wall has none
+    assert failed == [-9.0, -9.0] and complete[0] > 0.0
 
 
 @pytest.mark.parametrize("name", LAWS)

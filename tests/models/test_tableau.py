@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import RK45
 from scipy.integrate._ivp import dop853_coefficients as scipy_table
+from scipy.integrate._ivp import radau as scipy_radau
 
-from pounding_risk.models.tableau import DOP853, DORMAND_PRINCE, Tableau
+from pounding_risk.models.tableau import DOP853, DORMAND_PRINCE, RADAU, Collocation, Tableau
 
 STAGES = len(DOP853.nodes)
 
@@ -104,3 +105,45 @@ def test_errors_fall_with_the_declared_order(table, steps, orders):
     coarse, fine = solve_growth(table, steps), solve_growth(table, 2 * steps)
     slopes = np.log2(np.array([coarse[0], *coarse[1], coarse[2]]) / np.array([fine[0], *fine[1], fine[2]]))
     assert slopes == pytest.approx(orders, abs=0.8)
+
+
+def test_three_stages_of_radau_are_scipys():
+    """SciPy keeps the same family's method of order 5: its nodes, and the eigenvalues of the inverse of its a."""
+    three = Collocation("three stages", 5, "", tuple(scipy_radau.C))
+    found = np.sort_complex(np.linalg.eigvals(np.linalg.inv(three.a)))
+    known = [scipy_radau.MU_REAL, scipy_radau.MU_COMPLEX, np.conj(scipy_radau.MU_COMPLEX)]
+    np.testing.assert_allclose(found, np.sort_complex(known), rtol=1e-13)
+
+
+def test_the_implicit_method_is_radaus_of_order_nine():
+    """C(5), B(9), the nodes those of the polynomial d⁴/dx⁴ (x⁴ (x − 1)⁵); what decays at once is gone after a step."""
+    powers = np.arange(1, 6)
+    np.testing.assert_allclose(
+        RADAU.a @ RADAU.c[:, None] ** (powers - 1), RADAU.c[:, None] ** powers / powers, rtol=0.0, atol=1e-15
+    )
+    for power in range(1, 10):
+        assert abs(RADAU.a[-1] @ RADAU.c ** (power - 1) - 1.0 / power) < 1e-15
+    assert abs(RADAU.a[-1] @ RADAU.c**9 - 0.1) > 1e-9
+    whole = np.polynomial.Polynomial([0, 0, 0, 0, 1.0]) * np.polynomial.Polynomial([-1.0, 1.0]) ** 5
+    np.testing.assert_allclose(np.sort(whole.deriv(4).roots().real), RADAU.c, atol=1e-13)
+    growth = 1.0 - 1e12 * RADAU.a[-1] @ np.linalg.solve(np.eye(5) + 1e12 * RADAU.a, np.ones(5))
+    assert abs(growth) < 1e-3
+
+
+def test_the_polynomial_of_an_implicit_step():
+    """A polynomial of degree 5 comes back everywhere, and so does the slope at the beginning of one of degree 4."""
+    wanted = np.polynomial.Polynomial([0.7, -1.3, 2.0, 0.4, -3.0, 1.1])
+    terms = RADAU.terms @ (wanted(RADAU.c) - wanted(0.0))
+    for x in (0.03, 0.4, 0.77, 1.0):
+        value = 0.0
+        for row in range(4, -1, -1):
+            value = (x if row % 2 == 0 else 1.0 - x) * (terms[row] + value)
+        assert wanted(0.0) + value == pytest.approx(wanted(x), rel=1e-12)
+    assert RADAU.start @ wanted.deriv()(RADAU.c) == pytest.approx(wanted.deriv()(0.0), rel=1e-13)
+
+
+def test_wrong_nodes_are_refused():
+    with pytest.raises(ValueError, match=r"^Radau.*: quadrature condition \d \(off by"):
+        replace(RADAU, nodes=(RADAU.nodes[0] + 1e-9, *RADAU.nodes[1:]))
+    with pytest.raises(ValueError, match="the last node is not the end"):
+        replace(RADAU, nodes=(*RADAU.nodes[:-1], 0.99))

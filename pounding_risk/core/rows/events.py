@@ -38,7 +38,8 @@ from pounding_risk.core.rows.margins import (
     margin_between,
     read_force,
 )
-from pounding_risk.core.rows.stage import attempt, slopes, spread
+from pounding_risk.core.rows.stage import slopes
+from pounding_risk.core.rows.step import attempt, spread
 from pounding_risk.core.series import slope_at, value_at
 
 
@@ -199,7 +200,7 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
     converged = False
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
-        attempt(row, run, group, s, length)
+        attempt(row, run, group, s, length, rtol)
         slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, watch, (s, length, span[2]), terms)
         if kind in (YIELD, CUT):
@@ -274,7 +275,7 @@ def take_step(row, run, group, watch, span, left, terms, rtol):
             h = left
         elif 2.0 * h > left:
             h = 0.5 * left
-        error = attempt(row, run, group, s, h)
+        error = attempt(row, run, group, s, h, rtol)
         attempts += 1
         if error <= SHARE * rtol:
             break

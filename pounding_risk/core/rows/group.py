@@ -11,6 +11,7 @@ from pounding_risk.core.rows.alone import copy_state, fly_group, lay_all, lay_sp
 from pounding_risk.core.rows.chain import energy_of, place_on
 from pounding_risk.core.rows.events import fill_spectators, take_step
 from pounding_risk.core.rows.flight import across, begin_blind, compliance
+from pounding_risk.core.rows.implicit import choose_method
 from pounding_risk.core.rows.layout import (
     BOOKED,
     CLOSED,
@@ -18,6 +19,7 @@ from pounding_risk.core.rows.layout import (
     ENERGY,
     FIRST,
     GAP,
+    IMPLICIT,
     LAST,
     NODE,
     NOW,
@@ -33,6 +35,7 @@ from pounding_risk.core.rows.layout import (
     TRIAL,
     WHOLE,
     WORK,
+    WORKED,
 )
 from pounding_risk.core.rows.log import write_down
 from pounding_risk.core.rows.margins import ROUNDED, STRAIN, TOUCH, is_watched, margin
@@ -49,6 +52,8 @@ from pounding_risk.core.tally import (
     NOT_FINITE,
     TOO_MANY_CONTACTS,
     UNDERFLOW,
+    WORK_A_SECOND,
+    WORK_AT_LEAST,
 )
 
 FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
@@ -151,7 +156,8 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
     moment, step, pull, rise = window
     low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
     tolerance, stalled = rtol, 0
-    renewed, known = True, False
+    renewed, known, unsettled = True, False, True
+    run.board[WHOLE, IMPLICIT] = 0.0
     group = Group(span[0], span[1], low, high, 0.0, pull, rise, 1.0, 1.0)
     s = h = now = 0.0
     energy = group_energy(row, run, group, NOW)
@@ -177,7 +183,8 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
         if left <= 1e-13 * s or t >= step:
             t = step
             break
-        if run.board[WHOLE, STEPS] > MAX_STEPS:
+        allowed = (WORK_AT_LEAST + WORK_A_SECOND * (moment + t)) * row.floors.shape[1]
+        if run.board[WHOLE, STEPS] > MAX_STEPS or run.board[WHOLE, WORKED] > allowed:
             run.board[WHOLE, STATUS] = float(EXHAUSTED)
             return FAILED, t, -1
         fill_spectators(row, run, group, watch, t - base, terms, NOW)
@@ -191,8 +198,12 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             run.quads[0, 2 * run.limits.shape[0]] = run.quads[LAST, 2 * run.limits.shape[0]]
         else:
             slopes(row, run, group, s, NOW, 0)
+        if unsettled:
+            choose_method(row, run, group, s, min(h, left))
         moved, kind, k, h, attempts, laid = take_step(row, run, group, watch, (s, h, base), left, terms, tolerance)
         run.board[WHOLE, STEPS] += attempts
+        # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
+        unsettled = attempts > 1 or kind != NONE or run.board[WHOLE, IMPLICIT] > 0.0
         if moved <= 0.0 and kind == NONE:
             run.board[WHOLE, STATUS] = float(UNDERFLOW if moved == 0.0 else NOT_FINITE)
             return FAILED, t, -1

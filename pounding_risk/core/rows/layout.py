@@ -81,6 +81,8 @@ ROWS = SHAKE + 1
 WHOLE = LEFT  # row of the board, which only the pair uses otherwise
 STATUS, STEPS, ENERGY, RESIDUAL, GREW, WRITTEN, COUNTS = range(7)
 ROOM, SINCE = COUNTS, COUNTS + 1  # lines that the log has room for; the first of the present interval
+# Whether the present step is implicit; evaluations of the equations of motion in contact, mass by mass.
+IMPLICIT, WORKED = 16, 17
 BOARD_PLACE = 8  # of that row, from where on a law's verbs are handed what they work on
 
 # Columns of a line of the log: when, the first building of the group; then u and v of every dof, then point by point:

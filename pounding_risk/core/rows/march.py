@@ -45,6 +45,7 @@ from pounding_risk.core.rows.layout import (
     WATCHING,
     WHOLE,
     WORK,
+    WORKED,
     WRITTEN,
     Row,
     Run,
@@ -109,6 +110,7 @@ def begin_run(row, run):
         run.book[k, GAP] = run.limits[k, GAPS]
     for place in range(COUNTS):
         run.board[WHOLE, place] = 0.0
+    run.board[WHOLE, WORKED] = 0.0
     run.board[WHOLE, GREW] = -1.0
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from pounding_risk._jit import kernel, small
+from pounding_risk._jit import kernel, part, small
 from pounding_risk.core.collide import BETWEEN, COUNTED, END_WEIGHT, FINAL, LATES, SLACK, TABLE, YIELDING
 from pounding_risk.core.collide import LATE as LATE_TABLE
 from pounding_risk.core.collide import NODE as STAGE_NODE
@@ -32,6 +32,8 @@ from pounding_risk.core.rows.layout import (
     STRENGTH,
     TERMS,
     TRIAL,
+    WHOLE,
+    WORKED,
 )
 
 
@@ -125,13 +127,15 @@ def trial_state(run, group, line, h):
         place += 2
 
 
-@kernel
-def attempt(row, run, group, s, h):
-    """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error as `collide.attempt` does.
+@part
+def explicit_attempt(row, run, group, s, h):
+    """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error.
 
-    The quadratures at the end stand in row SLOPES of ``quads``; they begin at zero with every step.
+    The error is that of `collide.explicit_attempt`, in the group's scales. The quadratures at the end stand in row
+    SLOPES of ``quads``; they begin at zero with every step.
     """
     desk, table, points = run.desk, run.board, run.limits.shape[0]
+    table[WHOLE, WORKED] += table[FINAL, COUNTED] * (group.high - group.low)
     for stage in range(1, int(table[FINAL, COUNTED])):
         trial_state(run, group, TABLE + stage, h)
         slopes(row, run, group, s + table[TABLE + stage, STAGE_NODE] * h, TRIAL, stage)
@@ -195,17 +199,17 @@ def sum_up(run, column, h):
     run.quads[SLOPES, column] = h * total
 
 
-@kernel
-def spread(row, run, group, s, h):
-    """The polynomial between both ends of the step just made, as `collide.spread` has it; slopes at LAST stand."""
+@part
+def explicit_spread(row, run, group, s, h):
+    """The polynomial between both ends of the step just made, as `collide.explicit_spread`; slopes at LAST stand."""
     desk, table = run.desk, run.board
     for late in range(int(table[FINAL, LATES])):
         trial_state(run, group, LATE_TABLE + late, h)
         slopes(row, run, group, s + table[LATE_TABLE + late, STAGE_NODE] * h, TRIAL, LATE + late)
-    for part in range(2):
-        poly, line = POLY + part * TERMS, SLOPE + part * SLOPES
+    for side in range(2):
+        poly, line = POLY + side * TERMS, SLOPE + side * SLOPES
         for i in range(group.low, group.high):
-            change = desk[END + part, i] - desk[NOW + part, i]
+            change = desk[END + side, i] - desk[NOW + side, i]
             desk[poly, i] = change
             desk[poly + 1, i] = h * desk[line, i] - change
             desk[poly + 2, i] = 2.0 * change - h * (desk[line, i] + desk[line + LAST, i])

@@ -52,7 +52,8 @@ from pounding_risk.core.rows.layout import (
     TANGENT,
 )
 from pounding_risk.core.rows.margins import across_between
-from pounding_risk.core.rows.stage import between, ground_at, load, spread, transmitted, uncapped
+from pounding_risk.core.rows.stage import between, ground_at, load, transmitted, uncapped
+from pounding_risk.core.rows.step import spread
 from pounding_risk.core.rows.storey import drift_in, shear_stiffness
 from pounding_risk.core.rows.touch import note_yield
 from pounding_risk.core.tally import FIRST_YIELD, LOWEST_FORCE
