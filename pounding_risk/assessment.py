@@ -6,7 +6,7 @@ at every gap, not only at those of the grid, from its closing without contact.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -28,11 +28,12 @@ from pounding_risk.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.influences import Influence, Yielding, of_contact, of_response, of_yielding, ranked
 from pounding_risk.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
 from pounding_risk.proportions import Share, independent_motions, labels, shares
-from pounding_risk.quantities import GAP, PGA, si
+from pounding_risk.quantities import GAP, PGA, say, si
 from pounding_risk.required_gaps import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.results import told
 from pounding_risk.selected_axes import with_axes
 from pounding_risk.separations import Comparison, code_table
+from pounding_risk.short_repr import ShortRepr
 from pounding_risk.verdicts import Asked, Seen, Verdict, judge
 
 if TYPE_CHECKING:
@@ -43,8 +44,8 @@ Array = NDArray[np.float64]
 __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 
 
-@dataclass(frozen=True)
-class InterfaceAssessment:
+@dataclass(frozen=True, repr=False)
+class InterfaceAssessment(ShortRepr):
     """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
     ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None where the grid
@@ -78,13 +79,20 @@ class InterfaceAssessment:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
         return next(each for each in self.required if each.percentile == percentile)
 
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """The verdict, and what it rests on first."""
+        yield "between", self.name
+        yield "verdict", self.verdict.sentence
+        for required in self.required:
+            yield f"gap of {required.percentile:g} % of the motions", say(required.gap, GAP)
+
     def contact_at_gap(self) -> Share:
         """The share of the motions that close the assessed gap."""
         return next(share for share in self.contact if share.gap == self.gap)
 
 
-@dataclass(frozen=True)
-class Assessment:
+@dataclass(frozen=True, repr=False)
+class Assessment(ShortRepr):
     """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
 
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
@@ -108,6 +116,15 @@ class Assessment:
     interfaces: tuple[InterfaceAssessment, ...]
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
     unused_keys: tuple[str, ...] = ()
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """The verdict on each gap."""
+        yield "study", self.title
+        yield "cases", f"{self.cases}, {self.simulated} of them simulated, {self.failed} failed"
+        for interface in self.interfaces:
+            yield interface.name, interface.verdict.sentence
+        for note in self.notes:
+            yield "note", note
 
     @property
     def criterion(self) -> Criterion:

@@ -7,7 +7,7 @@ alone. What a table does not give is filled by `Rules`, and every value so fille
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,13 @@ from pounding_risk.footprint_distances import close_pairs
 from pounding_risk.footprints import Array, length, local, middle
 from pounding_risk.quantities import GAP, say
 from pounding_risk.scenario import parse_scene
+from pounding_risk.short_repr import ShortRepr
 
 LONGEST_STREET = 5e3  # m, within which a plane stands for the ellipsoid to 1e-3
 
 
-@dataclass(frozen=True)
-class Block:
+@dataclass(frozen=True, repr=False)
+class Block(ShortRepr):
     """What a table holds: its rows, the buildings in no row, and what was filled in.
 
     ``close`` are pairs that stand closer than the limit and are no neighbours in a row; without footprints they are
@@ -40,6 +41,14 @@ class Block:
     notes: tuple[str, ...] = ()
     rules: Rules = field(default_factory=Rules)
     close: tuple[ClosePair, ...] = ()
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Rows, buildings and what was filled in."""
+        yield "table", self.source
+        yield "rows", "; ".join(" | ".join(house.name for house in row.buildings) for row in self.rows) or "none"
+        yield "in no row", ", ".join(house.name for house in self.in_no_row) or "none"
+        yield "close pairs in no row", str(len(self.close))
+        yield "values filled in", str(len(self.filled))
 
     @property
     def alone(self) -> tuple[House, ...]:

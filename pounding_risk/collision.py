@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import islice
-from math import inf, log10, nan
+from math import inf, isnan, log10, nan
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -24,16 +24,29 @@ from pounding_risk.models.ground import Together
 from pounding_risk.models.instant import needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures import free_mass
-from pounding_risk.quantities import MASS, RESTITUTION, RTOL, SPEED, YIELD_FORCE, Quantity, QuantityError, si
+from pounding_risk.quantities import (
+    GAP,
+    MASS,
+    RESTITUTION,
+    RTOL,
+    SPEED,
+    TIME,
+    YIELD_FORCE,
+    Quantity,
+    QuantityError,
+    say,
+    si,
+)
 from pounding_risk.relations import AS_PUBLISHED, faults, misfit, name_of, out_of_reach, related
+from pounding_risk.short_repr import ShortRepr
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
 ROWS = 100_000
 SOFTEST, STIFFEST = 1e2, 1e16  # N/m or N/m^1.5, of what equal terms may lead to
 
 
-@dataclass(frozen=True)
-class Impact:
+@dataclass(frozen=True, repr=False)
+class Impact(ShortRepr):
     """What came of one collision; arrays have one value per step, from the touch to the parting.
 
     Of floors that collide as bars they have the corners of the force's steps; the masses' speeds jump at the touch.
@@ -55,6 +68,16 @@ class Impact:
     impulse: float  # N s
     energy_lost: float  # J, of the contact force's work
     momentum_change: float  # kg m/s over the total momentum exchanged; 0 in theory, NaN against a wall
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Speeds, restitution and peaks of the collision."""
+        yield "contact model", self.law
+        yield "approach", f"{self.approach_speed:.4g} m/s, rebound {self.rebound_speed:.4g} m/s"
+        asked = "" if isnan(self.restitution_asked) else f", {self.restitution_asked:.4g} asked for"
+        yield "restitution", f"{self.restitution:.4g}{asked}"
+        yield "peak force", "none that is finite" if isnan(self.peak_force) else say(self.peak_force, YIELD_FORCE)
+        yield "penetration", say(self.peak_penetration, GAP)
+        yield "duration", say(self.duration, TIME)
 
 
 def impact(

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
@@ -18,9 +18,10 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.processing import DEFAULT_CHAIN, Done, Step, read_steps
 from pounding_risk.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
-from pounding_risk.quantities import PGA, SCALE, STEP, TAIL, TIME, shown
+from pounding_risk.quantities import PGA, SCALE, STANDARD_GRAVITY, STEP, TAIL, TIME, shown
 from pounding_risk.record_request import AS_RECORDED, REVERSED, conflicts
 from pounding_risk.scaling import asked, to_pga, unit_doubts
+from pounding_risk.short_repr import ShortRepr
 from pounding_risk.signals import Samples, velocity_displacement
 from pounding_risk.sources import (
     RAW,
@@ -40,8 +41,8 @@ if TYPE_CHECKING:
 CHANGE_OF_PEAK = 0.02
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(ShortRepr):
     """One component of ground motion, ready to drive a run.
 
     ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
@@ -59,6 +60,17 @@ class Motion:
     record: dict[str, Any]
     processing: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """Where the motion is from, how long and how strong it is."""
+        yield "name", self.name
+        if self.record.get("event"):
+            yield "event", str(self.record["event"])
+        yield "samples", f"{self.acceleration.size} every {self.dt:g} s, {self.duration:g} s"
+        yield "PGA", f"{self.pga / STANDARD_GRAVITY:.4g} g"
+        yield "processing", "; ".join(self.processing) or "none"
+        for flag in self.flags:
+            yield "doubt", flag
 
     def __post_init__(self) -> None:
         samples = np.array(self.acceleration, dtype=np.float64)

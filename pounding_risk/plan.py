@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, prod, sqrt
 from os import cpu_count
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pounding_risk.motions import Motion
 from pounding_risk.plan_words import run_words, scene_words
 from pounding_risk.quantities import PGA, TIME, say
+from pounding_risk.short_repr import ShortRepr
 from pounding_risk.study import Study
 from pounding_risk.unused_keys import unused_keys
 
@@ -33,8 +34,8 @@ class PlannedRecord(NamedTuple):
     processing: tuple[str, ...]  # one step a sentence
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, repr=False)
+class Plan(ShortRepr):
     """A scene without a fault, its records, and what its run takes on this machine.
 
     What would take compiling to know is None unless that was asked for.
@@ -90,6 +91,10 @@ class Plan:
     def summary(self) -> list[tuple[str, str]]:
         """The scene as an engineer reads it, and its run: what, and the words for it; one pair a line."""
         return [*scene_words(self.study, len(self.records)), *run_words(self)]
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """The scene and its run in words."""
+        return self.summary()
 
     def __str__(self) -> str:
         rows = self.summary()

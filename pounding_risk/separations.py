@@ -25,6 +25,7 @@ from pounding_risk.assessment_options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.errors import PoundingError
 from pounding_risk.own_case import own_level
+from pounding_risk.quantities import GAP, say
 from pounding_risk.selected_axes import with_axes
 from pounding_risk.separation_rules import (
     COMBINATIONS,
@@ -43,6 +44,7 @@ from pounding_risk.separation_rules import (
     Rule,
     Site,
 )
+from pounding_risk.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,8 +104,8 @@ class Comparison:
         return None if self.exceeded is None else self.exceeded == 0.0
 
 
-@dataclass(frozen=True)
-class CodeTable:
+@dataclass(frozen=True, repr=False)
+class CodeTable(ShortRepr):
     """Rules beside what the motions of a dataset ask for, at one amplitude."""
 
     buildings: tuple[str, str]
@@ -120,6 +122,13 @@ class CodeTable:
     closing: tuple[float, ...]  # m, the gap that each needs
     asked: dict[str, tuple[float, ...]]  # m, what each combination asks for, motion by motion
     rules: tuple[Comparison, ...]
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """What the motions need, and what the rules ask."""
+        yield "between", " | ".join(self.buildings)
+        yield "motions", f"{self.motions} {self.at}"
+        yield f"gap of {self.percentile:g} % of the motions", say(self.demand, GAP)
+        yield "finding", self.finding
 
     @property
     def finding(self) -> str:

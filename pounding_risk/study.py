@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import inf
@@ -17,11 +17,12 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.instant import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures import Building
-from pounding_risk.quantities import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, shown
+from pounding_risk.quantities import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, say, shown
 from pounding_risk.record_request import RecordRequest
 from pounding_risk.relations import AS_PUBLISHED, related
 from pounding_risk.scene_buildings import building_table
 from pounding_risk.scene_text import nearest, write_toml
+from pounding_risk.short_repr import ShortRepr
 from pounding_risk.storeys import Storeys
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
@@ -81,8 +82,8 @@ class Neighbour(NamedTuple):
     given: bool = False  # whether the scene gives the points; else they follow from the heights
 
 
-@dataclass(frozen=True)
-class Study:
+@dataclass(frozen=True, repr=False)
+class Study(ShortRepr):
     """One scene: buildings, what stands between neighbours, the ground motions and the grid of cases.
 
     Of a row, which has ``neighbours``, the fields of an interface are those of the first; `at` gives each. Two studies
@@ -111,6 +112,19 @@ class Study:
     text: str = field(default="", compare=False, repr=False)
     source: str = field(default="scene", compare=False)
     overrides: tuple[str, ...] = field(default=(), compare=False)
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """What stands where, under which motions, and how many cases there are."""
+        grid = self.grid
+        yield "name", self.name
+        yield "buildings", " | ".join(building.name for building in self.buildings)
+        yield "gaps", _ends(grid.gaps, GAP)
+        yield "contact models", ", ".join(grid.contact_models)
+        yield "yield forces", _ends(grid.yield_forces, YIELD_FORCE)
+        if self.effects:
+            yield "effects", ", ".join(effect.name for effect in self.effects)
+        asked = self.records
+        yield "records", ", ".join(asked.names or asked.files) or asked.set or asked.manifest
 
     @property
     def is_row(self) -> bool:
@@ -399,6 +413,13 @@ def _inverse_mass(building: Building | Storeys) -> float:
     if isinstance(building, Storeys):
         return len(building.masses) / building.mass
     return building.oscillator().inverse_mass
+
+
+def _ends(values: Sequence[float], quantity: Quantity) -> str:
+    """The values of an axis of the grid, or how many there are and the two at its ends."""
+    if len(values) <= 3:
+        return ", ".join(say(value, quantity) for value in values)
+    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
 def as_study(scene: Study | Mapping[str, Any] | str | Path) -> Study:
