@@ -174,7 +174,7 @@ def test_a_lossless_pair_with_a_closed_gap_is_sensitive():
 
 @pytest.mark.parametrize("fraction", [-0.1, 1.5, np.nan])
 def test_a_share_outside_its_range_is_refused(fraction):
-    with pytest.raises(PoundingError, match="check_fraction: .* at least 0 and at most 1"):
+    with pytest.raises(PoundingError, match=r"check_fraction: .* at least 0 and at most 1"):
         scan(study(), check_fraction=fraction)
 
 
