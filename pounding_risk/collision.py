@@ -151,6 +151,8 @@ def _in_si(law: Any) -> Any:
         for quantity in getattr(hints.get(name), "__metadata__", ())
         if isinstance(quantity, Quantity)
     }
+    if needs_floors(law):  # a floor of no length is a wall
+        quantities = {name: quantity._replace(open_low=False) for name, quantity in quantities.items()}
     values = {
         name: si(getattr(law, name), quantity, f"impact: {type(law).__name__}: {name}")
         for name, quantity in quantities.items()
