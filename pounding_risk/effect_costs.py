@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.chains import chain_of
+from pounding_risk.counted import counted
 from pounding_risk.dates import created
 from pounding_risk.ensemble import scan
 from pounding_risk.errors import PoundingError
@@ -234,7 +235,7 @@ def finding(dataset: xr.Dataset) -> str:
     most = float(dataset["time_ratio"].max())
     cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
     if len(without) == len(names):
-        return f"No effect changes a reported digit of any of the {_cases(dataset)} cases; {cost}."
+        return f"No effect changes a reported digit of any of the {counted(_cases(dataset), 'case')}; {cost}."
     output, words = next(iter(COMPARED.items()))
     # All together is no effect of its own: it is named where no single one stands beside it.
     single = [name for name in names if name not in without and name != ALL] or [ALL]
@@ -244,7 +245,8 @@ def finding(dataset: xr.Dataset) -> str:
     rest = f"; {' and '.join(without)} change no reported digit" if without else ""
     return (
         f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
-        f"{changed_cases(dataset, strongest)} of {_cases(dataset)} cases ({yielding(dataset)} yield); {cost}{rest}."
+        f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
+        f"{rest}."
     )
 
 

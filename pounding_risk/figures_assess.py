@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.amplitudes import intensity_words, own
+from pounding_risk.counted import counted
 from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, law_words, title
 from pounding_risk.fragility import SCALED, Fragility, fragility_curve
 from pounding_risk.proportions import exact_bounds
@@ -42,7 +43,9 @@ def assessment_figure(found: Assessment, note: str = "") -> Figure:
             axes[row, 0].set_title(one.name, fontsize=10, loc="left")
     first = found.interfaces[0]
     told = "; ".join(_finding(one, rows > 1) for one in found.interfaces) if rows <= MOST_TOLD else _counted(found)
-    motions = f"{first.verdict.motions} motions of {first.verdict.recordings} recordings {first.at}"
+    motions = (
+        f"{counted(first.verdict.motions, 'motion')} of {counted(first.verdict.recordings, 'recording')} {first.at}"
+    )
     title(figure, told, f"{found.title}: {motions}", note)
     return figure
 
@@ -53,13 +56,15 @@ def _counted(found: Assessment) -> str:
     counts = ", ".join(f"{words.count(word)} {SAID.get(word, word)}" for word in dict.fromkeys(words))
     worst = max(found.interfaces, key=lambda one: one.contact_at_gap().probability)
     share = worst.contact_at_gap()
-    return f"Of {len(words)} gaps {counts}; most contact at {worst.name}: {share.count} of {share.runs} motions"
+    return (
+        f"Of {len(words)} gaps {counts}; most contact at {worst.name}: {share.count} of {counted(share.runs, 'motion')}"
+    )
 
 
 def _finding(one: InterfaceAssessment, named: bool) -> str:
     share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
     word = SAID.get(one.verdict.word, one.verdict.word)
-    return f"{name}{own(one.gap, GAP)} is {word}: {share.count} of {share.runs} motions close it"
+    return f"{name}{own(one.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it"
 
 
 def _adequacy(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.counted import counted
 from pounding_risk.figures_style import QUIET, STYLES, blank, title
 
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         axis.set_ylim(len(names) - 0.4, 0.4)
     wide = ", all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     condition = (
-        f"{dataset.attrs['title']}; the {int(yields.sum())} of {yields.size} cases that yield without effects{wide}; "
+        f"{dataset.attrs['title']}; the {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
+        f"effects{wide}; "
         "bars: middle two thirds, line: median"
     )
     title(figure, dataset.attrs["finding"], condition, note)

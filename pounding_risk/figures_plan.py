@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pounding_risk.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_rows import heading
 from pounding_risk.figures_style import QUIET, blank, plain
@@ -69,9 +70,9 @@ def plan_finding(cases: Sequence[RowCase]) -> str:
     }
     known = {name: share for name, share in shares.items() if np.isfinite(share)}
     if not known:
-        return f"No run of {cases[0].motions} motions is complete"
+        return f"No run of {counted(cases[0].motions, 'motion')} is complete"
     if not any(share > 0.0 for share in known.values()):
-        return f"No building touches a neighbour in {cases[0].motions} motions"
+        return f"No building touches a neighbour in {counted(cases[0].motions, 'motion')}"
     often = sum(share > 0.5 for share in known.values())
     highest = max(known.values())
     most = [name for (_, name), share in known.items() if share == highest]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures_rows import heading
 from pounding_risk.figures_style import QUIET, STANDARD_GRAVITY, STYLES, blank, plain
@@ -65,7 +66,7 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
         axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in chosen)))
     for column, at in enumerate(chosen):
         found = profile(case, at, rows[0])
-        told = f"{found.motions} of {case.motions} motions" if found.motions else "no contact"
+        told = f"{found.motions} of {counted(case.motions, 'motion')}" if found.motions else "no contact"
         building = case.buildings[at]
         axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{told}"), fontsize=9.5)
     _legend(figure)
@@ -87,7 +88,7 @@ def profiles_finding(case: RowCase) -> str:
         if known:
             told.append(f"{np.median(known):.2f} times {where}")
     if not told:
-        return f"No building with storeys touches a neighbour in {case.motions} motions"
+        return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
     return f"With contact the largest storey drift is {' and '.join(told)} what it is without, in the median"
 
 

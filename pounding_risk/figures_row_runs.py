@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.counted import counted
 from pounding_risk.figures_rows import MARKERS, RAISED, WIDTH, between, gap_scale, outline
 from pounding_risk.figures_style import (
     QUIET,
@@ -86,7 +87,8 @@ def row_run_finding(run: xr.Dataset) -> str:
     pair = between(str(run["interface"].values[int(run["contact_point_interface"].values[where])]))
     touched = f"{(counts > 0).sum()} of {counts.size} contact points"
     return (
-        f"{counts.sum():.0f} contacts at {touched}, up to {force_told(float(strongest['contact_peak_force']))} between "
+        f"{counted(counts.sum(), 'contact')} at {touched}, up to "
+        f"{force_told(float(strongest['contact_peak_force']))} between "
         f"{pair} at {float(strongest['contact_start']):.2f} s; {most}"
     )
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.amplitudes import own
+from pounding_risk.counted import counted
 from pounding_risk.figures_style import (
     QUIET,
     STYLES,
@@ -80,17 +81,18 @@ def elevation_finding(case: RowCase) -> str:
     """Where contact is most likely, how hard, and whether it reaches F_E."""
     shares = [each.contact for each in case.touches]
     if not any(each.runs for each in case.touches):
-        return f"No run of {case.motions} motions is complete"
+        return f"No run of {counted(case.motions, 'motion')} is complete"
     if not np.nanmax(shares) > 0.0:
-        return f"No contact in {case.motions} motions"
+        return f"No contact in {counted(case.motions, 'motion')}"
     # Of several that touch as often, the one that is struck hardest.
     at = max(
         range(len(shares)), key=lambda place: (np.nan_to_num(shares[place]), np.nan_to_num(case.touches[place].force))
     )
     most = case.touches[at]
     touched = sum(share > 0.0 for share in shares)
-    told = f"Contact at {touched} of {len(shares)} interfaces, most often between {between(case.interfaces[at])}: "
-    told += f"{round(most.contact * most.runs)} of {most.runs} motions, {force_told(most.force)} in the median"
+    where = f"{touched} of {counted(len(shares), 'interface')}, most often between {between(case.interfaces[at])}"
+    motions = f"{round(most.contact * most.runs)} of {counted(most.runs, 'motion')}"
+    told = f"Contact at {where}: {motions}, {force_told(most.force)} in the median"
     yields = [each.yielding for each in case.touches]
     if max(np.nan_to_num(yields)) > 0.0:
         place = int(np.nanargmax(yields))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pounding_risk.counted import counted
 from pounding_risk.layout import streamed
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         return
     rtol = float(dataset.attrs["rtol"])
     moves = [*_moves(changes), *(f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items())]
-    yield "made again", f"{checked} of {made} runs at rtol {tighter(rtol):g}: " + "; ".join(moves)
+    yield "made again", f"{checked} of {counted(made, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:
         yield (
             "sensitive",

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from pounding_risk.amplitudes import amplitude_words
 from pounding_risk.assessment_options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.combinations import Pair, abs_sum, cqc, srss, white_noise_correlation
+from pounding_risk.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.own_case import own_level
 from pounding_risk.quantities import GAP, say
@@ -136,7 +137,7 @@ class CodeTable(ShortRepr):
         if not self.motions:
             return "No motion closes any gap between these buildings"
         first, *others = (_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS)
-        start = f"Of {self.motions} motions {first[0]} falls short in {first[1]}"
+        start = f"Of {counted(self.motions, 'motion')} {first[0]} falls short in {first[1]}"
         start += f" ({first[2]} times the gap needed in the median)"
         return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
 

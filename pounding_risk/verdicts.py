@@ -17,6 +17,7 @@ import numpy as np
 from pounding_risk.assessed_data import Motions
 from pounding_risk.assessment_conclusion import Basis, conclusion, recordings_to_settle
 from pounding_risk.assessment_options import Criterion, percent_words
+from pounding_risk.counted import counted
 from pounding_risk.influences import CONTACT, Influence
 from pounding_risk.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
 from pounding_risk.quantities import GAP, say
@@ -161,7 +162,8 @@ def _word(asked: Asked, seen: Seen) -> str:
 
 def _finding(asked: Asked, seen: Seen) -> str:
     share = seen.contact
-    who = f"{share.count or 'none'} of {share.runs} motions {seen.at} {'closes' if share.count < 2 else 'close'}"
+    verb = "closes" if share.count < 2 else "close"
+    who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {seen.at} {verb}"
     bounds = (
         f"{100 * asked.confidence:g} % bounds {_percent(share.low_recordings)} to {_percent(share.high_recordings)}"
     )
@@ -209,7 +211,7 @@ def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> lis
             "apart: each counts all the same, by what it closes without it."
         )
     if seen.lost:
-        told.append(f"{seen.lost} motions have no finite response and count against the verdict.")
+        told.append(f"Without a finite response, and counted against the verdict: {counted(seen.lost, 'motion')}.")
     if seen.record_doubts:
         more = len(seen.record_doubts) - NAMED_DOUBTS
         told.append(
@@ -246,7 +248,7 @@ def _number(asked: Asked, seen: Seen) -> str:
     least = least_upper_bound(seen.independent, asked.confidence)
     worth = f"{seen.independent:.0f}" if seen.independent >= 10.0 else f"{seen.independent:.2g}"
     many = "1 motion" if worth == "1" else f"{worth} motions"
-    comes = f"The {runs} motions come" if runs > 1 else "The one motion comes"
+    comes = f"The {counted(runs, 'motion')} come" if runs > 1 else "The one motion comes"
     counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
     needed = motions_to_show(asked.target, asked.confidence)
     can = f"Even with no contact at all, {many} could only show P(contact) < {_percent(least)}"

@@ -243,7 +243,7 @@ def test_a_dead_record_of_an_older_dataset_counts_against_the_verdict():
     dead["peak_closing_free"][0] = 0.0
     found = assess(dead, gap=1.0).interfaces[0].verdict
     assert found.motions == 2  # those of the other record
-    assert "2 motions have no finite response and count against the verdict." in found.evidence
+    assert "Without a finite response, and counted against the verdict: 2 motions." in found.evidence
     assert any("RSN6-180 holds no motion" in sentence for sentence in found.evidence)
 
 

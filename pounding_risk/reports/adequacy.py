@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.amplitudes import intensity_words
+from pounding_risk.counted import counted
 from pounding_risk.figures_report import (
     Curve,
     Judged,
@@ -90,7 +91,8 @@ def contact(material: Material, pair: Pair) -> list[Block]:
     target, gap = number(asked.target, "%")["text"], amount(judged.required, "m")["text"]
     caption = f"{pair.name}: probability of contact against the gap{pair.at}"
     said = (
-        f"{caption}: a step down at what each of the {closing.size} motions closes, known at every gap; its bounds by "
+        f"{caption}: a step down at what each of the {counted(closing.size, 'motion')} closes, known at every gap; "
+        f"its bounds by "
         f"recording; the target of {target} % and the gap required by {judged.percentile:g} % of the motions, {gap}"
     )
     return [
@@ -149,7 +151,9 @@ def required(material: Material, pair: Pair) -> list[Block]:
         ]
         for each in pair.found.required
     ]
-    return [table(f"{pair.name}: gap needed, by {len(pair.found.closing)} motions without contact.", heads, rows)]
+    return [
+        table(f"{pair.name}: gap needed, by {counted(len(pair.found.closing), 'motion')} without contact.", heads, rows)
+    ]
 
 
 def codes(material: Material, pair: Pair) -> list[Block]:
@@ -173,7 +177,8 @@ def codes(material: Material, pair: Pair) -> list[Block]:
         table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
     ]
     if drawn:
-        said = f"{caption}: median and middle 68 % of {found.motions} motions; safe right of 1; {RULE_MARKS_WORDS}"
+        motions = counted(found.motions, "motion")
+        said = f"{caption}: median and middle 68 % of {motions}; safe right of 1; {RULE_MARKS_WORDS}"
         blocks.insert(
             1, figure(f"{pair.anchor}-rules", svg_text(report_rules(drawn)), f"{said}.", f"{said}. {found.finding}.")
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pounding_risk.counted import counted
 from pounding_risk.reports.content import (
     KEPT,
     Block,
@@ -107,11 +108,14 @@ def _caveats(material: Material) -> list[str]:
     found, told = material.assessment, []
     if found.failed:
         told.append(
-            f"{found.failed} of {found.cases} cases failed: they are left out of what contact does. Whether there is "
+            f"{found.failed} of {counted(found.cases, 'case')} failed: they are left out of what contact does. "
+            "Whether there is "
             f"contact follows from the motion without it{', and in a row from the runs' if material.is_row else ''}."
         )
     if found.sensitive:
-        told.append(f"{found.sensitive} of the {found.checked} runs made again are sensitive to the tolerance.")
+        told.append(
+            f"{found.sensitive} of the {counted(found.checked, 'run')} made again are sensitive to the tolerance."
+        )
     if not found.checked:
         told.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
     told += found.notes
