@@ -147,6 +147,7 @@ OF_CONTACT_POINTS = (
     "contact_point_level",
     "contact_point_left_floor",
     "contact_point_right_floor",
+    "building_height",
     "building_storeys",
     "building_position",
     "floor_level",
