@@ -32,6 +32,7 @@ from pounding_risk.results import RESULTS, check_target, open_results
 from pounding_risk.row_dataset import row_coordinates
 from pounding_risk.row_grid import row_grid
 from pounding_risk.row_history import Cell, row_histories
+from pounding_risk.scan_check import check_scan
 from pounding_risk.scan_dataset import CONVENTIONS, OUTCOME, case_coordinates, described, made_from, one_amplitude
 from pounding_risk.scenario import read_scene
 from pounding_risk.scene_laws import law_of
@@ -167,7 +168,9 @@ def _chosen_cases(source: Study | str | Path, asked: Asked, output: str | None, 
             motions = motions_of(study)
             check_records(results, motions)
             choice = chosen(values_of(study, [motion.name for motion in motions]), asked)
-            choice = choice if output is None else largest(results, output, choice)
+            if output is not None:
+                check_scan(results, str(source))
+                choice = largest(results, output, choice)
     places = dict.fromkeys(choice.places[:, LAW].tolist())
     laws = {} if study.is_row else {place: law_of(study, study.grid.contact_models[place]) for place in places}
     return Cases(study, motions, choice, laws)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.layout import blocks, form_of, values_at
+from pounding_risk.replacing import OTHER_NAME, read_finished, recorded_identity
 from pounding_risk.results import RESULTS, check_target, stream_results
 from pounding_risk.stores import store_of
 from pounding_risk.whole_files import AGAIN
@@ -15,11 +16,13 @@ def convert(source: str | Path, target: str | Path) -> Path:
     """Write a dataset under another name: ``.nc`` for a netCDF file, ``.zarr`` for a Zarr store.
 
     Values, labels and attributes stay what they are. The target is whole or not there. Raises PoundingError for a
-    source that cannot be read and a target that cannot be written, or is the source.
+    source that cannot be read and a target that cannot be written, is the source, or holds anything else than the
+    results of the same command and the same study.
     """
     place = check_target(target, RESULTS)
     if place.exists() and Path(source).exists() and place.samefile(source):
         raise PoundingError(f"{target}: is the source itself; name another target")
+    _check_replaceable(place, Path(source))
     with stream_results(source) as dataset:
         form = form_of(dataset.drop_encoding())
         with store_of(form, place, AGAIN) as store:
@@ -27,3 +30,14 @@ def convert(source: str | Path, target: str | Path) -> Path:
                 store.write(block, values_at(dataset, form, block, form.cases))
             store.finish({})
     return place
+
+
+def _check_replaceable(target: Path, source: Path) -> None:
+    """Raise PoundingError where there is something under the target's name that is not the source, converted."""
+    if not target.exists() or not source.exists():
+        return
+    there, here = (read_finished(path) for path in (target, source))
+    same = there.command and there.command == here.command
+    if not same or recorded_identity(there.attrs) != recorded_identity(here.attrs):
+        what = f"other results of {there.command}" if there.command else "no results of pounding-risk"
+        raise PoundingError(f"{target}: is there already and holds {what}; {OTHER_NAME}")

@@ -27,7 +27,7 @@ MARKS = {
     "simulate": "time",
     "scan": "impact_count",
 }
-OTHER_NAME = "move it away, or write to another name (-o)"
+OTHER_NAME = "move it away, or write to another name"
 CHOICE = "to replace it say so (--new, or new=True in Python), or write to another name (-o)"
 
 

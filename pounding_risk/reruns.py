@@ -85,7 +85,7 @@ def rerun(
 
 def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
     """Two datasets of one study held against each other."""
-    if before.attrs.get("scene_sha256") != after.attrs.get("scene_sha256"):
+    if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
     first, second = set(before.variables), set(after.variables)
     found = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
@@ -101,7 +101,12 @@ def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
 
 
 def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
-    was: Mapping[str, Any] = told(before, "versions", {})
+    was: Any = told(before, "versions", {})
+    if not isinstance(was, Mapping):
+        raise PoundingError(
+            'the attribute "versions" of the results holds no table: the file was changed since; run its scene with '
+            "scan"
+        )
     now = versions()
     names = dict.fromkeys((*was, *now))
     pairs = {name: (str(was.get(name, "not told")), now.get(name, "not asked")) for name in names}
@@ -114,7 +119,10 @@ def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Differe
     shapes = [f"({', '.join(map(str, each.dims))}) of {each.shape}" for each in (before, after)]
     if shapes[0] != shapes[1]:
         return Difference(name, one.size, one.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
-    if one.dtype.kind not in "biuf" or other.dtype.kind not in "biuf":
+    numbers = [values.dtype.kind in "biuf" for values in (one, other)]
+    if numbers[0] != numbers[1]:
+        return Difference(name, one.size, one.size, np.nan, np.nan, f"{other.dtype}, was {one.dtype}")
+    if not numbers[0]:
         apart = one.astype(str) != other.astype(str)
         return Difference(name, *_counted(before, apart), np.nan, np.nan) if apart.any() else None
     words = "" if one.dtype == other.dtype else f"{other.dtype}, was {one.dtype}"

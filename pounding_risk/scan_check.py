@@ -154,6 +154,7 @@ OF_CONTACT_POINTS = (
     "contact_point_level",
     "contact_point_left_floor",
     "contact_point_right_floor",
+    "building_height",
     "building_storeys",
     "building_position",
     "floor_level",
@@ -183,8 +184,9 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     # What is looked at next relies on dimensions and kinds of values.
     faults = faults or [*_axis_faults(dataset), *_status_faults(dataset), *_scene_faults(dataset)]
     if faults:
-        listed = faults[0] if len(faults) == 1 else "".join(f"\n  - {fault}" for fault in faults)
-        raise PoundingError(f"{whose}: {listed}{'; ' if len(faults) == 1 else chr(10)}{REPAIR}")
+        if len(faults) == 1:
+            raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
+        raise PoundingError("\n".join([f"{whose}: {len(faults)} faults", *(f"  - {each}" for each in faults), REPAIR]))
 
 
 def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) -> Iterator[str]:

@@ -15,6 +15,7 @@ import platform
 import re
 import shutil
 from collections.abc import Callable, Iterator
+from math import inf
 from pathlib import Path
 from typing import BinaryIO
 
@@ -141,18 +142,26 @@ def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> Poun
     if number == errno.EFBIG:
         return PoundingError(f"{target}: cannot be written ({told}{limit_words()}); {raised(repair)}")
     if number != errno.ENOSPC:
-        told += f", with {shutil.disk_usage(target.parent).free / 1e6:.1f} MB free{limit_words()}"
+        free = shutil.disk_usage(target.parent).free
+        told += f", with {free / 1e6:.1f} MB free{limit_words()}"
+        repair = raised(repair) if largest_file() < free else repair
     return PoundingError(f"{target}: cannot be written ({told}); {repair}")
 
 
-def limit_words() -> str:
-    """How large a file this process may write, as a part of a sentence; "" where there is no limit."""
+def largest_file() -> float:
+    """How large a file this process may write [bytes]; inf where there is no limit."""
     try:
         import resource
     except ImportError:
-        return ""
+        return inf
     most = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
-    return "" if most == resource.RLIM_INFINITY else f"; a file of this process may have {most / 1e6:.3g} MB at most"
+    return inf if most == resource.RLIM_INFINITY else float(most)
+
+
+def limit_words() -> str:
+    """The limit of `largest_file` as a part of a sentence; "" where there is none."""
+    most = largest_file()
+    return "" if most == inf else f"; a file of this process may have {most / 1e6:.3g} MB at most"
 
 
 def raised(repair: str) -> str:

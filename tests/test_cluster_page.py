@@ -12,6 +12,7 @@ from chunked_work import SCENE
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.executors import read_shard
+from pounding_risk.identity import flattened
 from pounding_risk.results import open_results
 
 
@@ -103,7 +104,7 @@ def test_the_example_runs(page, monkeypatch, tmp_path):
     assert found["dataset"].identical(open_results("results.nc"))
 
 
-def test_the_configuration_of_tls_is_one_that_dask_reads(page, monkeypatch):
+def test_the_configuration_of_tls_is_one_that_dask_reads(page):
     """The page's own lines: encryption is then asked for, with a key for each part, and a plain address refused."""
     dask = pytest.importorskip("dask")
     distributed = pytest.importorskip("distributed")
@@ -111,10 +112,10 @@ def test_the_configuration_of_tls_is_one_that_dask_reads(page, monkeypatch):
     from pounding_risk.dask_executor import Dask
 
     (text,) = blocks(page, "yaml")
-    monkeypatch.setattr(dask.config, "config", dask.config.merge(dask.config.config, yaml.safe_load(text)))
-    security = distributed.Security()
-    assert security.require_encryption and security.tls_ca_file == "/home/user/cluster/ca.pem"
-    for part in ("scheduler", "worker", "client"):
-        assert security.get_tls_config_for_role(part)["key"] == "/home/user/cluster/node-key.pem"
-    with pytest.raises(PoundingError, match=r'"tcp://127.0.0.1:1" is not encrypted, .*; write tls://'):
-        Dask("tcp://127.0.0.1:1")
+    with dask.config.set(flattened(yaml.safe_load(text))):
+        security = distributed.Security()
+        assert security.require_encryption and security.tls_ca_file == "/home/user/cluster/ca.pem"
+        for part in ("scheduler", "worker", "client"):
+            assert security.get_tls_config_for_role(part)["key"] == "/home/user/cluster/node-key.pem"
+        with pytest.raises(PoundingError, match=r'"tcp://127.0.0.1:1" is not encrypted, .*; write tls://'):
+            Dask("tcp://127.0.0.1:1")

@@ -161,3 +161,12 @@ def test_the_continuous_integration_runs_the_readmes_own_line(root):
     done = subprocess.run(["bash", "-c", awk[1]], cwd=root, capture_output=True, text=True, timeout=30)
     assert done.stdout.strip() == fenced(root, "Test it")
     assert os.access(root / ".ci" / "run", os.X_OK)
+
+
+def test_the_script_of_the_lowest_versions_names_tests_that_are_there(root):
+    """It installs the lower bounds of `pyproject.toml`, and runs the demo and these tests."""
+    script = (root / ".ci" / "lowest").read_text("utf-8")
+    assert os.access(root / ".ci" / "lowest", os.X_OK)
+    assert "--resolution lowest-direct" in script and 'pounding-risk" demo' in script
+    named = re.findall(r"tests/test_\w+\.py", script)
+    assert len(named) > 8 and all((root / name).is_file() for name in named)

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk.cli import app
+from pounding_risk.conversion import convert
 from pounding_risk.ensemble import scan, scan_shard
 from pounding_risk.errors import PoundingError, Stopped
 from pounding_risk.replacing import MARKS, check_replaceable, read_finished
@@ -169,3 +170,18 @@ def test_the_commands(tmp_path, monkeypatch):
     again = run("scan", "a.toml")
     assert again.exit_code == 2 and "a.nc exists already; write -o a.nc to make the same study again" in again.stderr
     assert run("scan", "a.toml", "--new").exit_code == 0
+
+
+def test_a_conversion_replaces_nothing_but_the_same_results(tmp_path):
+    first, other = tmp_path / "a.nc", tmp_path / "b.nc"
+    scan(parse_scene(SMALL), first)
+    scan(parse_scene(OTHER), other)
+    convert(first, tmp_path / "a.zarr")
+    convert(first, tmp_path / "a.zarr")
+    with pytest.raises(PoundingError, match="holds other results of scan; move it away, or write to another name"):
+        convert(other, tmp_path / "a.zarr")
+    (tmp_path / "precious.nc").write_text("notes")
+    with pytest.raises(PoundingError, match="holds no results of pounding-risk"):
+        convert(tmp_path / "a.zarr", tmp_path / "precious.nc")
+    assert (tmp_path / "precious.nc").read_text() == "notes"
+    xr.testing.assert_identical(open_results(tmp_path / "a.zarr"), open_results(first))

@@ -148,7 +148,10 @@ def test_a_limit_on_a_file_s_size_is_told_as_what_it_is(tmp_path, monkeypatch):
     assert str(told).endswith("(File too large); raise the limit (ulimit -f) and try again")
     monkeypatch.setattr(resource, "getrlimit", lambda which: (2_000_000, 2_000_000))
     told = not_written(tmp_path / "a.nc", RuntimeError("NetCDF: HDF error"), "free space and try again")
-    assert re.search(r"MB free; a file of this process may have 2 MB at most\); free space and try again$", str(told))
+    assert re.search(
+        r"MB free; a file of this process may have 2 MB at most\); raise the limit \(ulimit -f\) and try again$",
+        str(told),
+    )
 
 
 def test_a_scan_s_dataset_goes_through_every_store(tmp_path):
