@@ -56,7 +56,7 @@ def test_a_creeping_contact_ends(e: float):
     ground = jolts(2.5)
     coarse, fine = (run_of(CHAINS, meetings_of(e), ground, rtol) for rtol in (1e-6, 1e-8))
     assert coarse.status == fine.status == tally.COMPLETE
-    assert coarse.points[0, tally.CONTACT_TIME] > 0.3
+    assert coarse.points[0, tally.CONTACT_TIME] > 0.1
     assert coarse.steps < 20_000
     # Two tolerances agree by what the coarser one promises.
     for name in ("peak_closing", "peak_contact_force", "peak_approach_speed"):
@@ -104,12 +104,12 @@ def test_creep_under_a_constant_push_has_its_closed_form():
     """c̄ δ^(1/4) δ̇ = G − β δ^1.5 − m δ̈, so that 0.8 c̄ δ^(5/4) = ∫ (G − β δ^1.5) dt − m δ̇, c̄ = 2 ξ sqrt(β m).
 
     A mass on next to no spring, pushed by a constant a_g across no gap: the spring of the contact holds back less than
-    5e-6 of the push, its inertia m δ̇ less than 1e-6 of the momentum.
+    5e-6 of the push, and what the mass still has of momentum m δ̇ is less than 5e-6 of what it was given.
     """
     mass, pull, e, stiffness, time = 1e4, 2.0, 1e-6, 1e6, 1.0
     damper = 2.0 * 4.5 * math.sqrt(5.0) / (16.0 * e) * math.sqrt(stiffness * mass)
     depth = (1.25 * mass * pull * time / damper) ** 0.8
-    assert stiffness * depth**1.5 < 5e-6 * mass * pull and mass * depth / time < 1e-6 * mass * pull * time
+    assert stiffness * depth**1.5 < 5e-6 * mass * pull and mass * depth / time < 5e-6 * mass * pull * time
     ground = np.full(round(time / DT) + 1, -pull)
     run = run_of((single(mass, 5e3), RIGID), [Meeting(0, 1.0, 1.0, 0.0, "jankowski", stiffness, e)], ground)
     assert run.status == tally.COMPLETE and run.points[0, tally.COUNT] == 1
