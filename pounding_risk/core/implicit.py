@@ -38,7 +38,7 @@ MISSING = 8  # and from this column on, what the speeds there miss
 # A step is made implicit where the damper acts so many times within it. The explicit method is stable up to some six;
 # below that its steps are the cheaper ones.
 STIFF_ENOUGH, SHORTEST = 3.0, 1.0
-ITERATIONS = 30
+LEAST_ITERATIONS, ITERATIONS = 2, 30
 SHALLOWEST = 1e-6  # of the depth that the spring alone would allow
 RESIDUE = 1e-2  # of the error that a step may make: what may be left of its equations
 ROUNDED_RESIDUE = 0.3  # the same where iterating gains no more: rounding
@@ -57,8 +57,13 @@ def is_too_slow(turn, missing, before):
 
 
 @small
-def is_solved(missing, before, allowed):
-    """True where the equations of a step are solved, ``missing`` now and one iteration before."""
+def is_solved(turn, missing, before, allowed):
+    """True where the equations of a step are solved, ``missing`` now and one iteration before.
+
+    The first guess is that nothing moves: on a short step it misses less than is allowed, and would never move.
+    """
+    if turn < LEAST_ITERATIONS:
+        return False
     return missing <= RESIDUE * allowed or (missing > 0.5 * before and missing <= ROUNDED_RESIDUE * allowed)
 
 
@@ -172,7 +177,7 @@ def implicit_attempt(impact, phase, s, h, rtol, desk):
     before = inf
     for turn in range(ITERATIONS):
         missing = evaluate_nodes(impact, phase, s, h, weights, desk)
-        if is_solved(missing, before, SHARE * rtol * impact.speed):
+        if is_solved(turn, missing, before, SHARE * rtol * impact.speed):
             break
         if is_too_slow(turn, missing, before):
             return inf

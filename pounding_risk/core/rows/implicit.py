@@ -227,7 +227,7 @@ def implicit_attempt(row, run, group, s, h, rtol):
     before = inf
     for turn in range(ITERATIONS):
         missing = evaluate_nodes(row, run, group, s, h, weights)
-        if is_solved(missing, before, SHARE * rtol * group.speed):
+        if is_solved(turn, missing, before, SHARE * rtol * group.speed):
             break
         if is_too_slow(turn, missing, before):
             return inf
