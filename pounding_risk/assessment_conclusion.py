@@ -16,9 +16,9 @@ class Basis(NamedTuple):
     """What a conclusion rests on: the motions, what they close, and what they are worth.
 
     ``contacts`` of the ``motions`` close the assessed gap; ``lost`` ones, not among them, have no finite response.
-    ``required`` is the gap that leaves the target, closed by ``still_closing`` of the motions all the same: a
-    percentile lies between two of them. ``amplitude`` is in words. ``hangs_on_polarity`` says that each polarity alone
-    would lie on another side of the target.
+    ``required`` is the gap to provide, which ``still_closing`` of the motions, no more than the target, close all the
+    same, with the bounds of its percentile. ``amplitude`` is in words. ``hangs_on_polarity`` says that each polarity
+    alone would lie on another side of the target.
     """
 
     gap: float

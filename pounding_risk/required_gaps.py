@@ -118,3 +118,26 @@ def lognormal_share(closing: Array, gap: float) -> float:
         return nan
     logs = np.log(closing)
     return float(ndtr((logs.mean() - np.log(gap)) / logs.std(ddof=1)))
+
+
+def gap_to_provide(closing: Array, target: float) -> float:
+    """The smallest gap [m] that no more than a share of the motions close, rounded up to three digits.
+
+    A percentile between two motions may leave one more of them than the target allows, and so may a number that is
+    rounded to the nearest: what an engineer writes down keeps the target among these motions.
+
+    Parameters
+    ----------
+    closing : array of shape (motions,)
+        What each motion closes [m].
+    target : float
+        The probability of contact that is accepted.
+    """
+    allowed = int(np.floor(target * closing.size + 1e-9))  # of whole motions: 0.1 × 20 is two of them
+    if allowed >= closing.size:
+        return 0.0
+    least = float(np.sort(closing)[::-1][allowed])
+    if not least > 0.0:
+        return 0.0
+    unit = 10.0 ** (np.floor(np.log10(least)) - 2.0)
+    return float(np.ceil(least / unit - 1e-9) * unit)

@@ -8,7 +8,7 @@ lie on another side of the target, it depends as well: which way a record points
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ from pounding_risk.counted import counted
 from pounding_risk.influences import CONTACT, Influence
 from pounding_risk.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
 from pounding_risk.quantities import GAP, say
-from pounding_risk.required_gaps import RequiredGap, lognormal_share
+from pounding_risk.required_gaps import RequiredGap, gap_to_provide, lognormal_share
 
 ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
 GOVERNING = 3  # motions that are named
@@ -122,6 +122,8 @@ def judge(asked: Asked, seen: Seen) -> Verdict:
 
 
 def _basis(asked: Asked, seen: Seen) -> Basis:
+    closing = seen.motions.closing[:, 0]
+    provided = gap_to_provide(closing, asked.criterion.target)
     return Basis(
         gap=asked.gap,
         criterion=asked.criterion,
@@ -130,8 +132,8 @@ def _basis(asked: Asked, seen: Seen) -> Basis:
         lost=seen.lost,
         recordings=int(seen.motions.recordings.max()) + 1,
         independent=seen.independent,
-        required=seen.keeps_target,
-        still_closing=int((seen.motions.closing[:, 0] > seen.keeps_target.gap).sum()),
+        required=replace(seen.keeps_target, gap=provided),
+        still_closing=int((closing > provided).sum()),
         amplitude=seen.at,
         hangs_on_polarity=_hangs_on_polarity(seen),
     )

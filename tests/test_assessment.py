@@ -563,7 +563,7 @@ def test_interfaces_are_taken_one_by_one():
     """A dataset with an axis of interfaces has each pair of neighbours assessed with its own motions."""
     one, other = made_up(lognormal(6)), made_up(lognormal(6, scale=0.1, seed=15))
     both = xr.concat([one.drop_vars("peak_displacement_free"), other.drop_vars("peak_displacement_free")], "interface")
-    both = both.drop_dims("building").assign_coords(building=["A", "B", "C"])
+    both = both.drop_dims("building").assign_coords(building=["A", "B", "C"], interface=["A | B", "B | C"])
     both = both.assign({name: one[name] for name in ("status", "simulated")})  # of a run, not of an interface
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
     both["peak_displacement_free"] = (("record", "polarity", "building"), np.full((6, 2, 3), 0.03))
@@ -641,7 +641,7 @@ def test_one_record_is_assessed_with_its_limits_told():
     found = assess(results)
     (one,) = found.interfaces
     assert one.verdict.word == "depends"
-    assert "1 of 1 motions as recorded closes" in one.verdict.sentence
+    assert "1 of 1 motion as recorded closes" in one.verdict.sentence
     assert one.yielding == ()
     assert all(each.fault for each in one.fragility)
     assert assessment_figure(found).axes

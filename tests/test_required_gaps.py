@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.stats import beta, binom, lognorm
 
 from pounding_risk.proportions import independent_motions
-from pounding_risk.required_gaps import contact_steps, lognormal_percentiles, lognormal_share, required_gaps
+from pounding_risk.required_gaps import (
+    contact_steps,
+    gap_to_provide,
+    lognormal_percentiles,
+    lognormal_share,
+    required_gaps,
+)
 
 
 def test_percentiles_are_those_between_order_statistics():
@@ -93,3 +101,18 @@ def test_steps_of_contact_are_the_counted_shares_with_their_bounds():
         assert low == pytest.approx(beta.ppf(0.05, 0.5 * count, 2.5 - 0.5 * count + 1.0))
         assert high == pytest.approx(beta.ppf(0.95, 0.5 * count + 1.0, 2.5 - 0.5 * count))
     assert (steps.low[-1], steps.high[-1]) == (0.0, pytest.approx(1.0 - 0.05 ** (1.0 / 2.5)))
+
+
+@given(
+    closing=st.lists(st.floats(0.0, 0.5), min_size=1, max_size=60),
+    target=st.sampled_from([0.01, 0.05, 0.1, 0.16, 0.3]),
+)
+def test_the_gap_to_provide_keeps_the_target_as_it_is_written(closing, target):
+    """Counted on the gap as three digits say it; a gap of two units less would no longer keep it."""
+    provided = gap_to_provide(np.array(closing), target)
+    written = float(f"{provided:.3g}")
+    allowed = target * len(closing) + 1e-9  # 0.1 × 20 is two whole motions
+    # A closing that three digits hold exactly may differ from the gap by rounding.
+    assert sum(value > written * (1.0 + 1e-9) for value in closing) <= allowed
+    unit = 10.0 ** (np.floor(np.log10(provided)) - 2.0) if provided > 0.0 else 0.0
+    assert provided == 0.0 or sum(value > provided - 2.0 * unit for value in closing) > allowed
