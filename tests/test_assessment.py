@@ -568,6 +568,7 @@ def test_interfaces_are_taken_one_by_one():
     both["building_period"], both["building_damping"] = ("building", [0.5, 0.6, 0.7]), ("building", [0.05] * 3)
     both["peak_displacement_free"] = (("record", "polarity", "building"), np.full((6, 2, 3), 0.03))
     both = both.set_coords(["building_period", "building_damping"])
+    both["peak_closing"] = both["impact_count"] * 0.0  # no run closes more than the motion without contact
     both.attrs = one.attrs | {"scene_resolved": 2 * one.attrs["scene_resolved"]}
     assert [name for name, _ in interfaces(both)] == ["A | B", "B | C"]
     first, second = assess(both).interfaces
