@@ -133,7 +133,7 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
     drawn, peaks = _together(shown, peak)
     look = {"cmap": "viridis", "vmin": float(peaks.min()), "vmax": float(peaks.max())}
     figure = _maps(drawn, peaks, look, "peak relative displacement [mm]")
-    title(figure, finding, f"{_whose(results, shown)}; right of the dashed line there is no contact", note)
+    title(figure, finding, f"{_whose(results, shown)}{_end_words(drawn)}", note)
     return figure
 
 
@@ -156,7 +156,7 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     drawn, ratios = _together(shown, ratio)
     figure = _maps(drawn, ratios, look, words, marked=ratios > 1.0 + NOTABLE)
     yields = shown["yield_exceedance"].isel(yield_force=np.isfinite(forces)) == 1
-    where = f"{_whose(results, shown)}; +: raised by over 1 %; right of the dashed line there is no contact"
+    where = f"{_whose(results, shown)}; +: raised by over 1 %{_end_words(drawn)}"
     title(figure, _ratio_finding(ratio.where(yields)), where, note)
     return figure
 
@@ -171,6 +171,12 @@ def _ratio_finding(ratio: xr.DataArray) -> str:
         f"Yielding raises the peak in {raised:.0f} % and lowers it in {lowered:.0f} % of the {count} cases that yield: "
         f"{float(ratio.min()):.2f} to {float(ratio.max()):.2f} times"
     )
+
+
+def _end_words(drawn: xr.Dataset) -> str:
+    """What the dashed line of a panel means, where any panel has one."""
+    touching = (drawn["impact_count"] > 0).any("yield_force").all("gap")
+    return "" if bool(touching.all()) else "; right of the dashed line there is no contact"
 
 
 def _together(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr.DataArray]:
