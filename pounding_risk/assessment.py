@@ -181,7 +181,7 @@ def assess(
         whose, results = str(results), open_results(results)
     else:
         whose = "the dataset"
-    results = with_axes(results)
+    results = with_axes(results, whose)
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results, whose)

@@ -550,12 +550,13 @@ def test_a_real_process_ends_with_status_2_and_no_traceback():
 def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
     """A ground motion beyond what steps resolve: the dataset is written either way, with NaN and a reason."""
     law = ("--set", "interface.contact_model=jankowski", "--set", "interface.restitution=0.65")
-    wild = ("--set", "records.pga='1e20 g'", *law)
+    wild = ("--set", "records.pga='1e28 g'", *law)
+    sentences = ("the step in contact fell below what the numbers resolve", "the step budget ran out")
     for strict, status in (((), 0), (("--strict",), 3)):
         Path("out.nc").unlink(missing_ok=True)
         result = run(*command, *wild, *strict)
         assert result.exit_code == status, result.output
-        assert "the step in contact fell below what the numbers resolve" in result.output
+        assert any(sentence in result.output for sentence in sentences), result.output
         assert Path("out.nc").exists()
     Path("out.nc").unlink()
     assert run(*command, "--strict").exit_code == 0

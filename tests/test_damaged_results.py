@@ -186,7 +186,7 @@ def test_what_is_declared_is_what_a_scan_writes(sound):
 @pytest.mark.parametrize(
     ("damage", "words"),
     [
-        (lambda one: one.rename(building="house"), "has the dimensions"),
+        (lambda one: one.rename(building="house"), "has one building left"),
         (lambda one: _with_attr(one, "peak_closing_free", "units", "mm"), "peak_closing_free is in 'mm', not in 'm'"),
         (lambda one: _with_values(one, "gap", np.array([np.nan, 0.01, 0.02, 0.04])), "gap are not distances"),
         (lambda one: _without(one, "records"), "the attribute records is missing"),

@@ -332,7 +332,7 @@ def test_compare_says_that_e_is_its_own(capsys):
     print_comparison(dataset.assign_attrs(left_out="merged: not asked for"))
     told = capsys.readouterr().out
     assert "e and force are its own: nothing can be made equal" in told
-    assert "left out     merged: not asked for" in told
+    assert "left out    merged: not asked for" in told
     without = study_from(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
     assert left_out(without).startswith('distributed_mass: left without floor_length; write floor_length = "20 m"')

@@ -286,8 +286,11 @@ def test_the_conclusion_comes_first(scan, html, pdf):
     for text in (squeezed(unescape(re.sub(r"<[^>]*>", "", html))), pdf_text(pdf.read_bytes())):
         places = [text.index(each) for each in sentences]
         assert places == sorted(places)
-    required = assess(scan).interfaces[0].required_at(84.0).gap
-    assert f"{1e3 * required:.3g} mm" in verdict.conclusion[1]
+    closing = np.sort(np.array(assess(scan).interfaces[0].closing))[::-1]
+    # 16 % of the motions, whole ones, may close it: the next one is what it has to hold, rounded up to three digits.
+    needed = closing[int(0.16 * closing.size)]
+    provided = float(re.search(r"([0-9.]+) mm", verdict.conclusion[1])[1]) / 1e3
+    assert needed <= provided * (1.0 + 1e-9) and provided <= 1.01 * needed  # three digits: 1 % at most
 
 
 SIGNED = {"project": "Quay <12> & $co.$", "author": "A. B. Señor", "revision": "B", "date": "2 May 2026"}

@@ -184,7 +184,7 @@ def test_a_row_that_nothing_touches_says_so(results):
 def test_a_cell_without_a_complete_run_says_so():
     case = row_case(made_row(records=1, failed=True).isel(polarity=[0]), gap=0.0)
     for draw in (elevation_figure, plan_figure):
-        assert "No run of 1 motions is complete" in texts(draw(case))
+        assert "No run of 1 motion is complete" in texts(draw(case))
     profiles_figure(case)
 
 
