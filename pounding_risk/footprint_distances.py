@@ -9,9 +9,8 @@ from collections.abc import Iterator, Sequence
 from math import cos, inf, radians, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pounding_risk.footprints import Array, Footprint, local, middle, reaches
+from pounding_risk.footprints import Array, Footprint, local, middle, parted, reaches
 
 MOST_AT_ONCE = 200_000  # distances of a corner from a wall that are computed in one array
 METRES_A_DEGREE = 110e3  # less than a degree of latitude has anywhere (110.57 km at the equator), so that boxes reach
@@ -106,18 +105,8 @@ def _squared(walls: Array, others: Array) -> float:
 
 def _cross(walls: Array, others: Array) -> bool:
     """True where a wall crosses another: each ends on both sides of the other's line."""
-    return bool(np.any(_parts(walls, others) & _parts(others, walls).T))
-
-
-def _parts(walls: Array, others: Array) -> NDArray[np.bool_]:
-    """Whether the line of each wall (rows) has the two ends of each other one (columns) on its two sides."""
-    start, step = walls[:, None, 0], walls[:, None, 1] - walls[:, None, 0]
-    sides = [
-        np.sign(step[..., 0] * (end - start)[..., 1] - step[..., 1] * (end - start)[..., 0])
-        for end in (others[None, :, 0], others[None, :, 1])
-    ]
-    parts: NDArray[np.bool_] = sides[0] * sides[1] < 0.0
-    return parts
+    one, other = (walls[:, 0], walls[:, 1]), (others[:, 0], others[:, 1])
+    return bool(np.any(parted(one, other) & parted(other, one).T))
 
 
 def _from_corners(corners: Array, walls: Array) -> float:

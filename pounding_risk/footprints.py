@@ -104,12 +104,12 @@ def crosses_itself(ring: Array) -> bool:
         for others in np.array_split(np.flatnonzero(near), max(1, near.sum() // WALLS)):
             walls = start[group], end[group]
             rest = start[others], end[others]
-            if np.any(_parted(walls, rest) & _parted(rest, walls).T):
+            if np.any(parted(walls, rest) & parted(rest, walls).T):
                 return True
     return False
 
 
-def _parted(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
+def parted(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
     """Whether a wall of ``others`` (columns) ends on both sides of the line of one of ``walls`` (rows)."""
     start, step = walls[0], walls[1] - walls[0]
 
