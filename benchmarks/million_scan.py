@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 import pounding_risk
-from pounding_risk.ensemble import scan
-from pounding_risk.scenario import read_scene, study_from
-from pounding_risk.study import Study
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.scene.reader import read_scene, study_from
+from pounding_risk.scene.scene import Study
 
 THREADS = 2
 LAWS = ("jankowski", "viscous_elastoplastic")
@@ -44,7 +44,7 @@ def measure(gaps: int, strengths: int) -> dict[str, float]:
 
 def study_of(gaps: int, strengths: int) -> Study:
     """The grid's study; the records are those of the scene `compare.toml` that ships."""
-    shipped = Path(pounding_risk.__file__).parent / "scenes" / "compare.toml"
+    shipped = Path(pounding_risk.__file__).parent / "scene" / "shipped" / "compare.toml"
     forces = [f"{force:.6g} N" for force in np.geomspace(1e5, 1e7, strengths - 1)]
     return study_from(
         {

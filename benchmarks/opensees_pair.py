@@ -25,9 +25,9 @@ import numpy as np
 from scenes import Scene
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import hertz_work, jankowski_ratio
+from pounding_risk.models.contact.laws import hertz_work, jankowski_ratio
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
+from pounding_risk.models.structures.sdof import Building
 
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
 TEST, ITERATIONS = 1e-12, 100  # m, and per step

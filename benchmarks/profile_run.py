@@ -19,9 +19,12 @@ from typing import Any
 import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench
 
-from pounding_risk.core import collide, events, flight, march, peaks, pound
-from pounding_risk.core.tally import COUNT
-from pounding_risk.pair import Interface, free_response, run
+from pounding_risk.solver.counters import COUNT
+from pounding_risk.solver.pair import contact as pound
+from pounding_risk.solver.pair import events, flight, peaks
+from pounding_risk.solver.pair import run as march
+from pounding_risk.solver.pair import stages as collide
+from pounding_risk.solver.pair.api import Interface, free_response, run
 
 MODULES = (collide, events, flight, march, peaks, pound)
 # What is counted: a part and who calls it, and what that means.

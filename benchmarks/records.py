@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from far_field import at2_text, file_name
 
-from pounding_risk import record_sets
-from pounding_risk.cli_output import Watch
-from pounding_risk.measures import measure, response_spectra
-from pounding_risk.motions import Motion, read_motion
-from pounding_risk.processing import DEFAULT_CHAIN
+from pounding_risk.cli.tables import Watch
+from pounding_risk.motions import record_sets
+from pounding_risk.motions.intensity import measure, response_spectra
+from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.processing.chain import DEFAULT_CHAIN
 
 SETS = ("fema-p695-farfield", "fema-p695-nearfield")
 PERIODS = np.geomspace(0.02, 10.0, 100)

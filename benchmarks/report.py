@@ -15,7 +15,7 @@ from time import perf_counter
 import numpy as np
 from made_scan import made_scan
 
-from pounding_risk.results import save
+from pounding_risk.results.files import save
 
 RECORDS, LAWS, REPEATS = 44, 6, 3
 GAPS = np.linspace(0.0, 0.15, 50)

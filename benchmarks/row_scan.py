@@ -18,22 +18,22 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk import rows
-from pounding_risk.chains import chain_of
-from pounding_risk.contact_points import Point, automatic_points
-from pounding_risk.core.tally import COUNT
-from pounding_risk.ensemble import scan
+from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_style import STYLES, blank, title
-from pounding_risk.models.contact import ViscousElastoplastic
+from pounding_risk.figures.style import STYLES, blank, title
+from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
-from pounding_risk.motions import Motion, read_motion
-from pounding_risk.record_sets import members
-from pounding_risk.results import told
-from pounding_risk.rows import Contacts
-from pounding_risk.scenario import study_from
-from pounding_risk.storeys import Storeys
-from pounding_risk.summaries import counted
+from pounding_risk.models.structures.contact_points import Point, automatic_points
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.record_sets import members
+from pounding_risk.results.files import told
+from pounding_risk.results.summary import counted
+from pounding_risk.scene.reader import study_from
+from pounding_risk.solver.counters import COUNT
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import Contacts
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk.chains import Chain, chain_of
-from pounding_risk.models.contact import HertzDamp, Jankowski
+from pounding_risk.models.contact.laws import HertzDamp, Jankowski
 from pounding_risk.models.restitution import Restitution, constant
-from pounding_risk.models.structures import Building
-from pounding_risk.motions import read_motion
-from pounding_risk.quantities import STANDARD_GRAVITY
-from pounding_risk.storeys import Storeys
+from pounding_risk.models.structures.mdof import Chain, chain_of
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.units import STANDARD_GRAVITY
 
 RECORD = "RSN6-180"
 E = constant(0.65)

@@ -22,10 +22,10 @@ from row_scenes import RowScene, row_of_four, ten_and_eight, three_storey_pair
 from side_by_side import read_time
 from throughput import in_time, range_of
 
-from pounding_risk import rows
-from pounding_risk.contact_points import FLOOR, Point
-from pounding_risk.core.tally import PEAK_FORCE
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.contact_points import FLOOR, Point
+from pounding_risk.solver.counters import PEAK_FORCE
+from pounding_risk.solver.row import api as rows
 
 CONVERGED = 1e-12
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk.gather import motions_of
-from pounding_risk.models.contact import HertzDamp, Jankowski, KelvinVoigt
+from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
-from pounding_risk.motions import read_motion
-from pounding_risk.pair import Interface
-from pounding_risk.paper import scene as shipped_scene
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.ensemble import motions_of
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.solver.pair.api import Interface
+from pounding_risk.studies.demo import scene as shipped_scene
 
 E = 0.65
 RECORD = "RSN6-180"

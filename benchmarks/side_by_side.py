@@ -24,13 +24,13 @@ from scenes import Scene, all_scenes, moderate_scenes
 from scipy_pair import solve_scipy
 from throughput import in_time, range_of
 
-from pounding_risk._jit import lowered
-from pounding_risk.core.collide import make_desk
-from pounding_risk.core.sweep import sweep
+from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures_style import STYLES, blank, title, write
-from pounding_risk.outputs import COLUMNS, RUN, run_outputs
-from pounding_risk.pair import free_response, oscillators, run
+from pounding_risk.figures.style import STYLES, blank, title, write
+from pounding_risk.results.pair_variables import COLUMNS, RUN, run_outputs
+from pounding_risk.solver.pair.api import free_response, oscillators, run
+from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.stages import make_desk
 
 CONVERGED = 1e-12  # rtol of the reference
 FINEST_ERROR = 1e-15  # relative errors below rounding count as this

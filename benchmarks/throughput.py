@@ -19,16 +19,16 @@ import numpy as np
 from rk4 import solve_rk4
 from scipy_pair import solve_scipy
 
-from pounding_risk.core.collide import make_desk
-from pounding_risk.core.sweep import sweep
-from pounding_risk.ensemble import scan
-from pounding_risk.models.contact import ViscousElastoplastic
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
-from pounding_risk.motions import read_motion
-from pounding_risk.outputs import COLUMNS, RUN, run_outputs
-from pounding_risk.pair import Interface, free_response, oscillators, run
-from pounding_risk.scenario import parse_scene
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.results.pair_variables import COLUMNS, RUN, run_outputs
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
+from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.stages import make_desk
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)

@@ -127,7 +127,7 @@ print(json.dumps({{"variables": about(found.data_vars), "coordinates": about(fou
 @lru_cache(maxsize=1)
 def smallest_dataset() -> dict[str, dict]:
     """Variables, coordinates and attributes of a scan, from the smallest one that there is."""
-    scene = ROOT / "pounding_risk" / "scenes" / "paper.toml"
+    scene = ROOT / "pounding_risk" / "scene" / "shipped" / "paper.toml"
     told = interpreted("-c", SMALLEST.format(scene=str(scene)))
     return json.loads(told.splitlines()[-1])
 

@@ -106,7 +106,7 @@ contact_model = ["jankowski", "viscous_elastoplastic"]
 
 def scanned(**how: Any) -> Any:
     """The dataset of the scene, a quarter of its runs made again."""
-    from pounding_risk.ensemble import scan
-    from pounding_risk.scenario import parse_scene
+    from pounding_risk.ensemble.scan import scan
+    from pounding_risk.scene.reader import parse_scene
 
     return scan(parse_scene(SCENE), check_fraction=0.25, **how)

@@ -14,7 +14,9 @@ import pounding_risk
 
 def interpreted(code: str) -> Any:
     """What ``code`` prints, read as JSON; it finds this very package and the modules of the tests."""
-    places = [Path(__file__).parent, Path(pounding_risk.__file__).parent.parent]
+    tests = Path(__file__).parent
+    folders = (folder for folder in tests.iterdir() if folder.is_dir())
+    places = [tests, *folders, Path(pounding_risk.__file__).parent.parent]
     made = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(map(str, places))},

@@ -14,9 +14,9 @@ import sys
 import time
 from pathlib import Path
 
-from pounding_risk.ensemble import scan
-from pounding_risk.executors import Threads
-from pounding_risk.scenario import parse_scene
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.ensemble.threads import Threads
+from pounding_risk.scene.reader import parse_scene
 
 LATEST = 0.5  # s after a start, of a kill
 PAIR = """

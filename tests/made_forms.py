@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from pounding_risk.layout import AXES, CaseVariable, Form, blocks
+from pounding_risk.results.layout import AXES, CaseVariable, Form, blocks
 
 SHAPE = (7, 2, 1, 2, 5, 3)  # 70 lines
 

@@ -1,4 +1,6 @@
-"""Every number of the shipped scenes' datasets, as digests and as means: ``python tests/shipped_numbers.py`` writes them.
+"""Every number of the shipped scenes' datasets, as digests and as means.
+
+``python tests/shipped_numbers.py`` writes them.
 
 The grids are cut down so that all of them run in some ten seconds once the kernels are compiled.
 """
@@ -22,7 +24,7 @@ import xarray as xr
 import pounding_risk as pr
 
 KEPT = Path(__file__).parent / "data" / "shipped_numbers.json"
-SCENES = files("pounding_risk") / "scenes"
+SCENES = files("pounding_risk.scene") / "shipped"
 LAWS = ["jankowski", "kelvin_voigt", "viscous_elastoplastic", "stereomechanical"]
 
 
@@ -76,7 +78,9 @@ def arithmetic() -> dict[str, str]:
 
 if __name__ == "__main__":
     KEPT.write_text(
-        json.dumps({"arithmetic": arithmetic(), "datasets": {name: digests(each) for name, each in datasets()}}, indent=1)
+        json.dumps(
+            {"arithmetic": arithmetic(), "datasets": {name: digests(each) for name, each in datasets()}}, indent=1
+        )
         + "\n",
         encoding="utf-8",
     )

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-import pounding_risk.formats
-from pounding_risk.models import contact
+import pounding_risk.motions.formats
+from pounding_risk.models.contact import laws as contact
 
 PACKAGE = Path(contact.__file__).resolve().parent.parent
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if "records" not in file.relative_to(PACKAGE).parts)
@@ -48,21 +48,21 @@ HOMES = {
 HEAVY = {"numpy", "scipy", *HOMES}
 KERNELS = {f"pounding_risk.{name.removesuffix('.py').replace('/', '.')}" for name in NAMES if name.startswith("core/")}
 BELOW_KERNELS = {f"pounding_risk.{name}" for name in ("_jit", "_calls", "quantities")}
-BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit", "pounding_risk.quantities"}
+BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit.compile", "pounding_risk.units"}
 ALSO = {
-    "models/tableau.py": {"numpy", "dataclasses", "fractions"},  # a table is arrays, made of exact numbers
-    "models/contact.py": {"pounding_risk.models.memory"},
+    "solver/runge_kutta.py": {"numpy", "dataclasses", "fractions"},  # a table is arrays, made of exact numbers
+    "models/contact/laws.py": {"pounding_risk.models.contact.history"},
     # An effect wraps a law, and refuses numbers of a scene in words.
-    "models/effects.py": {"collections.abc", "pounding_risk.errors"}
+    "models/effects/contact.py": {"collections.abc", "pounding_risk.errors"}
     | {f"pounding_risk.models.{name}" for name in ("building_effects", "contact", "memory", "ground")},
-    "models/building_effects.py": {"collections.abc", "dataclasses", "itertools", "pounding_risk.errors"},
-    "models/ground.py": {"numpy"},  # a ground motion is arrays
-    "models/exact_damping.py": {"pounding_risk.models.contact"},  # the same laws, damped otherwise
-    "models/instant.py": {
+    "models/effects/building.py": {"collections.abc", "dataclasses", "itertools", "pounding_risk.errors"},
+    "models/effects/ground.py": {"numpy"},  # a ground motion is arrays
+    "models/contact/damping.py": {"pounding_risk.models.contact.laws"},  # the same laws, damped otherwise
+    "models/contact/impulsive.py": {
         "collections",
         "collections.abc",
-        "pounding_risk.models.contact",
-        "pounding_risk.models.structures",
+        "pounding_risk.models.contact.laws",
+        "pounding_risk.models.structures.sdof",
     },  # the models without a force beside those with one
 }
 
@@ -109,7 +109,7 @@ def test_the_imports_are_seen():
     assert any(i.module == "numba" and not i.late for i in imports("_jit.py"))
     assert any(i.module == "pint" and i.late for i in imports("quantities.py"))
     assert any(i.module == "obspy" and i.typing_only for i in imports("catalogue.py"))
-    assert any(i.module == "pounding_risk.models.contact" for i in imports("scenario.py"))
+    assert any(i.module == "pounding_risk.models.contact.laws" for i in imports("scenario.py"))
 
 
 @pytest.mark.parametrize("library", HOMES)
@@ -151,7 +151,7 @@ def test_kernels_do_not_import_in_circles():
         & KERNELS
         for kernel in KERNELS
     }
-    assert above["pounding_risk.core.sweep"], "imports among kernels are seen"
+    assert above["pounding_risk.solver.pair.grid"], "imports among kernels are seen"
     while above:
         lowest = {name for name, needs in above.items() if not needs & set(above)}
         assert lowest, f"import circle among {sorted(above)}"
@@ -175,7 +175,12 @@ DRAWN = [
 @pytest.mark.parametrize("name", DRAWN)
 def test_what_is_read_and_drawn_needs_no_solver(name):
     """A dataset can be opened, assessed and drawn where nothing can be solved."""
-    solver = KERNELS | {"pounding_risk._jit", "pounding_risk._calls", "pounding_risk.ensemble", "pounding_risk.rows"}
+    solver = KERNELS | {
+        "pounding_risk._jit.compile",
+        "pounding_risk._jit.calls",
+        "pounding_risk.ensemble.scan",
+        "pounding_risk.solver.row.api",
+    }
     for found in imports(name):
         below = found.module in solver or found.module.startswith("pounding_risk.models")
         assert found.typing_only or not below, described(name, found)
@@ -244,7 +249,7 @@ def test_each_law_has_the_verbs_of_the_protocol():
 def test_every_law_of_the_module_is_registered():
     classes = [
         node.name
-        for node in TREES["models/contact.py"].body
+        for node in TREES["models/contact/laws.py"].body
         if isinstance(node, ast.ClassDef) and [ast.unparse(base) for base in node.bases] == ["NamedTuple"]
     ]
     assert sorted(law.__name__ for law in contact.LAWS.values()) == sorted(classes)
@@ -262,11 +267,11 @@ def test_each_format_has_its_entry_points(root):
     """The folder and the entry points name the same formats, so that ``obspy.read`` misses none."""
     points = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
     told = points["obspy.plugin.waveform"]
-    folder = Path(pounding_risk.formats.__file__).parent
-    modules = {f"pounding_risk.formats.{file.stem}" for file in folder.glob("[!_]*.py")}
+    folder = Path(pounding_risk.motions.formats.__file__).parent
+    modules = {f"pounding_risk.motions.formats.{file.stem}" for file in folder.glob("[!_]*.py")}
     found = {name: __import__(name, fromlist=["_"]).FORMAT for name in modules}
     assert {each.name: name for name, each in found.items() if not each.native} == told
-    assert set(pounding_risk.formats.formats()) == set(found.values())
+    assert set(pounding_risk.motions.formats.formats()) == set(found.values())
     for name, module in told.items():
         pair = points[f"obspy.plugin.waveform.{name}"]
         assert set(pair) == {"isFormat", "readFormat"}

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 
-from pounding_risk.models.contact import ViscousElastoplastic
+from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
-from pounding_risk.pair import Interface, oscillators, solve
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.solver.pair.api import Interface, oscillators, solve
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
 DT = 0.01

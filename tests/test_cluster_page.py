@@ -10,10 +10,10 @@ import subprocess
 import pytest
 from chunked_work import SCENE
 
+from pounding_risk.ensemble.identity import flattened
+from pounding_risk.ensemble.threads import read_shard
 from pounding_risk.errors import PoundingError
-from pounding_risk.executors import read_shard
-from pounding_risk.identity import flattened
-from pounding_risk.results import open_results
+from pounding_risk.results.files import open_results
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_the_configuration_of_tls_is_one_that_dask_reads(page):
     dask = pytest.importorskip("dask")
     distributed = pytest.importorskip("distributed")
     yaml = pytest.importorskip("yaml")
-    from pounding_risk.dask_executor import Dask
+    from pounding_risk.ensemble.dask import Dask
 
     (text,) = blocks(page, "yaml")
     with dask.config.set(flattened(yaml.safe_load(text))):

@@ -18,17 +18,17 @@ import nbformat
 import pytest
 
 import pounding_risk
-from pounding_risk import quality
-from pounding_risk.formats import formats
-from pounding_risk.models.contact import SHIPPED
-from pounding_risk.models.effects import EFFECTS
-from pounding_risk.models.instant import INSTANT_LAWS
+from pounding_risk.assessment.separations.rules import RULES
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.laws import SHIPPED
+from pounding_risk.models.effects.contact import EFFECTS
 from pounding_risk.models.restitution import NAMED
-from pounding_risk.outputs import BUILDING, RUN
-from pounding_risk.processing import STEPS
-from pounding_risk.scene_words import KEYS
-from pounding_risk.separation_rules import RULES
-from pounding_risk.typologies import TYPOLOGIES
+from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.motions import quality
+from pounding_risk.motions.formats import formats
+from pounding_risk.motions.processing.chain import STEPS
+from pounding_risk.results.pair_variables import BUILDING, RUN
+from pounding_risk.scene.words import KEYS
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
@@ -227,7 +227,7 @@ for heading, body in zip(parts[1::2], parts[2::2], strict=True):
 def test_the_examples_of_extending_run(tmp_path):
     """Interpreted, as compiling a law takes ten seconds; in a process of their own, as they add to registries."""
     (tmp_path / "scene.toml").write_text(
-        (resources.files("pounding_risk") / "scenes" / "paper.toml").read_text("utf-8")
+        (resources.files("pounding_risk.scene") / "shipped" / "paper.toml").read_text("utf-8")
     )
     environment = {**os.environ, "PYTHONPATH": str(DOCS.parent), "NUMBA_DISABLE_JIT": "1"}
     run = subprocess.run(

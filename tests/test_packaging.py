@@ -16,7 +16,7 @@ import obspy
 import pytest
 
 import pounding_risk
-from pounding_risk import catalogue
+from pounding_risk.motions import catalogue
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def tracked(root: Path, *folders: str) -> set[str]:
 def test_the_wheel_is_the_package_and_its_records(root, built, project):
     names = set(zipfile.ZipFile(built["wheel"]).namelist())
     assert tracked(root, "pounding_risk") <= names
-    assert {f"pounding_risk/{name}" for name in tracked(root, "records")} <= names
+    assert {f"pounding_risk/motions/{name}" for name in tracked(root, "records")} <= names
     tops = {name.partition("/")[0] for name in names}
     assert tops == {"pounding_risk", f"pounding_risk-{project['version']}.dist-info"}
     assert f"pounding_risk-{project['version']}.dist-info/licenses/LICENSE" in names
@@ -60,7 +60,7 @@ def test_the_wheel_is_the_package_and_its_records(root, built, project):
 def test_the_wheel_finds_its_records_far_from_the_checkout(built, tmp_path):
     zipfile.ZipFile(built["wheel"]).extractall(tmp_path / "site")
     code = (
-        "from pounding_risk import catalogue\n"
+        "from pounding_risk.motions import catalogue\n"
         "print(catalogue.records_folder())\n"
         "for found in catalogue.entries():\n"
         "    assert found.package or catalogue.read_bytes(found.id), found.id\n"
@@ -70,7 +70,7 @@ def test_the_wheel_finds_its_records_far_from_the_checkout(built, tmp_path):
         [sys.executable, "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120
     )
     assert done.returncode == 0, done.stderr
-    assert Path(done.stdout.strip()) == (tmp_path / "site" / "pounding_risk" / "records").resolve()
+    assert Path(done.stdout.strip()) == (tmp_path / "site" / "pounding_risk" / "motions" / "records").resolve()
 
 
 def test_the_source_archive_can_be_tested(root, built, project):

@@ -9,12 +9,12 @@ import pytest
 import xarray as xr
 
 import pounding_risk as pr
-from pounding_risk.block_rules import Rules
-from pounding_risk.case_choice import chosen, values_of
+from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import Jankowski
-from pounding_risk.quantities import STANDARD_GRAVITY
-from pounding_risk.row_findings import row_case
+from pounding_risk.models.contact.laws import Jankowski
+from pounding_risk.scene.street.defaults import Rules
+from pounding_risk.studies.case_choice import chosen, values_of
+from pounding_risk.units import STANDARD_GRAVITY
 
 G = STANDARD_GRAVITY
 SCENE = """\

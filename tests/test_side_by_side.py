@@ -8,15 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pounding_risk import record_sets
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact import HertzDamp
+from pounding_risk.models.contact.laws import HertzDamp
 from pounding_risk.models.restitution import CONCRETE
-from pounding_risk.motions import read_motion
-from pounding_risk.pair import solve
-from pounding_risk.quantities import STANDARD_GRAVITY
-from pounding_risk.record_request import matching
-from pounding_risk.scenario import read_scene
+from pounding_risk.motions import record_sets
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.request import matching
+from pounding_risk.scene.reader import read_scene
+from pounding_risk.solver.pair.api import solve
+from pounding_risk.units import STANDARD_GRAVITY
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -6,17 +6,13 @@ from dataclasses import fields
 from typing import Any
 
 from generation.markdown import docstring, plain
-from pounding_risk import (
-    assessed_response,
-    assessment,
-    fragility,
-    hazard,
-    influences,
-    proportions,
-    required_gaps,
-    separations,
-    verdicts,
-)
+from pounding_risk.assessment import assess as assessment
+from pounding_risk.assessment import fragility, hazard, proportions
+from pounding_risk.assessment import required_gap as required_gaps
+from pounding_risk.assessment import response as assessed_response
+from pounding_risk.assessment import sensitivity as influences
+from pounding_risk.assessment import verdict as verdicts
+from pounding_risk.assessment.separations import table as separations
 
 HEAD = """# Assessment
 

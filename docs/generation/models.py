@@ -5,19 +5,22 @@ from __future__ import annotations
 from typing import Any, get_type_hints
 
 from generation.markdown import docstring, plain, table
-from pounding_risk.effect_defaults import default_words
-from pounding_risk.models import contact, exact_damping, instant
-from pounding_risk.models.contact import LAWS, SHIPPED, stiffness_quantity
-from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
-from pounding_risk.models.exact_damping import EXACT
-from pounding_risk.models.instant import INSTANT_LAWS
+from pounding_risk.models.contact import damping as exact_damping
+from pounding_risk.models.contact import impulsive as instant
+from pounding_risk.models.contact import laws as contact
+from pounding_risk.models.contact.damping import EXACT
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.laws import LAWS, SHIPPED, stiffness_quantity
+from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground
+from pounding_risk.models.effects.defaults import default_words
 from pounding_risk.models.restitution import NAMED
-from pounding_risk.quantities import Quantity, bounds
-from pounding_risk.scene_words import option_example
+from pounding_risk.scene.words import option_example
+from pounding_risk.units import Quantity, bounds
 
 LAWS_HEAD = """# Contact models
 
-Each is a class of `pounding_risk/models/contact.py` or `instant.py`; this page is what the classes say of themselves.
+Each is a class of `pounding_risk/models/contact/laws.py` or `impulsive.py`; this
+page is what the classes say of themselves.
 [Contact](../theory/contact.md) has the main formulas side by side. `pounding-risk models` prints a list in a terminal,
 a user's own laws too.
 
@@ -84,7 +87,7 @@ def _range(quantity: Quantity) -> str:
 EFFECTS_HEAD = """# Effects
 
 Each is off unless a scene names it, and what is off is not in the machine code. This page is what the classes of
-`pounding_risk/models/effects.py` and `building_effects.py` beside it say of themselves.
+`pounding_risk/models/effects/contact.py` and `building_effects.py` beside it say of themselves.
 
 """
 

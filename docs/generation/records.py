@@ -6,10 +6,10 @@ import sys
 from typing import Any
 
 from generation.markdown import docstring, plain, table
-from pounding_risk.formats import formats
-from pounding_risk.processing import DEFAULT_CHAIN, MODULES, STEPS
-from pounding_risk.quality import CHECKS
-from pounding_risk.quantities import Quantity, bounds
+from pounding_risk.motions.formats import formats
+from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, MODULES, STEPS
+from pounding_risk.motions.quality import CHECKS
+from pounding_risk.units import Quantity, bounds
 
 FORMATS = """# Record formats
 

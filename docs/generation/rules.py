@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from generation.markdown import docstring, plain, table
-from pounding_risk import separation_rules
-from pounding_risk.separation_rules import RULES
+from pounding_risk.assessment.separations import rules as separation_rules
+from pounding_risk.assessment.separations.rules import RULES
 
 RULES_HEAD = """# Separation rules
 

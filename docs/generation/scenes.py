@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from generation.markdown import docstring, plain, table
-from pounding_risk.core.tally import STATUS_SENTENCES
-from pounding_risk.models.effects import EFFECTS
-from pounding_risk.outputs import BUILDING, RUN
-from pounding_risk.scenario import scene_schema
+from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.results.pair_variables import BUILDING, RUN
+from pounding_risk.scene.reader import scene_schema
+from pounding_risk.solver.counters import STATUS_SENTENCES
 
 SCENE = """# Scene keys
 
@@ -16,8 +16,8 @@ A scene is one TOML file. Quantities are text with a unit, of any size: `"44.36 
 the right dimension will do; the column *unit* is the one in which numbers are kept. A key that is not listed here is an
 error that names the nearest one. Every fault of a file is told at once, with its line.
 
-`--set interface.gap="20 mm"` of a command replaces a value. `pounding_risk.scenario.scene_schema()` gives this page as
-a JSON schema, with which an editor completes keys.
+`--set interface.gap="20 mm"` of a command replaces a value. `pounding_risk.scene.reader.scene_schema()` gives this page
+as a JSON schema, with which an editor completes keys.
 
 """
 HEADS = ("key", "what", "unit and range", "example", "where it is left out")
@@ -128,6 +128,6 @@ def _short(value: str) -> str:
 
 def _jumps() -> str:
     """What the module says of models whose velocities jump, its second part."""
-    from pounding_risk import outputs
+    from pounding_risk.results import pair_variables as outputs
 
     return (outputs.__doc__ or "").partition("\n\n")[2].partition("\n\n")[2]

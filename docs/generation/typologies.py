@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from generation.markdown import docstring, plain, table
-from pounding_risk import typologies
-from pounding_risk.storeys import generated
-from pounding_risk.typologies import TYPOLOGIES
+from pounding_risk.models.structures import typologies
+from pounding_risk.models.structures.storeys import generated
+from pounding_risk.models.structures.typologies import TYPOLOGIES
 
 
 def typologies_page() -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import inf
 from typing import Annotated, NamedTuple, Protocol
 
-from pounding_risk._jit import speaks
-from pounding_risk.quantities import RESTITUTION, Quantity
+from pounding_risk._jit.compile import speaks
+from pounding_risk.units import RESTITUTION, Quantity
 
 
 @speaks

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results import check_target
+from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,9 +53,9 @@ def report(
         For what is no dataset of a scan, for a target that cannot be written, as `assess`, and for a PDF without the
         extra ``pdf``.
     """
-    from pounding_risk.assessment import assess
+    from pounding_risk.assessment.assess import assess
+    from pounding_risk.reports.document import build
     from pounding_risk.reports.material import Material, companions, opened
-    from pounding_risk.reports.model import build
     from pounding_risk.reports.signature import signed
 
     target = check_target(out, SUFFIXES)
@@ -64,10 +64,10 @@ def report(
     others = companions(also)
     model = build(Material(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
     if target.suffix.lower() == ".pdf":
-        from pounding_risk.reports.document import document
+        from pounding_risk.reports.pdf import document
 
         return _write(target, document(model))
-    from pounding_risk.reports.page import page
+    from pounding_risk.reports.html import page
 
     return _write(target, page(model).encode())
 

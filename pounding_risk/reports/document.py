@@ -1,78 +1,93 @@
-"""A report as PDF, by typst: a wheel that needs no program of the system, and the same bytes on any day."""
+"""The one model of a report: sections by name, each a function from the material to blocks; pages and PDF print it.
+
+A new section is one function and one entry in `SECTIONS`. A section without blocks is left out. Tables longer than
+`LONG` rows keep their telling rows in the text and stand whole in the appendix.
+"""
 
 from __future__ import annotations
 
-import json
-import shutil
-from importlib import resources
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from pounding_risk.errors import PoundingError
-from pounding_risk.figures_style import font_files
+from pounding_risk import __version__
+from pounding_risk.reports.blocks import LONG, Block, paragraph
+from pounding_risk.reports.material import Material
+from pounding_risk.reports.sections import adequacy, inputs, response, row, summary
+from pounding_risk.reports.sections import references as origins
+from pounding_risk.reports.sections import studies as outcomes
 
-if TYPE_CHECKING:
-    from pounding_risk.reports.model import Model
-
-TEMPLATE, FONTS = "report.typ", "fonts"
+Model = dict[str, Any]
+APPENDIX = "Whole tables"
 
 
-def document(model: Model) -> bytes:
-    """The PDF of a report's model. Raises PoundingError without typst, and for a letter that no font has."""
-    try:
-        import typst
-    except ImportError:
-        raise PoundingError(
-            'a report as PDF needs typst: pip install "pounding-risk[pdf]", or write a report that ends in .html'
-        ) from None
-    with TemporaryDirectory() as folder:
-        root = Path(folder)
-        (root / "report.json").write_text(json.dumps(_with_files(model, root), ensure_ascii=False), encoding="utf-8")
-        template = root / TEMPLATE
-        template.write_text(
-            resources.files(__package__).joinpath(TEMPLATE).read_text(encoding="utf-8"), encoding="utf-8"
-        )
-        (root / FONTS).mkdir()
-        for font in font_files():
-            shutil.copy(font, root / FONTS)
-        return _compiled(typst, template)
+class Section(NamedTuple):
+    """One part of a report: its title and what writes it."""
+
+    title: str
+    write: Callable[[Material], list[Block]]
 
 
-def _compiled(typst: Any, template: Path) -> bytes:
-    """The PDF, with fonts that come along; with those of the system where these lack a letter.
-
-    As PDF/UA: tagged, with the figures' texts, for those who have it read out. That refuses letters that no font has.
-    """
-    problem = ""
-    for system in (False, True):
-        try:
-            return typst.compile(
-                template,
-                root=template.parent,
-                font_paths=[template.parent / FONTS],
-                ignore_system_fonts=not system,
-                pdf_standards="ua-1",
-            )
-        except typst.TypstError as error:
-            if "could not be displayed" not in str(error):
-                raise
-            problem = str(error).partition("error: ")[2]
-    raise PoundingError(
-        f"{problem}, nor with another font here: install a font that has it, such as Noto Sans, or write .html"
-    )
+SECTIONS: dict[str, Section] = {
+    "summary": Section("Summary", summary.summary),
+    "scene": Section("Scene and assumptions", inputs.scene),
+    "records": Section("Records", inputs.records),
+    "adequacy": Section("Is the gap enough?", adequacy.adequacy),
+    "row": Section("The row", row.row),
+    "response": Section("What contact does to the buildings", response.response),
+    "models": Section("Contact models compared", outcomes.models),
+    "accuracy": Section("How exact the numbers are", outcomes.accuracy),
+    "effects": Section("Effects", outcomes.effects),
+    "references": Section("References", origins.references),
+    "provenance": Section("Provenance", origins.provenance),
+}
 
 
-def _with_files(model: Model, root: Path) -> Model:
-    """The model with its figures as files beside the template."""
-    sections = []
-    for section in model["sections"]:
-        blocks = []
+def build(material: Material) -> Model:
+    """Title, and sections of blocks; JSON-able."""
+    sections: list[dict[str, Any]] = []
+    for name, (title, write) in SECTIONS.items():
+        blocks = write(material)
+        if blocks:
+            sections.append({"name": name, "title": title, "blocks": blocks})
+    whole = _shortened(sections)
+    if whole:
+        said = paragraph("Tables of which the text above shows some rows.")
+        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [said, *whole]})
+    _number(sections)
+    return {
+        "title": str(material.results.attrs.get("title") or "Pounding of adjacent buildings"),
+        "about": "Seismic pounding of adjacent buildings: assessment of the gap",
+        "signature": material.signature.lines,
+        "author": material.signature.author,
+        "program": f"pounding_risk {__version__}",
+        "sections": sections,
+    }
+
+
+def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
+    """Long tables cut to the rows that are kept, in place; the whole ones, in order, are returned."""
+    whole: list[Block] = []
+    for section in sections:
         for block in section["blocks"]:
-            if block["kind"] == "figure":
-                file = f"{block['name']}.svg"
-                (root / file).write_text(block["svg"], encoding="utf-8")
-                block = {**{key: value for key, value in block.items() if key != "svg"}, "file": file}
-            blocks.append(block)
-        sections.append({**section, "blocks": blocks})
-    return {**model, "sections": sections}
+            if block["kind"] != "table" or len(block["rows"]) <= LONG:
+                continue
+            anchor = f"whole-{len(whole) + 1}"
+            whole.append({**block, "anchor": anchor, "whole": True})
+            which = f": {block['note']}" if block["note"] else ""
+            block["more"] = {
+                "anchor": anchor,
+                "text": f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand in the appendix.",
+            }
+            block["rows"] = [block["rows"][place] for place in block["keep"]]
+    return whole
+
+
+def _number(sections: list[dict[str, Any]]) -> None:
+    """Sections, tables and figures by number, in the order in which they stand."""
+    counts = {"table": 0, "figure": 0}
+    for place, section in enumerate(sections, start=1):
+        section["number"] = place
+        for block in section["blocks"]:
+            if block["kind"] in counts:
+                counts[block["kind"]] += 1
+                block["number"] = counts[block["kind"]]

@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.assessment import interfaces
+from pounding_risk._common.files import checksum
+from pounding_risk.assessment.assess import interfaces
+from pounding_risk.assessment.row import RowCase, row_case
+from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.own_case import scene_force, scene_model
 from pounding_risk.reports.signature import NOTHING, Signature
-from pounding_risk.results import open_results, told
-from pounding_risk.row_findings import RowCase, row_case
-from pounding_risk.scan_check import AXES_OF_CASES, check_scan
-from pounding_risk.selected_axes import with_axes
-from pounding_risk.separations import code_table
-from pounding_risk.whole_files import checksum
+from pounding_risk.results.check import AXES_OF_CASES, check_scan
+from pounding_risk.results.files import open_results, told
+from pounding_risk.results.own_case import scene_force, scene_model
+from pounding_risk.results.selected_axes import with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from pounding_risk.assessment import Assessment, InterfaceAssessment
-    from pounding_risk.separations import CodeTable
+    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
+    from pounding_risk.assessment.separations.table import CodeTable
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")

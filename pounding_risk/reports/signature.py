@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.quantities import shown
+from pounding_risk.units import shown
 
 LONGEST = 200  # letters of a line in the head
 

@@ -14,16 +14,23 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import pounding_risk as pr
-from pounding_risk import paper
-from pounding_risk.collision import impact
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.hard.trial import shaking
-from pounding_risk.models.contact import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects import EFFECTS, PermanentSet, StrainRate, UnloadingStiffness, refusal, with_effects
+from pounding_risk.models.contact.laws import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
+from pounding_risk.models.effects.contact import (
+    EFFECTS,
+    PermanentSet,
+    StrainRate,
+    UnloadingStiffness,
+    refusal,
+    with_effects,
+)
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
-from pounding_risk.pair import Interface, solve
-from pounding_risk.scenario import study_from
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.scene.reader import study_from
+from pounding_risk.solver.pair.api import Interface, solve
+from pounding_risk.studies import demo as paper
+from pounding_risk.studies.impact import impact
+from pounding_risk.studies.stability.trial import shaking
 
 BETA, MASS, SPEED = 2.75e9, 570.0, 2.0
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
@@ -221,12 +228,12 @@ def test_order_in_a_scene_does_not_matter():
 def test_interpreted_is_compiled():
     code = """
 import json
-from pounding_risk.hard.trial import shaking
-from pounding_risk.models.contact import ViscousElastoplastic
-from pounding_risk.models.effects import with_effects
+from pounding_risk.studies.stability.trial import shaking
+from pounding_risk.models.contact.laws import ViscousElastoplastic
+from pounding_risk.models.effects.contact import with_effects
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures import Building
-from pounding_risk.pair import Interface, solve
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.solver.pair.api import Interface, solve
 law = with_effects(ViscousElastoplastic(2.75e9), (("unloading_stiffness", (("ratio", 1.5),)), ("permanent_set", ()),
     ("strain_rate", (("code", "mc2010"), ("length", 0.6)))))
 pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)

@@ -1,0 +1,1 @@
+"""Small helpers without physics: atomic files, progress callbacks, shared values, words. Private."""

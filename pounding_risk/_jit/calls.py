@@ -1,0 +1,186 @@
+"""Models as rows of numbers, and calls by address: what lets one compiled kernel serve models that it does not know."""
+
+from __future__ import annotations
+
+from threading import Lock
+
+import numba
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+from pounding_risk._jit.compile import FLAGS, INTERPRETED
+
+
+def _leaves(kind) -> int:
+    """How many numbers a model of this numba type holds."""
+    return sum(map(_leaves, kind.types)) if isinstance(kind, types.BaseTuple) else 1
+
+
+@intrinsic
+def _model_of(typingctx, model, values, place, offset):
+    def codegen(context, builder, signature, arguments):
+        kind, table = signature.args[0], make_array(signature.args[1])(context, builder, arguments[1])
+        width = cgutils.unpack_tuple(builder, table.shape)[1]
+        data = builder.gep(table.data, [builder.add(builder.mul(arguments[2], width), arguments[3])])
+
+        def build(part, at):
+            if not isinstance(part, types.BaseTuple):
+                return builder.load(builder.gep(data, [context.get_constant(types.intp, at)])), at + 1
+            found = []
+            for inner in part.types:
+                value, at = build(inner, at)
+                found.append(value)
+            return context.make_tuple(builder, part, found), at
+
+        return build(kind, 0)[0]
+
+    return model(model, values, types.intp, types.intp), codegen
+
+
+def model_of(model, values, place, offset):
+    """A model of the kind of ``model`` with the numbers that `numbers_of` has written to ``values[place, offset:]``.
+
+    One compiled kernel so serves contacts whose laws differ in their numbers. ``values`` is C-contiguous, of floats.
+    A plain tuple, or a single number, is taken as well.
+    """
+    numbers = iter(values[place, offset:])
+
+    def build(part):
+        if not isinstance(part, tuple):
+            return float(next(numbers))
+        found = [build(each) for each in part]
+        return type(part)(*found) if hasattr(part, "_fields") else tuple(found)
+
+    return build(model)
+
+
+if not INTERPRETED:
+    model_of = njit(forceinline=True, **FLAGS)(
+        lambda model, values, place, offset: _model_of(model, values, place, offset)
+    )
+
+
+@intrinsic
+def _lay_model(typingctx, model, values, place, offset):
+    def codegen(context, builder, signature, arguments):
+        target = _place_in(context, builder, signature.args[1], *arguments[1:4])
+
+        def lay(part, value, at):
+            if not isinstance(part, types.BaseTuple):
+                number = context.cast(builder, value, part, types.float64)
+                builder.store(number, builder.gep(target, [context.get_constant(types.intp, at)]))
+                return at + 1
+            for number, inner in enumerate(part.types):
+                at = lay(inner, builder.extract_value(value, number), at)
+            return at
+
+        return context.get_constant(types.intp, lay(signature.args[0], arguments[0], 0))
+
+    return types.intp(model, values, types.intp, types.intp), codegen
+
+
+def lay_model(model, values, place, offset):
+    """Write the numbers of a model, a tuple or a single number to ``values[place, offset:]``; returns how many."""
+    numbers = numbers_of((model,))
+    values[place, offset : offset + len(numbers)] = numbers
+    return len(numbers)
+
+
+if not INTERPRETED:
+    lay_model = njit(forceinline=True, **FLAGS)(
+        lambda model, values, place, offset: _lay_model(model, values, place, offset)
+    )
+
+
+def _place_in(context, builder, kind, array, row, column):
+    """Address of an element of a C-contiguous array of two dimensions."""
+    table = make_array(kind)(context, builder, array)
+    width = cgutils.unpack_tuple(builder, table.shape)[1]
+    return builder.gep(table.data, [builder.add(builder.mul(row, width), column)])
+
+
+@intrinsic
+def _call_at(typingctx, address, values, row, column, a, b, c):
+    def codegen(context, builder, signature, arguments):
+        real = context.get_value_type(types.float64)
+        kind = ir.FunctionType(real, [real.as_pointer(), real, real, real])
+        entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
+        place = _place_in(context, builder, signature.args[1], *arguments[1:4])
+        return builder.call(entry, [place, *arguments[4:]])
+
+    real = types.float64
+    return real(real, values, types.intp, types.intp, real, real, real), codegen
+
+
+@intrinsic
+def _call_on(typingctx, address, values, row, column, board, line, place):
+    def codegen(context, builder, signature, arguments):
+        real = context.get_value_type(types.float64)
+        kind = ir.FunctionType(real, [real.as_pointer(), real.as_pointer()])
+        entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
+        numbers = _place_in(context, builder, signature.args[1], *arguments[1:4])
+        return builder.call(entry, [numbers, _place_in(context, builder, signature.args[4], *arguments[4:])])
+
+    real = types.float64
+    return real(real, values, types.intp, types.intp, board, types.intp, types.intp), codegen
+
+
+ENTERING = Lock()  # held by whoever adds to these, so that threads neither compile twice nor take each other's place
+_ENTRIES: list = []  # what addresses lead to: compiled functions, which live as long as the process
+
+
+def entry_of(function, arguments: int) -> float:
+    """The address of a compiled function of a model's numbers and of three floats, or of an array to work on.
+
+    A kernel that calls by address is compiled once, whatever the model; a call costs some nanoseconds more than code
+    that is in place. As a float, which holds every address, it stands among the numbers that a kernel is given.
+    ``arguments`` is 3 or 1.
+    """
+    if INTERPRETED:
+        _ENTRIES.append(function)
+        return float(len(_ENTRIES) - 1)
+    real = types.float64
+    further = [real] * 3 if arguments == 3 else [types.CPointer(real)]
+    flags = {name: value for name, value in FLAGS.items() if name != "no_cfunc_wrapper"}
+    compiled = numba.cfunc(real(types.CPointer(real), *further), **flags)(function)
+    _ENTRIES.append(compiled)
+    return float(compiled.address)
+
+
+def call_at(address, values, row, column, a, b, c):
+    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and three floats."""
+    return _ENTRIES[int(address)](values[row, column:], a, b, c)
+
+
+def call_on(address, values, row, column, board, line, place):
+    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and ``board[line, place:]``."""
+    return _ENTRIES[int(address)](values[row, column:], board[line, place:])
+
+
+def as_row(pointer, count):
+    """``count`` floats at a pointer as an array of one row."""
+    return np.asarray(pointer)[:count].reshape(1, count)
+
+
+if not INTERPRETED:
+    call_at = njit(forceinline=True, **FLAGS)(
+        lambda address, values, row, column, a, b, c: _call_at(address, values, row, column, a, b, c)
+    )
+    call_on = njit(forceinline=True, **FLAGS)(
+        lambda address, values, row, column, board, line, place: _call_on(
+            address, values, row, column, board, line, place
+        )
+    )
+    as_row = njit(forceinline=True, **FLAGS)(lambda pointer, count: numba.carray(pointer, (1, count)))
+
+
+def numbers_of(model) -> list[float]:
+    """Every number of a model, in the order of its fields; those of a model inside it in its place."""
+    found: list[float] = []
+    for value in model:
+        found += numbers_of(value) if isinstance(value, tuple) else [float(value)]
+    return found

@@ -1,0 +1,1 @@
+"""From a dataset to a verdict: demands, proportions, required gaps, fragility, hazard."""

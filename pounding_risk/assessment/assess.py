@@ -1,0 +1,425 @@
+"""Is this gap enough, and what gap would be? Probabilities, required gaps, fragilities and a verdict from a scan.
+
+Everything follows from a dataset of `scan`, on disk or not; nothing is run. Whether a motion brings contact is known
+at every gap, not only at those of the grid, from its closing without contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.assessment import demands as data
+from pounding_risk.assessment import fragility as curves
+from pounding_risk.assessment.demands import Motions, interfaces
+from pounding_risk.assessment.fragility import Fragility
+from pounding_risk.assessment.hazard import Hazard, Rate, rate_of, read_hazard
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
+from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
+from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.assessment.response import Response, responses_of
+from pounding_risk.assessment.sensitivity import Influence, Yielding, of_contact, of_response, of_yielding, ranked
+from pounding_risk.assessment.separations.table import Comparison, code_table
+from pounding_risk.assessment.verdict import Asked, Seen, Verdict, judge
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import amplitude_words, own, usual_intensity
+from pounding_risk.results.contact_notes import of_results
+from pounding_risk.results.files import told
+from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
+from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.units import GAP, PGA, say, si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+__all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
+
+
+@dataclass(frozen=True, repr=False)
+class InterfaceAssessment(ShortRepr):
+    """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
+
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None where the grid
+    has none; ``at`` says it in words), as is ``closing``, what each motion closes, in rising order. ``yielding`` is at
+    every gap of the grid. ``fragility`` of contact is at these and the assessed one, of yielding at ``yield_gap``, the
+    grid's nearest, as is ``response``, what the motions do under each contact model and F_E. ``own_force`` is the
+    grid's F_E that is nearest to the scene's own, ``own_model`` the scene's contact model. ``rates`` go with
+    ``fragility``, where a hazard curve is given; ``separations`` are those of codes, beside the motions.
+    """
+
+    name: str
+    gap: float
+    amplitude: float | None
+    at: str
+    yield_gap: float
+    own_force: float
+    own_model: str
+    closing: tuple[float, ...]
+    contact: tuple[Share, ...]
+    yielding: tuple[Share, ...]
+    response: tuple[Response, ...]
+    required: tuple[RequiredGap, ...]
+    fragility: tuple[Fragility, ...]
+    rates: tuple[Rate, ...]
+    sensitivity: tuple[Influence, ...]
+    what_matters: str
+    separations: tuple[Comparison, ...]
+    verdict: Verdict
+
+    def required_at(self, percentile: float) -> RequiredGap:
+        """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
+        return next(each for each in self.required if each.percentile == percentile)
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """The verdict, and what it rests on first."""
+        yield "between", self.name
+        yield "verdict", self.verdict.sentence
+        for required in self.required:
+            yield f"gap of {required.percentile:g} % of the motions", say(required.gap, GAP)
+
+    def contact_at_gap(self) -> Share:
+        """The share of the motions that close the assessed gap."""
+        return next(share for share in self.contact if share.gap == self.gap)
+
+
+@dataclass(frozen=True, repr=False)
+class Assessment(ShortRepr):
+    """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
+
+    ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
+    ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
+    ``unused_keys`` are the keys of the scene that change nothing in it, and why.
+    """
+
+    title: str
+    cases: int
+    simulated: int
+    failed: int
+    checked: int
+    sensitive: int
+    confidence: float
+    percentile: float
+    target: float
+    asked: str
+    intensity: str
+    hazard: str
+    hazard_rows: tuple[tuple[float, float], ...]
+    interfaces: tuple[InterfaceAssessment, ...]
+    notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
+    unused_keys: tuple[str, ...] = ()
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """The verdict on each gap."""
+        yield "study", self.title
+        yield "cases", f"{self.cases}, {self.simulated} of them simulated, {self.failed} failed"
+        for interface in self.interfaces:
+            yield interface.name, interface.verdict.sentence
+        for note in self.notes:
+            yield "note", note
+
+    @property
+    def criterion(self) -> Criterion:
+        """What the gaps are held against."""
+        return Criterion(self.target, self.percentile, self.confidence)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it as tables and lists that JSON holds; what is not a finite number is None."""
+        return _plain(asdict(self))
+
+
+class _Options(NamedTuple):
+    gap: float | None
+    hazard: Hazard | None
+    confidence: float
+    percentile: float
+    intensity: str
+    target: float
+    pga: float | None
+
+    @property
+    def criterion(self) -> Criterion:
+        return Criterion(self.target, self.percentile, self.confidence)
+
+
+def assess(
+    results: xr.Dataset | str | Path,
+    *,
+    gap: float | str | None = None,
+    hazard: Hazard | str | Path | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+    percentile: float | str | None = None,
+    intensity: str | None = None,
+    target: float | str | None = None,
+    pga: float | str | None = None,
+) -> Assessment:
+    """Assess the gaps of a dataset of `scan`, or of the file it is in.
+
+    ``gap`` [m, or text with a unit] is the scene's own by default, at every interface. The verdict holds P(contact)
+    there against ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions,
+    beside 50, 84 and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target
+    asks for the percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by
+    default; where both are given the verdict uses the target. Of a dataset with several amplitudes the assessed one is
+    ``pga`` [m/s2], by default the scene's own where the grid has it, else the largest. Fragilities are against
+    ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
+    period, or "sa(0.62 s)" at any; by default the one that the scene scales its motions to, or PGA. ``hazard``, a
+    curve or its CSV file, adds annual rates.
+
+    Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
+    """
+    if isinstance(results, str | Path):
+        from pounding_risk.results.files import open_results
+
+        whose, results = str(results), open_results(results)
+    else:
+        whose = "the dataset"
+    results = with_axes(results, whose)
+    gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    pga = None if pga is None else si(pga, PGA, "pga")
+    data.check_dataset(results, whose)
+    curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    criterion = read_criterion(target, percentile, confidence)
+    intensity = usual_intensity(results) if intensity is None else intensity
+    options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
+    counts = data.run_counts(results)
+    found = tuple(_interface(name, one, place, options) for place, (name, one) in enumerate(interfaces(results)))
+    return Assessment(
+        title=str(results.attrs.get("title", "")),
+        **counts,
+        confidence=criterion.confidence,
+        percentile=criterion.percentile,
+        target=criterion.target,
+        asked=criterion.words,
+        intensity=intensity,
+        hazard=curve.source or curve.name if curve else "",
+        hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
+        interfaces=found,
+        notes=of_results(results),
+        unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
+    )
+
+
+def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:
+    gap = scene_gap(results, place) if options.gap is None else options.gap
+    if options.hazard is not None:
+        data.check_intensity(results, options.intensity, options.hazard.name)
+    every = data.motions_of(results)
+    level = _level(results, every.amplitudes, options.pga)
+    motions = _at_level(every, level)
+    independent = independent_motions(_logs(motions.closing[:, 0]), motions.recordings)
+    weight = independent / len(motions.records)
+    gaps = np.unique([*map(float, results["gap"].values), gap])
+    contact = _contact_shares(motions.closing[:, 0], gaps, weight, options.confidence)
+    percentiles = (*USUAL_PERCENTILES, options.percentile, options.criterion.target_percentile)
+    required = required_gaps(motions.closing[:, 0], weight, percentiles, options.confidence)
+    yield_gap, yields = data.yields_of(results, gap)
+    about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
+    asked = (options.percentile, options.target)
+    sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
+    own_force, own_model = scene_force(results), scene_model(results)
+    sensitivity += of_yielding(about, own_force, options.target) if own_force in about.forces else ()
+    response = responses_of(_one_amplitude(results, level), yield_gap)
+    sensitivity += of_response(response, own_model, own_force)
+    at = amplitude_words(results, every.amplitudes[level])
+    fragility = (
+        *_contact_curves(results, every, gaps, options),
+        *_yield_curves(results, every, (yield_gap, yields), options),
+    )
+    seen = Seen(
+        motions,
+        at,
+        next(share for share in contact if share.gap == gap),
+        next(each for each in required if each.percentile == options.percentile),
+        next(each for each in required if each.percentile == options.criterion.target_percentile),
+        independent,
+        int((~every.finite).sum()),
+        sensitivity[0],
+        data.run_counts(results),
+        int(data.held_apart(results, gap)[every.finite, level].sum()),
+        data.record_doubts(results),
+    )
+    rates = (
+        () if options.hazard is None else tuple(rate_of(options.hazard, each, options.confidence) for each in fragility)
+    )
+    return InterfaceAssessment(
+        name=name,
+        gap=gap,
+        amplitude=every.amplitudes[level],
+        at=at,
+        yield_gap=yield_gap,
+        own_force=own_force,
+        own_model=own_model,
+        closing=tuple(np.sort(motions.closing[:, 0]).tolist()),
+        contact=contact,
+        yielding=_yield_shares(results, level, weight, options.confidence),
+        response=response,
+        required=required,
+        fragility=fragility,
+        rates=rates,
+        sensitivity=sensitivity,
+        what_matters=ranked(sensitivity),
+        separations=code_table(_one_amplitude(results, level), options.percentile).rules,
+        verdict=_with_notes(judge(Asked(gap, options.criterion), seen), results, name, options.pga),
+    )
+
+
+def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked_pga: float | None) -> Verdict:
+    """The verdict with which amplitude it is of, and with what the dataset notes of this interface."""
+    notes = [_amplitude_note(results) if asked_pga is None else "", told(results, "level_notes", {}).get(name, "")]
+    return replace(verdict, evidence=(*verdict.evidence, *(str(note) for note in notes if note)))
+
+
+def _amplitude_note(results: xr.Dataset) -> str:
+    """Which of several amplitudes is assessed where none is asked for, and why."""
+    if results.sizes.get("pga", 1) < 2:
+        return ""
+    levels = [own(float(pga), PGA) for pga in results["pga"].values]
+    why = "the largest" if own_amplitude(results) is None else "the scene's own"
+    return f"Of the amplitudes {', '.join(levels)}, {levels[own_level(results)]} is assessed: {why}."
+
+
+def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
+    """Place of the assessed amplitude; raises PoundingError for one that the grid has not."""
+    if asked is None:
+        return own_level(results)
+    for place, amplitude in enumerate(amplitudes):
+        if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
+            return place
+    known = (
+        ", ".join(own(each, PGA) for each in amplitudes if each is not None)
+        or "none: its motions have no amplitudes of a grid"
+    )
+    raise PoundingError(f"pga {own(asked, PGA)} is not in the dataset, which has {known}")
+
+
+def _one_amplitude(results: xr.Dataset, level: int) -> xr.Dataset:
+    return results.isel(pga=level) if "pga" in results.dims else results
+
+
+def _at_level(motions: Motions, level: int) -> Motions:
+    """The motions with a finite response, at one amplitude; raises PoundingError where there are none."""
+    kept = np.flatnonzero(motions.finite)
+    if not kept.size:
+        raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
+    return Motions(
+        tuple(motions.records[place] for place in kept),
+        tuple(motions.polarities[place] for place in kept),
+        labels(list(motions.recordings[kept])),
+        (motions.amplitudes[level],),
+        motions.closing[kept, level : level + 1],
+        motions.finite[kept],
+        None if motions.alone is None else motions.alone[kept, level : level + 1],
+    )
+
+
+def _models(results: xr.Dataset) -> tuple[str, ...]:
+    return tuple(map(str, results["contact_model"].values))
+
+
+def _logs(closing: Array) -> Array:
+    """Logarithms that tell motions alike or not; one that closes nothing counts as the least that does."""
+    least = closing[closing > 0.0].min(initial=1.0)
+    return np.log(np.maximum(closing, least))
+
+
+def _contact_shares(closing: Array, gaps: Array, weight: float, confidence: float) -> tuple[Share, ...]:
+    touching = (closing[:, None] > gaps).astype(float)
+    return shares(touching, [{"gap": float(gap)} for gap in gaps], weight, confidence)
+
+
+def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
+    """The share of the motions whose force reaches F_E, by gap, contact model and finite F_E.
+
+    The motions of a recording are taken to be as alike in their forces as in what they close.
+    """
+    found: list[Share] = []
+    forces, models = data.finite_forces(results), _models(results)
+    if not forces.size:
+        return ()
+    for gap in map(float, results["gap"].values):
+        _, yields = data.yields_of(results, gap)
+        about = [
+            {"gap": gap, "contact_model": model, "yield_force": float(force)} for model in models for force in forces
+        ]
+        found.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
+    return tuple(found)
+
+
+def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
+    """The fragility of contact at every gap.
+
+    Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be
+    known of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
+    """
+    ims = data.intensities(results, options.intensity)[motions.finite]
+    closing, recordings = motions.closing[motions.finite], _numbered(motions.recordings[motions.finite])
+    im, who = ims.ravel(), np.repeat(recordings, ims.shape[1])
+    # What is pushed across a gap by others does not grow with the motion.
+    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
+    linear = data.is_linear(results) and not pushed
+    for gap in map(float, gaps):
+        touching = (closing > gap).ravel()
+        found, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
+        if linear:
+            scaled, times = _by_scaling(ims, closing, gap, recordings)
+            if found.fault or not scaled.fault:
+                found, method, note, factor = scaled, curves.SCALED, found.fault, times
+        about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
+        about |= {"intensity": options.intensity, "method": method, "note": note, "factor": factor}
+        yield Fragility(**about, **asdict(found), stripes=curves.stripes_of(im, touching))
+
+
+def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.int64]) -> tuple[curves.Fit, float]:
+    """The curve of the intensities at which the motions close the gap once scaled, and by how much that scales them."""
+    reach = np.divide(gap, closing, where=closing > 0.0, out=np.full(closing.shape, np.inf))
+    found = curves.fit_capacities((ims * reach)[:, 0], recordings)
+    if found.fault:
+        return found, np.nan
+    factor, fault = curves.out_of_scale(found, np.exp(np.log(reach).mean(axis=0)))
+    return (curves.Fit(fault=fault), np.nan) if fault else (found, factor)
+
+
+def _yield_curves(
+    results: xr.Dataset, motions: Motions, found: tuple[float, Array], options: _Options
+) -> Iterator[Fragility]:
+    """The fragility of yielding at one gap, by contact model and finite F_E."""
+    gap, yields = found
+    ims = data.intensities(results, options.intensity)
+    who = np.repeat(motions.recordings, ims.shape[1])
+    for place, model in enumerate(_models(results)):
+        for number, force in enumerate(data.finite_forces(results)):
+            failed = yields[:, :, place, number].ravel()
+            known = ~np.isnan(failed)
+            if not known.any():
+                continue
+            im, reached = ims.ravel()[known], failed[known] > 0.0
+            fit = curves.fit(im, reached, _numbered(who[known]))
+            about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": float(force), "contact_model": model}
+            about |= {"intensity": options.intensity, "method": _method(motions, options), "note": ""}
+            yield Fragility(**about, **asdict(fit), stripes=curves.stripes_of(im, reached))
+
+
+def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Recordings without the numbers that no motion has."""
+    return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
+
+
+def _method(motions: Motions, options: _Options) -> str:
+    return curves.STRIPES if options.intensity == "pga" and len(motions.amplitudes) > 1 else curves.OWN
+
+
+def _plain(value: Any) -> Any:
+    """Only what JSON knows: None for what is not a finite number."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

@@ -1,0 +1,355 @@
+"""What an assessment reads from a dataset of `scan`: motions and what they close, who yields, the scene's gap.
+
+Nothing here runs a case; a dataset on disk is enough.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.proportions import labels
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.processing.signals import LEAST_SHAKING
+from pounding_risk.motions.recordings import recording
+from pounding_risk.results.amplitudes import (
+    Spectral,
+    has_spectrum_at,
+    intensity_words,
+    scaled_to,
+    spectral,
+    spectral_range,
+)
+from pounding_risk.results.check import AXES_OF_CASES, check_scan
+from pounding_risk.results.files import told
+from pounding_risk.results.own_case import own_gaps, scene_place
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an attribute
+    "time": "simulate",
+    "setting": "accuracy",
+    "baseline": "compare",
+    "effects": "effects",
+}
+NEEDED = ("peak_closing_free", "yield_exceedance", "impact_count", "status", "peak_displacement_free")
+# They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
+LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
+SAME_GAP = 1e-9  # m, by which two gaps may differ that are one
+NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
+UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
+
+
+class Motions(NamedTuple):
+    """The motions of an ensemble, and what each closes without contact."""
+
+    records: tuple[str, ...]  # by motion
+    polarities: tuple[str, ...]
+    recordings: NDArray[np.int64]  # numbers, equal for the components and polarities of one recording
+    amplitudes: tuple[float | None, ...]  # m/s2, of the grid; None for motions as recorded
+    closing: Array  # (motions, amplitudes) [m]
+    finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
+    alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
+
+
+def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
+    """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
+    for mark, command in OTHERS.items():
+        if mark in results.dims or (mark in results.attrs and command == "compare"):
+            raise PoundingError(
+                f"this is a dataset of `{command}`, which says nothing of gaps and motions; assess takes what "
+                "`pounding-risk scan SCENE -o results.nc` writes"
+            )
+    if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
+        raise PoundingError("this is no dataset of pounding-risk; `pounding-risk scan SCENE -o results.nc` writes one")
+    missing = [name for name in NEEDED if name not in results]
+    if missing:
+        raise PoundingError(
+            f"the dataset has no {', '.join(missing)}: an older version wrote it; scan the scene again, the scene's "
+            "text is the attribute 'scene'"
+        )
+    if "scene_resolved" not in results.attrs:
+        raise PoundingError(
+            "the dataset has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
+        )
+    check_scan(results, whose, names=(*AXES_OF_CASES, "building", "building_period"), attrs=("records", "title"))
+
+
+def interfaces(results: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Each pair of neighbours, named "left | right", and its part of the dataset, without the dimension of interfaces.
+
+    ``gap`` is the interface's own. Where the grid varies another's gap, its own is one: beside that gap of the other
+    which is nearest to the scene's.
+    """
+    names = [str(name) for name in results["building"].values]
+    pairs = [f"{left} | {right}" for left, right in pairwise(names)]
+    if "interface" not in results.dims:
+        return [(pairs[0], results)]
+    return [(name, _one_interface(results, at)) for at, name in enumerate(pairs)]
+
+
+def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
+    part = {"interface": at, "building": slice(at, at + 2)}
+    if "contact_point" in results.dims:
+        part["contact_point"] = np.flatnonzero(results["contact_point_interface"].values == at)
+    gaps = own_gaps(results).isel(interface=at)
+    if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
+        part["gap"] = slice(*(scene_place(results) + end for end in (0, 1)))
+        gaps = gaps.isel(gap=part["gap"])
+    return results.isel(part).assign_coords(gap=("gap", gaps.values, results["gap"].attrs))
+
+
+def is_linear(results: xr.Dataset) -> bool:
+    """True where the closing without contact grows with the motion: under no effect that could spoil it."""
+    return set(tomllib.loads(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
+
+
+def motions_of(results: xr.Dataset) -> Motions:
+    """The motions of one interface, record by record and polarity by polarity.
+
+    In a row what stands further along may push a building across a gap that the motion without contact leaves open:
+    ``closing`` is then the most that is closed, with the penetration, in such a run under any contact model and F_E.
+    """
+    records, polarities = (list(map(str, results[axis].values)) for axis in ("record", "polarity"))
+    amplitudes: tuple[float | None, ...] = (None,)
+    if "pga" in results.coords:
+        amplitudes = tuple(float(pga) for pga in np.atleast_1d(results["pga"].values))
+    alone = _by_amplitude(results["peak_closing_free"])
+    closing = np.fmax(alone, _pushed(results)) if is_of_row(results) else alone
+    turns = len(polarities)
+    return Motions(
+        tuple(name for name in records for _ in polarities),
+        tuple(polarities) * len(records),
+        np.repeat(_recordings(results, records), turns),
+        amplitudes,
+        closing,
+        np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(_is_shaking(results), turns),
+        alone if is_of_row(results) else None,
+    )
+
+
+def _recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
+    """The number of each record's recording; records whose motion is the same to the last bit are of one."""
+    facts = {each.get("name"): each for each in told(results, "records", [])}
+    shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
+    digests = told(results, "motions_sha256", {})
+    first: dict[Any, Any] = {}
+    for place, name in enumerate(records):
+        key, original = shared[place], first.setdefault(digests.get(name, name), shared[place])
+        if key != original:
+            shared = [original if each == key else each for each in shared]
+            first = {digest: original if each == key else each for digest, each in first.items()}
+    return labels(shared)
+
+
+def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
+    """A sentence for each record that is a copy of another, as `scan` found it, is here twice, or holds no motion."""
+    digests = told(results, "motions_sha256", {})
+    names = list(map(str, results["record"].values))
+    first: dict[str, str] = {}
+    twice = []
+    for name in names:
+        original = first.setdefault(digests.get(name, name), name)
+        if original != name:
+            twice.append(f"{name} holds the same motion as {original}: it counts twice in the shares, scan again")
+    dead = [name for name, shakes in zip(names, _is_shaking(results), strict=True) if not shakes]
+    still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
+    return (*told(results, "copies", []), *twice, *still)
+
+
+def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
+    """Whether each record holds a motion; `scan` refuses one that does not, and did not always."""
+    if "record_pga" not in results.coords:
+        return np.ones(results.sizes["record"], dtype=bool)
+    return np.asarray(results["record_pga"].values >= LEAST_SHAKING)
+
+
+def is_of_row(results: xr.Dataset) -> bool:
+    """True for one interface of a row, as `interfaces` gives it."""
+    return "interface" in results.coords
+
+
+def _pushed(results: xr.Dataset) -> Array:
+    """The most that each motion closes where it touches at a gap that it leaves open alone; NaN where it never does."""
+    opened = results["peak_closing_free"] <= results["gap"]
+    reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
+    return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in ("record", "polarity", "pga")]))
+
+
+def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
+    """Who closes a gap of the grid alone and touches in no run at it: (motions, amplitudes).
+
+    So it is where contact elsewhere in the row holds the buildings apart. None is known to be so at a gap that the grid
+    has not, nor where a run failed.
+    """
+    at = np.flatnonzero(np.isclose(results["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
+    if not at.size:
+        return np.zeros_like(_by_amplitude(results["peak_closing_free"]), dtype=bool)
+    counts = results["impact_count"].isel(gap=at)
+    touches = (counts != 0).any([axis for axis in counts.dims if axis not in ("record", "polarity", "pga")])
+    return np.asarray((_by_amplitude(results["peak_closing_free"]) > gap) & (_by_amplitude(touches) == 0))
+
+
+def _hashable(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
+    """Values as (motions, ...), the axes ``rest`` in this order."""
+    ordered = values.transpose("record", "polarity", *rest).values
+    return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))
+
+
+def _by_amplitude(values: xr.DataArray) -> Array:
+    """Values as (motions, amplitudes), whether or not there is an axis of amplitudes."""
+    found = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
+    return found.reshape(len(found), values.sizes.get("pga", 1))
+
+
+def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
+    """The grid's gap that is nearest, and who yields there: (motions, amplitudes, models, finite yield forces).
+
+    1 and 0; NaN where the run failed or yielding is not defined, as of an instant jump.
+    """
+    gaps = results["gap"].values
+    nearest = int(np.abs(gaps - gap).argmin())
+    one = results["yield_exceedance"].isel(gap=nearest, yield_force=_may_yield(results))
+    rest = [axis for axis in ("pga", "contact_model", "yield_force") if axis in one.dims]
+    values = by_motion(one, rest)
+    values = values if "pga" in rest else values[:, None]
+    return float(gaps[nearest]), np.where(values == UNDEFINED, np.nan, values.astype(float))
+
+
+def finite_forces(results: xr.Dataset) -> Array:
+    """The grid's yield forces [N] without inf, which never yields, unless columns have a yield force of their own."""
+    return np.asarray(results["yield_force"].values[_may_yield(results)])
+
+
+def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
+    """Under which yield forces of the grid some contact may yield."""
+    if not (is_of_row(results) and "contact_point_yield_force" in results.variables):
+        return np.asarray(np.isfinite(results["yield_force"].values))
+    # By the grid's yield force where floors meet; a column keeps its own.
+    own = results["contact_point_yield_force"].broadcast_like(results["yield_force"])
+    return np.asarray(np.isfinite(own.transpose("yield_force", "contact_point").values).any(axis=1))
+
+
+def intensities(results: xr.Dataset, intensity: str) -> Array:
+    """The intensity of every motion [m/s2], (motions, amplitudes).
+
+    That is "pga", or "sa(left)", "sa(right)" or by name, or "sa(0.62 s)" at any period. Sa of a single mass is its
+    pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest displacement without contact;
+    of a building with storeys, that of the record at its first period. Sa at a period is what the scene scales its
+    motions to where that is the same, or is read from the dataset's spectra, of 5 % damping, by straight lines in
+    the logarithms. Raises PoundingError for another word, for a rigid building, and where the dataset has no such
+    spectrum.
+    """
+    if intensity == "pga":
+        polarities = results.sizes["polarity"]
+        peaks = results["pga"].values if "pga" in results.coords else None
+        if peaks is None:
+            return np.repeat(results["record_pga"].values, polarities)[:, None]
+        return np.tile(np.atleast_1d(peaks), (results.sizes["record"] * polarities, 1))
+    one = _spectral_of(results, intensity)
+    side = _side(results, intensity)
+    if side is None or ("building_storeys" in results.coords and int(results["building_storeys"].values[side]) > 1):
+        return _of_records(results, one, intensity)
+    free = _by_amplitude(results["peak_displacement_free"].isel(building=side))
+    return free * (2.0 * np.pi / one.period) ** 2
+
+
+def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
+    """Sa of the records at a period and damping [m/s2], as they are scaled, (motions, amplitudes)."""
+    known = scaled_to(results)
+    if known is not None and known.value is not None and known.is_at(asked):
+        return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
+    if not has_spectrum_at(results, asked):
+        span = spectral_range(results)
+        told = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
+        raise PoundingError(
+            f"intensity {intensity!r}: the dataset has spectra {told}; write a period among them, or pga"
+        )
+    spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
+    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(each))) for each in spectra]
+    scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
+    peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
+    return np.asarray(peaks * intensities(results, "pga"))
+
+
+def _spectral_of(results: xr.Dataset, intensity: str) -> Spectral:
+    """Period and damping of the Sa that is asked for; raises PoundingError for a rigid building's."""
+    side = _side(results, intensity)
+    if side is None:
+        return spectral(intensity[3:-1]) or Spectral(np.nan)
+    period = float(results["building_period"].values[side])
+    if np.isnan(period):
+        raise PoundingError(
+            f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
+        )
+    return Spectral(period)
+
+
+def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
+    """Raise PoundingError where a hazard curve, by its name, is not of the intensity that fragilities are against.
+
+    A curve of Sa that names a period, as "sa(1.0 s)", must name that of the intensity.
+    """
+    kind = re.match(r"[a-z]*", curve)
+    if kind is None or kind[0] != intensity.partition("(")[0]:
+        repair = f", such as --intensity {shlex.quote(curve)}" if curve == "pga" or spectral(curve[3:-1]) else ""
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, the fragility one against {intensity_words(intensity)}; write the "
+            f"intensity that the curve is of{repair}"
+        )
+    named = re.search(r"\d*\.?\d+", curve)
+    if intensity == "pga" or named is None:
+        return
+    period = _spectral_of(results, intensity).period
+    if abs(float(named[0]) - period) > NEAR * period:
+        whose = ", the building's own period" if _side(results, intensity) is not None else ""
+        raise PoundingError(
+            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
+            "curve of that period, or the intensity that the curve is of"
+        )
+
+
+def _side(results: xr.Dataset, intensity: str) -> int | None:
+    """The building whose Sa is asked for; None where it is that of a period. Raises PoundingError for neither."""
+    names = [str(name) for name in results["building"].values]
+    found = re.fullmatch(r"sa\((.+)\)", intensity)
+    asked = found[1].strip() if found else ""
+    for known in (["left", "right"], names):
+        if asked in known:
+            return known.index(asked)
+    if asked and spectral(asked) is not None:
+        return None
+    listed = ", ".join(f"sa({name})" for name in names)
+    raise PoundingError(
+        f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such as "
+        "sa(0.5 s)"
+    )
+
+
+def run_counts(results: xr.Dataset) -> dict[str, int]:
+    """Cases, those simulated, failed, made again at a tighter tolerance, and sensitive among these."""
+    status = results["status"]
+    meanings = str(status.attrs["flag_meanings"]).split()
+    complete = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]
+    flags = results["sensitive"].values if "sensitive" in results else np.full(1, -1)
+    return {
+        "cases": int(status.size),
+        "simulated": int((results["simulated"].values == 1).sum()) if "simulated" in results else int(status.size),
+        "failed": int((status.values != complete).sum()),
+        "checked": int((flags >= 0).sum()),
+        "sensitive": int((flags == 1).sum()),
+    }

@@ -1,0 +1,300 @@
+"""Lognormal fragility by maximum likelihood: P(failure | im) = Φ(ln(im/θ)/β), θ the median, β the dispersion.
+
+Each motion is a witness at its own intensity, or many stand at the same few intensities (multiple stripes); the
+likelihood is the same, that of Baker, Earthquake Spectra 31 (2015). Of contact between linear buildings more is
+known: a motion closes the gap once scaled by gap over closing, so that the curve is that of these intensities.
+
+What the motions cannot carry is refused in words, and no annual rate follows from it: a curve from one intensity, one
+whose dispersion is not told from none by its own error, and one whose median lies where no motion was.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.units import PGA, say
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+STRIPES, OWN, SCALED = "multiple stripes", "each motion at its own intensity", "scaled motions"
+STEPS, CLOSE = 100, 1e-10  # Newton steps at most, and the decrement of the likelihood at which they end
+FLAT = 5.0  # a dispersion beyond which a curve says nothing: 16 to 84 % are then a factor of 22,000 apart
+# Intensities that differ by less than this share are one. Scaling leaves them 1e-9 apart, the solver's tolerance and a
+# spectrum read between its periods up to 1e-3, and none of that is shaking of another strength.
+ALIKE = 1e-3
+# A dispersion is carried by the motions where it is more than so many of its own standard errors: 95 % one-sided, by
+# Wald's test that failures grow with the intensity. The error is as large where they almost part at one intensity.
+CARRIED = 1.645
+ALONE = "one recording has no dispersion between recordings: give more records"
+
+
+@dataclass(frozen=True)
+class Stripe:
+    """How many of the motions of one intensity fail."""
+
+    im: float
+    count: int
+    runs: int
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Median and dispersion with standard errors; ``fault`` is the sentence that says why there are none (NaN).
+
+    ``se_median`` is that of ln θ, a share of the median; ``se_dispersion`` that of β. Both are from the observed
+    information, as if motions were independent; those ``_recordings`` hold for recordings whose motions are not (the
+    sandwich of Huber and White, by recording). ``correlation`` is that of the estimates of ln θ and β, by recording.
+    """
+
+    median: float = nan
+    dispersion: float = nan
+    se_median: float = nan
+    se_dispersion: float = nan
+    se_median_recordings: float = nan
+    se_dispersion_recordings: float = nan
+    correlation: float = nan
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Fragility:
+    """P(``what`` | intensity) at one gap [m], and for yielding at one F_E [N] and contact model.
+
+    ``median`` and the ``stripes`` have the unit of the intensity, m/s2; for the rest see `Fit`. ``note`` says why the
+    scanned intensities give no curve of their own where the motions are scaled, and ``factor`` by how much the nearest
+    scanned motions are scaled to the median; NaN otherwise.
+    """
+
+    what: str  # "contact" or "yield"
+    gap: float
+    yield_force: float | None
+    contact_model: str | None
+    intensity: str
+    method: str
+    median: float
+    dispersion: float
+    se_median: float
+    se_dispersion: float
+    se_median_recordings: float
+    se_dispersion_recordings: float
+    correlation: float
+    fault: str
+    note: str
+    stripes: tuple[Stripe, ...] = field(repr=False)
+    factor: float = nan
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """The larger standard error of ln θ and of β: few recordings show too little of how alike they are."""
+        return (
+            max(self.se_median, self.se_median_recordings),
+            max(self.se_dispersion, self.se_dispersion_recordings),
+        )
+
+    def probability(self, im: Array) -> Array:
+        """P(failure) at these intensities; NaN where nothing could be fitted."""
+        return fragility_curve(im, self.median, self.dispersion)
+
+
+def fragility_curve(im: Array, median: Array | float, dispersion: Array | float) -> Array:
+    """Φ(ln(im/θ)/β).
+
+    >>> float(fragility_curve(np.array(2.0), 2.0, 0.4))
+    0.5
+    """
+    from scipy.special import ndtr
+
+    return np.asarray(ndtr(np.log(np.asarray(im) / median) / dispersion))
+
+
+def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
+    """The motions counted by intensity, in rising order; those `of_one_intensity` are one stripe at their median."""
+    if of_one_intensity(im):
+        return (Stripe(float(np.median(im)), int(failed.sum()), int(failed.size)),)
+    values, where = np.unique(im, return_inverse=True)
+    runs, counts = np.bincount(where), np.bincount(where, failed)
+    return tuple(Stripe(float(a), int(k), int(n)) for a, k, n in zip(values, counts, runs, strict=True))
+
+
+def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
+    """Median and dispersion from who fails at which intensity, by maximum likelihood.
+
+    In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
+    where all motions have one intensity, where the failures are all or none, or no survivor is stronger than one of
+    them; a curve that is flat or falls with intensity is no fragility, and neither is one whose dispersion its error
+    does not tell from none or whose median lies outside the intensities. All are told as the `Fit`'s ``fault``.
+
+    Parameters
+    ----------
+    im : array, shape (runs,)
+        Intensity of each run [m/s2].
+    failed : array of bool, shape (runs,)
+        Who fails.
+    recordings : array of int, shape (runs,)
+        Numbers from 0, equal for the runs of one recording.
+    """
+    fault = unfit(im, failed) or (ALONE if np.ptp(recordings) == 0 else "")
+    if fault:
+        return Fit(fault=fault)
+    logs = np.log(im)
+    middle, scale = float(logs.mean()), float(logs.std())
+    x = np.stack([np.ones_like(logs), (logs - middle) / scale], axis=1)
+    (a, b), curvature, scores = _probit(x, np.where(failed, 1.0, -1.0))
+    if b <= scale / FLAT:
+        trend = "become rarer" if b <= 0.0 else "hardly become more frequent"
+        return Fit(fault=f"failures {trend} as the intensity grows: this measure does not govern them")
+    # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
+    turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
+    inverse = turn @ np.linalg.inv(curvature)
+    found = _told(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
+    return _refused(found, not_carried(found, im) or outside(found.median, im))
+
+
+def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
+    """Median and dispersion of the intensities at which the motions fail, all of them known.
+
+    θ = exp(mean ln), β the deviation (1/n, maximum likelihood); standard errors β/√n and β/√(2n).
+    """
+    if not (capacities.min() > 0.0 and np.isfinite(capacities).all()):
+        return Fit(
+            fault="a closed gap is touched by the weakest motion, and a motion that closes nothing never does it"
+        )
+    if np.ptp(recordings) == 0:
+        return Fit(fault=ALONE)
+    logs = np.log(capacities)
+    if of_one_intensity(capacities):
+        return Fit(fault="motions that all fail at one intensity have no dispersion; give more records")
+    middle, spread = float(logs.mean()), float(logs.std())
+    z = (logs - middle) / spread
+    scores = np.stack([z, z**2 - 1.0], axis=1) / spread
+    inverse = np.diag([spread**2, 0.5 * spread**2]) / logs.size
+    return _told(middle, spread, inverse, inverse @ _by_recording(scores, recordings))
+
+
+def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
+    """Why no curve can be fitted to who fails at which intensity; "" where one can."""
+    if of_one_intensity(im):
+        one = say(float(np.median(im)), PGA)
+        repair = "scan the motions as recorded, or at several values of grid.pga"
+        return f"all motions have one intensity, {one}: a curve needs several; {repair}"
+    count = int(failed.sum())
+    if count in (0, failed.size):
+        return f"{'all' if count else 'none'} of the {failed.size} runs fail: a curve needs both kinds"
+    if im[~failed].max() <= im[failed].min():
+        return "no survivor is stronger than a failure: the dispersion cannot be told from 0"
+    return ""
+
+
+def of_one_intensity(im: Array) -> bool:
+    """True where intensities [m/s2] differ by no more than scaling and solving leave them apart (`ALIKE`)."""
+    return bool(np.ptp(im) <= ALIKE * im.max(initial=0.0))
+
+
+def not_carried(found: Fit, im: Array) -> str:
+    """Why the motions do not carry the fitted dispersion; "" where they do."""
+    error = max(found.se_dispersion, found.se_dispersion_recordings)
+    if error * CARRIED < found.dispersion:
+        return ""
+    return (
+        f"so few motions, between {_span(im)}, carry no dispersion: it would be {found.dispersion:.2g} with a standard "
+        f"error of {error:.2g}; scan more records, or amplitudes further apart"
+    )
+
+
+def outside(median: float, im: Array) -> str:
+    """Why a median [m/s2] is no finding of motions of these intensities; "" where it lies among them."""
+    if im.min() <= median <= im.max():
+        return ""
+    side, repair = ("above", "stronger") if median > im.max() else ("below", "weaker")
+    return (
+        f"the median of the fit, {say(median, PGA, 3)}, lies {side} the intensities that were tested, between "
+        f"{_span(im)}: scan {repair} motions"
+    )
+
+
+def out_of_scale(found: Fit, factors: Array) -> tuple[float, str]:
+    """By how much the nearest scanned motions are scaled to the median, and why that is too much; "" where it is not.
+
+    ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
+    record that is scaled beyond the usual factors is no record of such an earthquake, and no building stays linear.
+    """
+    from pounding_risk.motions.scaling import USUAL_FACTORS
+
+    nearest = float(factors[np.abs(np.log(factors)).argmin()])
+    low, high = USUAL_FACTORS
+    between = factors.min() <= 1.0 <= factors.max()
+    if between or low <= nearest <= high:
+        return nearest, ""
+    repair = "stronger" if nearest > high else "weaker"
+    return nearest, (
+        f"the median by scaling, {say(found.median, PGA, 3)}, takes the motions that were tested times {nearest:.3g}, "
+        f"outside {low:g} to {high:g}: scan {repair} motions"
+    )
+
+
+def _span(im: Array) -> str:
+    """The range of intensities in words."""
+    return f"{say(float(im.min()), PGA, 3)} and {say(float(im.max()), PGA, 3)}"
+
+
+def _refused(found: Fit, fault: str) -> Fit:
+    """The fit, or none where there is a fault."""
+    return Fit(fault=fault) if fault else found
+
+
+def _probit(x: Array, sign: Array) -> tuple[Array, Array, Array]:
+    """Coefficients of P = Φ(x b), observed information, and scores by motion; ``sign`` is 1 or −1."""
+    from scipy.special import log_ndtr
+
+    found = np.zeros(x.shape[1])
+    value = float(log_ndtr(sign * (x @ found)).sum())
+    for _ in range(STEPS):
+        scores, curvature = _slopes(x, sign, found)
+        step = np.linalg.solve(curvature, scores.sum(axis=0))
+        gain = float(scores.sum(axis=0) @ step)
+        size = 1.0
+        while (new := float(log_ndtr(sign * (x @ (found + size * step))).sum())) < value and size > 1e-9:
+            size *= 0.5
+        found, value = found + size * step, new
+        if gain < CLOSE:
+            break
+    scores, curvature = _slopes(x, sign, found)
+    return found, curvature, scores
+
+
+def _slopes(x: Array, sign: Array, at: Array) -> tuple[Array, Array]:
+    """Scores by motion, and the observed information of all: λ x and Σ λ(λ + η) x xᵀ, λ = ±φ(η)/Φ(±η)."""
+    from scipy.special import log_ndtr
+
+    line = x @ at
+    ratio = sign * np.exp(-0.5 * line**2 - log_ndtr(sign * line)) / np.sqrt(2.0 * np.pi)
+    weights = ratio * (ratio + line)
+    return ratio[:, None] * x, (x * weights[:, None]).T @ x
+
+
+def _by_recording(scores: Array, recordings: Labels) -> Array:
+    """R/(R − 1) Σ g gᵀ over recordings, g the sum of a recording's scores, as its root: (parameters, recordings)."""
+    sums = np.stack([np.bincount(recordings, column) for column in scores.T])
+    groups = sums.shape[1]
+    return sums * np.sqrt(groups / (groups - 1.0))
+
+
+def _told(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
+    """A fit from its two estimates, their covariance, and the root of that by recording."""
+    plain = np.sqrt(np.diag(covariance))
+    clustered = root @ root.T
+    by_recording = np.sqrt(np.diag(clustered))
+    return Fit(
+        median=float(np.exp(log_median)),
+        dispersion=float(dispersion),
+        se_median=float(plain[0]),
+        se_dispersion=float(plain[1]),
+        se_median_recordings=float(by_recording[0]),
+        se_dispersion_recordings=float(by_recording[1]),
+        correlation=float(clustered[0, 1] / by_recording.prod()) if by_recording.prod() > 0.0 else nan,
+    )

@@ -1,0 +1,121 @@
+"""What a gap is held against: the target, the percentile of the gap required, and the confidence of bounds.
+
+A share may be written 0.84, 84 or "84 %", with one meaning; what could not be meant is refused, so that no verdict
+follows from a slip. A percentile leaves a target, 16 % of 84 %, and a target asks for a percentile: of the two the one
+that is not given follows from the other.
+
+    >>> from pounding_risk.assessment.options import read_criterion
+    >>> read_criterion(target="10 %")
+    Criterion(target=0.1, percentile=90.0, confidence=0.95)
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from pounding_risk.units import QuantityError, share
+
+USUAL_PERCENTILE = 84.0  # %
+USUAL_CONFIDENCE = 0.95
+HALF = 0.5  # of the motions: the most that a target accepts, the least that a gap is required for, or bounds hold
+LEAST = 1e-9  # a target, or what a percentile leaves, is larger
+SAME = 1e-10  # two shares that differ by less are one, rounded apart
+DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
+
+
+class Criterion(NamedTuple):
+    """The accepted probability of contact, the percentile [%] whose gap is told, and the confidence of all bounds.
+
+    The verdict uses ``target``, whether or not ``percentile`` leaves the same.
+    """
+
+    target: float
+    percentile: float
+    confidence: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the percentile leaves just the target."""
+        return abs(target_left_by(self.percentile) - self.target) < SAME
+
+    @property
+    def target_percentile(self) -> float:
+        """The percentile [%] whose gap leaves the target."""
+        return self.percentile if self.agrees else percentile_for(self.target)
+
+    @property
+    def words(self) -> str:
+        """What the gap is held against, as it was read, in a sentence."""
+        target, confidence = percent_words(self.target), percent_words(self.confidence)
+        gap = f"the gap required is that of {self.percentile:g} % of the motions"
+        if not self.agrees:
+            gap += f", which leaves {percent_words(target_left_by(self.percentile))}: the verdict uses the target"
+        return f"Held against a probability of contact of at most {target} (the target); {gap}; bounds of {confidence}."
+
+
+def read_criterion(
+    target: float | str | None = None,
+    percentile: float | str | None = None,
+    confidence: float | str = USUAL_CONFIDENCE,
+    prefix: str = "",
+) -> Criterion:
+    """What a gap is held against, from what the user gave.
+
+    Parameters
+    ----------
+    target : float or str, optional
+        Accepted probability of contact, below 50 %; what the percentile leaves by default.
+    percentile : float or str, optional
+        Share of the motions that the required gap is for, above 50 %; what the target asks for, or 84 %, by default.
+    confidence : float or str
+        Of all bounds, above 50 %.
+    prefix : str
+        What stands before the names in an error, such as ``--`` of a command's options.
+
+    Raises
+    ------
+    QuantityError
+        For what is no share, and for one that cannot be meant.
+    """
+    allowed = None if target is None else _target(target, f"{prefix}target")
+    if percentile is not None:
+        required = percentile_of(percentile, f"{prefix}percentile")
+    else:
+        required = USUAL_PERCENTILE if allowed is None else percentile_for(allowed)
+    bounds = share(confidence, f"{prefix}confidence", low=HALF)
+    return Criterion(target_left_by(required) if allowed is None else allowed, required, bounds)
+
+
+def percentile_of(value: float | str, name: str = "percentile") -> float:
+    """A percentile in %, between 50 and 100, from 84, 0.84 or "84 %"; raises QuantityError that names it."""
+    try:
+        return round(100.0 * share(value, name, low=HALF, high=1.0 - LEAST), DIGITS)
+    except QuantityError as error:
+        raise QuantityError(
+            f"{error}. It is the share of the motions that the gap required is for, such as 84 %"
+        ) from None
+
+
+def percentile_for(target: float) -> float:
+    """The percentile [%] whose gap leaves ``target``."""
+    return round(100.0 * (1.0 - target), DIGITS)
+
+
+def target_left_by(percentile: float) -> float:
+    """The probability of contact that the gap of a percentile [%] leaves: 0.16 of 84."""
+    return round(1.0 - percentile / 100.0, DIGITS)
+
+
+def percent_words(value: float) -> str:
+    """A fraction in %, in full: 0.1 is "10 %", 0.0025 is "0.25 %"."""
+    return f"{round(100.0 * value, DIGITS):.6g} %"
+
+
+def _target(value: Any, name: str) -> float:
+    try:
+        target = share(value, name, high=HALF)
+        if target < LEAST:
+            raise QuantityError(f"{name}: {value} is less than {LEAST:g}, which no number of motions shows")
+        return target
+    except QuantityError as error:
+        raise QuantityError(f"{error}. It is the probability of contact that is accepted, such as 10 %") from None

@@ -1,0 +1,143 @@
+"""The gap that a share of the motions needs: percentiles of the closing without contact, with bounds.
+
+A motion closes a gap if and only if its closing without contact is larger, whatever the contact model or F_E: the
+percentiles need no contact run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.options import target_left_by
+from pounding_risk.assessment.proportions import exact_bounds
+
+Array = NDArray[np.float64]
+
+USUAL_PERCENTILES = (50.0, 84.0, 95.0)
+
+
+@dataclass(frozen=True)
+class RequiredGap:
+    """The gap [m] that is wide enough for ``percentile`` % of the motions.
+
+    ``low`` and ``high`` are bounds by recording, those at which a verdict would turn; ``low`` is 0 where there is none.
+    ``bounded`` is False where so few recordings cannot bound the percentile from above at this confidence: then
+    ``high`` is only the largest closing seen. ``fitted`` is that of a lognormal distribution with the motions' mean and
+    deviation; NaN where a motion closes nothing.
+    """
+
+    percentile: float
+    gap: float
+    low: float
+    high: float
+    bounded: bool
+    fitted: float
+
+
+def required_gaps(
+    closing: Array, independent: float, percentiles: tuple[float, ...], confidence: float
+) -> tuple[RequiredGap, ...]:
+    """The gap at each percentile, in rising order; ``independent`` is what one motion counts for, at most 1.
+
+    Percentiles of the sample are NumPy's "linear": between the order statistics at (i − 1)/(n − 1). Bounds are the gaps
+    at which the exact bounds of the probability of contact pass what a percentile p leaves, 1 − p: at ``high`` the
+    upper bound is no more than that, below ``low`` the lower one is above it. For independent motions these are the
+    order statistics between which the binomial distribution has the percentile (David and Nagaraja, Order Statistics,
+    2003, 7.1).
+    """
+    asked = np.array(sorted(set(percentiles)))
+    gaps, fitted = np.percentile(closing, asked), lognormal_percentiles(closing, asked)
+    found = np.unique(closing)
+    rising, runs = np.sort(closing), closing.size * independent
+    past = closing.size - np.searchsorted(rising, found, "right")  # motions that close a gap of so much
+    short = closing.size - np.searchsorted(rising, found, "left")  # and one that is a little less
+    _, high = exact_bounds(past * independent, runs, confidence)
+    low, _ = exact_bounds(short * independent, runs, confidence)
+    told = []
+    for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
+        left = target_left_by(percentile)
+        enough, too_little = found[high <= left], found[low > left]
+        least = float(too_little[-1]) if too_little.size else 0.0
+        most = float(enough[0] if enough.size else found[-1])
+        told.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
+    return tuple(told)
+
+
+@dataclass(frozen=True)
+class ContactSteps:
+    """P(contact) against the gap as the motions give it: steps, each from one entry of ``gaps`` [m] to the next.
+
+    ``gaps`` are 0 and the closings in rising order; ``probability`` at a gap and up to the next one, with ``low`` and
+    ``high``, its bounds by recording. Contact is a closing that is larger than the gap: at a closing itself the step is
+    already down.
+    """
+
+    gaps: Array
+    probability: Array
+    low: Array
+    high: Array
+
+
+def contact_steps(closing: Array, independent: float, confidence: float) -> ContactSteps:
+    """P(contact) at every gap, exactly, with bounds by recording.
+
+    Parameters
+    ----------
+    closing : array
+        What each motion closes without contact [m].
+    independent : float
+        What one motion counts for, at most 1.
+    confidence : float
+        Of the bounds, as a fraction.
+    """
+    gaps = np.unique(np.r_[0.0, closing])
+    count = closing.size - np.searchsorted(np.sort(closing), gaps, "right")
+    low, high = exact_bounds(count * independent, closing.size * independent, confidence)
+    return ContactSteps(gaps, count / closing.size, low, high)
+
+
+def lognormal_percentiles(closing: Array, percentiles: Array) -> Array:
+    """exp(m + z s): m and s the mean and deviation (n − 1) of ln closing; NaN where a closing is 0 or alone."""
+    from scipy.special import ndtri
+
+    if closing.size < 2 or closing.min() <= 0.0:
+        return np.full(percentiles.shape, nan)
+    logs = np.log(closing)
+    return np.asarray(np.exp(logs.mean() + ndtri(percentiles / 100.0) * logs.std(ddof=1)))
+
+
+def lognormal_share(closing: Array, gap: float) -> float:
+    """1 − Φ((ln gap − m)/s), the share that closes more than ``gap`` [m], as `lognormal_percentiles`."""
+    from scipy.special import ndtr
+
+    if closing.size < 2 or closing.min() <= 0.0 or gap <= 0.0 or np.ptp(closing) == 0.0:
+        return nan
+    logs = np.log(closing)
+    return float(ndtr((logs.mean() - np.log(gap)) / logs.std(ddof=1)))
+
+
+def gap_to_provide(closing: Array, target: float) -> float:
+    """The smallest gap [m] that no more than a share of the motions close, rounded up to three digits.
+
+    A percentile between two motions may leave one more of them than the target allows, and so may a number that is
+    rounded to the nearest: what an engineer writes down keeps the target among these motions.
+
+    Parameters
+    ----------
+    closing : array of shape (motions,)
+        What each motion closes [m].
+    target : float
+        The probability of contact that is accepted.
+    """
+    allowed = int(np.floor(target * closing.size + 1e-9))  # of whole motions: 0.1 × 20 is two of them
+    if allowed >= closing.size:
+        return 0.0
+    least = float(np.sort(closing)[::-1][allowed])
+    if not least > 0.0:
+        return 0.0
+    unit = 10.0 ** (np.floor(np.log10(least)) - 2.0)
+    return float(np.ceil(least / unit - 1e-9) * unit)

@@ -1,0 +1,218 @@
+"""One cell of a row's grid: what stands where, and what the motions do at each interface, contact point and building.
+
+From a dataset of `scan` alone, on disk or not; nothing here runs a case. Lengths in m, forces in N.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.demands import check_dataset
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+UNDEFINED = -1  # counts and flags of a failed run
+STOREY_HEIGHT = 3.0  # m, of a building of which no height is known
+
+
+class Standing(NamedTuple):
+    """A building as it is drawn."""
+
+    name: str
+    levels: tuple[float, ...]  # m above the ground, of each floor; of a rigid building the top alone
+    position: str  # "end", "interior" or "alone"
+    is_rigid: bool
+
+    @property
+    def height(self) -> float:
+        """Level of the roof [m]."""
+        return self.levels[-1]
+
+
+class Touch(NamedTuple):
+    """What the motions do at one contact point or interface; shares are of the runs that are complete."""
+
+    runs: int
+    contact: float  # share with contact; NaN where no run is complete
+    yielding: float  # share that reaches the yield force; NaN where it is not defined
+    impacts: float  # median number of impacts, where there is contact
+    force: float  # N, median of the peak force, where there is contact
+
+
+class Place(NamedTuple):
+    """One contact point."""
+
+    interface: int
+    left_floor: float
+    right_floor: float
+    kind: str  # "floor" or "column"
+    level: float  # m above the ground
+    touch: Touch
+
+
+class RowCase(NamedTuple):
+    """One gap, contact model, yield force and amplitude of a row, over all records and polarities."""
+
+    results: xr.Dataset  # dimensions record and polarity, and the row's own
+    buildings: tuple[Standing, ...]
+    gaps: tuple[float, ...]  # m, by interface
+    places: tuple[Place, ...]
+    touches: tuple[Touch, ...]  # by interface
+
+    @property
+    def motions(self) -> int:
+        """Records times polarities."""
+        return self.results.sizes["record"] * self.results.sizes["polarity"]
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Their names, "left | right"."""
+        return tuple(map(str, self.results["interface"].values))
+
+
+def check_row(results: xr.Dataset) -> None:
+    """Raise PoundingError for what is no dataset of `scan`, and for one of a pair, which has no row to draw."""
+    check_dataset(results)
+    if "interface" not in results.dims:
+        raise PoundingError(
+            "the dataset is one of a pair, which is no row; `pounding-risk scan SCENE --figure` draws a pair. A row "
+            "is a scene with storeys, with given points of contact, or with more than two buildings"
+        )
+
+
+def row_case(
+    results: xr.Dataset,
+    *,
+    gap: float | str | None = None,
+    contact_model: str | None = None,
+    yield_force: float | str | None = None,
+    pga: float | str | None = None,
+) -> RowCase:
+    """The cell of the grid that is nearest to what is asked; by default the scene's own.
+
+    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit. Raises PoundingError for
+    what is no row's dataset and for a contact model that the grid has not.
+    """
+    check_row(results)
+    gap = None if gap is None else si(gap, GAP, "gap")
+    yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
+    pga = None if pga is None else si(pga, PGA, "pga")
+    place = {
+        "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
+        "yield_force": _nearest(
+            results["yield_force"].values, scene_force(results) if yield_force is None else yield_force
+        ),
+        "contact_model": _model(results, contact_model),
+    }
+    if "pga" in results.dims:
+        amplitudes = results["pga"].values
+        place["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
+    gaps = own_gaps(results).isel(gap=place["gap"]).values
+    shown = results.isel(place)
+    return RowCase(shown, standing(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))
+
+
+def _nearest(values: Array, wanted: float) -> int:
+    if np.isinf(wanted):
+        return int(np.argmax(values))
+    return int(np.abs(values - wanted).argmin())
+
+
+def _model(results: xr.Dataset, asked: str | None) -> int:
+    known = list(map(str, results["contact_model"].values))
+    asked = scene_model(results) if asked is None else asked
+    if asked not in known:
+        raise PoundingError(f"contact model {asked!r} is not in the dataset, which has {', '.join(known)}")
+    return known.index(asked)
+
+
+def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
+    """Every building of a row's dataset; one without a height is as tall as its taller neighbour."""
+    heights = shown["building_height"].values.astype(float)
+    levels = shown["floor_level"].transpose("building", "storey").values
+    storeys = shown["building_storeys"].values
+    found = []
+    for at, name in enumerate(map(str, shown["building"].values)):
+        floors = levels[at][np.isfinite(levels[at])]
+        if not floors.size:
+            count = max(int(storeys[at]), 1)
+            beside = [height for height in heights[max(at - 1, 0) : at + 2] if np.isfinite(height)]
+            height = heights[at] if np.isfinite(heights[at]) else max(beside, default=STOREY_HEIGHT * count)
+            floors = height * np.arange(1, count + 1) / count
+        position = str(shown["building_position"].values[at])
+        found.append(Standing(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
+    return tuple(found)
+
+
+def _places(shown: xr.Dataset) -> tuple[Place, ...]:
+    buildings = standing(shown)
+    columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
+    found = []
+    for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
+        level = float(shown["contact_point_level"].values[at])
+        if not np.isfinite(level):
+            # Two masses of which no height is given touch where the lower is drawn to end.
+            level = min(buildings[int(interface) + side].height for side in (0, 1))
+        touch = _touch(shown.isel(contact_point=at), "contact_point_")
+        found.append(Place(int(interface), float(left), float(right), str(kind), level, touch))
+    return tuple(found)
+
+
+def _touches(shown: xr.Dataset) -> tuple[Touch, ...]:
+    return tuple(_touch(shown.isel(interface=at), "") for at in range(shown.sizes["interface"]))
+
+
+def _touch(one: xr.Dataset, prefix: str) -> Touch:
+    count, yields, force = (
+        one[f"{prefix}{name}"].values.ravel() for name in ("impact_count", "yield_exceedance", "peak_contact_force")
+    )
+    complete, touching, defined = count > UNDEFINED, count > 0, yields > UNDEFINED
+    return Touch(
+        int(complete.sum()),
+        _mean(touching[complete]),
+        _mean(yields[defined]),
+        _median(count[touching]),
+        _median(force[touching]),
+    )
+
+
+def _mean(values: NDArray[Any]) -> float:
+    return float(np.mean(values)) if values.size else float("nan")
+
+
+def _median(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def force_told(force: float) -> str:
+    """A force in kN or MN; of none, that there is none."""
+    if not np.isfinite(force):
+        return "no force"
+    return f"{force / 1e6:.3g} MN" if force >= 1e6 else f"{force / 1e3:.3g} kN"
+
+
+def any_of_building(case: RowCase, name: str, building: int) -> Array:
+    """By motion, 1 where a count or flag ``name`` is above 0 at an interface of this building, 0 elsewhere.
+
+    NaN where the run failed, or where it is not defined at any of them.
+    """
+    beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
+    values = case.results[name].isel(interface=beside).transpose("interface", "record", "polarity").values
+    flat = values.reshape(len(beside), -1)
+    told = np.where((flat > 0).any(axis=0), 1.0, 0.0)
+    return np.where((flat == UNDEFINED).all(axis=0), np.nan, told)
+
+
+def share_of_building(case: RowCase, name: str, building: int) -> float:
+    """The share of the motions with a known answer in which `any_of_building` is 1; NaN where there is none."""
+    found = any_of_building(case, name, building)
+    return _mean(found[np.isfinite(found)])

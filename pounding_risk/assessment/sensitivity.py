@@ -1,0 +1,205 @@
+"""What an assessment's numbers depend on: the yield force F_E, the contact model, the polarity.
+
+An influence is how far a number moves from one level of a key to another. Whether there is contact does not depend on
+F_E or the contact model at all: the motion up to the first touch is the free one. In a row that is so of the first
+touch of all; what pounding elsewhere then closes is not told apart by them. That a force reaches F_E depends on F_E by
+what the words say: F_E is held against the response instead, and P(yield) is told at the scene's own F_E. Contact
+models are held against each other without yielding where the grid has that: what differs by the cap alone is an
+influence of F_E and not of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from math import inf, isfinite, nan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.response import Response
+from pounding_risk.results.amplitudes import own
+from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
+
+Array = NDArray[np.float64]
+
+CONTACT, REQUIRED, YIELD = "P(contact)", "required gap", "P(yield)"
+WORDS = {"yield_force": "F_E", "contact_model": "the contact model", "polarity": "the polarity"}
+NEVER = "no yielding"  # an infinite F_E in words
+CAPPED = "peak_contact_force"  # F_E is its upper end: that it follows F_E is no finding
+OF_BUILDINGS = ("peak_relative_displacement", "peak_floor_acceleration", "storey_ductility")
+NOTABLE = 0.01  # a median that moves by less than this share of itself is called unchanged
+
+
+@dataclass(frozen=True)
+class Influence:
+    """How far ``what`` moves with ``key``: ``spread``, the largest less the smallest over the ``levels``.
+
+    ``what`` is a probability, the required gap, or the median of ``output`` over the motions with contact. ``turns`` is
+    True where the levels lie on both sides of the target. ``spread`` is NaN where there is one level, and where the
+    levels differ by more than the key.
+    """
+
+    key: str
+    what: str
+    spread: float
+    unit: str
+    levels: tuple[tuple[str, float], ...]
+    turns: bool
+    words: str
+    output: str = ""
+
+    @property
+    def share(self) -> float:
+        """The spread over the largest level; 0 where it is not known."""
+        most = max((abs(value) for _, value in self.levels), default=0.0)
+        return self.spread / most if most > 0.0 and isfinite(self.spread) else 0.0
+
+
+class Yielding(NamedTuple):
+    """Who yields: 1, 0 or NaN by (motions, models, forces), and what the axes are."""
+
+    failed: Array
+    polarities: tuple[str, ...]  # by motion
+    models: tuple[str, ...]
+    forces: tuple[float, ...]  # N
+
+
+def of_contact(
+    closing: Array, polarities: tuple[str, ...], gap: float, asked: tuple[float, float], in_row: bool = False
+) -> tuple[Influence, ...]:
+    """Influences on the probability of contact and on the required gap; ``asked`` = (percentile, target)."""
+    percentile, target = asked
+    names, kinds = list(dict.fromkeys(polarities)), np.array(polarities)
+    shares = [(name, float((closing[kinds == name] > gap).mean())) for name in names]
+    gaps = [(name, float(np.percentile(closing[kinds == name], percentile))) for name in names]
+    free = "none: the motion is free up to the first touch, so that it alone decides whether there is contact"
+    if in_row:
+        free = "none on the first touch of the row; a motion counts where it touches here under any of them"
+    spread = nan if in_row else 0.0
+    none = tuple(Influence(key, CONTACT, spread, "1", (), False, free) for key in ("yield_force", "contact_model"))
+    return (
+        _influence("polarity", CONTACT, shares, target),
+        _influence("polarity", f"{REQUIRED} at {percentile:g} %", gaps, gap, "m"),
+        *none,
+    )
+
+
+def of_yielding(found: Yielding, force: float, target: float) -> tuple[Influence, ...]:
+    """Influences on the probability that the force reaches F_E, at one gap and one F_E of ``found.forces`` [N]."""
+    kinds = np.array(found.polarities)
+    failed = found.failed[:, :, found.forces.index(force)]
+    by_model = [(name, _mean(failed[:, place])) for place, name in enumerate(found.models)]
+    by_polarity = [(name, _mean(failed[kinds == name])) for name in dict.fromkeys(found.polarities)]
+    at = f"{YIELD} at {force_words(force) if isfinite(force) else 'the F_E of columns'}"
+    keys = (("contact_model", by_model), ("polarity", by_polarity))
+    listed = [_influence(key, at, levels, target) for key, levels in keys]
+    return tuple(sorted(listed, key=lambda each: -np.nan_to_num(each.spread, nan=-1.0)))
+
+
+def of_response(found: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
+    """Influences of F_E and of the contact model on the median of each output.
+
+    Parameters
+    ----------
+    found : sequence of Response
+        Those of one gap; the levels of one output stand together.
+    model : str
+        The scene's own contact model, under which F_E is varied.
+    force : float
+        The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
+    """
+    outputs = [list(levels) for _, levels in groupby(found, key=lambda each: each.output)]
+    by_force = [_of_force([each for each in levels if each.contact_model == model]) for levels in outputs]
+    return (*by_force, *(_of_model(levels, force) for levels in outputs))
+
+
+def _of_force(levels: Sequence[Response]) -> Influence:
+    """F_E on one output under one contact model."""
+    named = [(force_words(each.yield_force), each.median) for each in levels]
+    one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
+    end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
+    return replace(one, words=one.words + end, output=levels[0].output)
+
+
+def _of_model(levels: Sequence[Response], force: float) -> Influence:
+    """The contact model on one output: without yielding where the grid has that, or at the scene's own F_E."""
+    at = inf if any(each.yield_force == inf for each in levels) else force
+    named = [(each.contact_model, each.median) for each in levels if each.yield_force == at]
+    one = _influence("contact_model", f"median {levels[0].words}", named, nan, levels[0].unit)
+    one = replace(one, output=levels[0].output)
+    if not one.spread > 0.0:
+        return one
+    if at == inf:
+        return replace(one, words=f"{one.words}, without yielding")
+    told = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
+    return replace(one, words=f"{one.words}; {told}", spread=nan)
+
+
+def ranked(influences: Sequence[Influence]) -> str:
+    """In words, what F_E and the contact model change most, and what yielding and contact depend on."""
+    told = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
+    yielding = [each for each in influences if each.what.startswith(YIELD) and each.spread > 0.0]
+    if yielding:
+        at = yielding[0].what.partition(" at ")[2]
+        told.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
+    contact = {each.key: each.spread for each in influences if each.what == CONTACT}
+    moved = f"by {contact['polarity']:.2f}" if contact["polarity"] > 0.0 else "by nothing here"
+    never = contact["yield_force"] == contact["contact_model"] == 0.0
+    if not np.isnan(contact["polarity"]):
+        also = ", F_E and the contact model never do" if never else ""
+        told.append(f"the polarity moves P(contact) {moved}{also}")
+    elif never:
+        told.append("F_E and the contact model never change whether there is contact")
+    return "; ".join(told) or "one level of each key was scanned, which tells nothing of what matters"
+
+
+def force_words(force: float) -> str:
+    """A level of F_E in words."""
+    return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else NEVER
+
+
+def _moves(influences: Sequence[Influence], key: str) -> str:
+    """What a key changes most of what the buildings feel, as a share of itself; "" where it has one level."""
+    levels = [each for each in influences if each.key == key and each.output in OF_BUILDINGS and isfinite(each.spread)]
+    if not levels:
+        return ""
+    most = max(levels, key=lambda each: each.share)
+    if most.share < NOTABLE:
+        return f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more"
+    return f"{WORDS[key]} changes the {most.what} most, {most.words}"
+
+
+def _spread(one: Influence) -> str:
+    return f"{WORDS[one.key]} (by {one.spread:.2f})"
+
+
+def _mean(values: Array) -> float:
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if known.size else nan
+
+
+def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: float, unit: str = "1") -> Influence:
+    """``limit`` is what the values are held against: the target, or the gap; NaN where against nothing."""
+    known = [(name, value) for name, value in levels if not np.isnan(value)]
+    if len(known) < 2:
+        only = f"{known[0][0]} alone: scan several to see" if known else "not defined: no run has such a value"
+        return Influence(key, what, nan, unit, tuple(known), False, only)
+    least, most = min(known, key=lambda each: each[1]), max(known, key=lambda each: each[1])
+    turns = least[1] <= limit < most[1]
+    is_share = unit == "1" and isfinite(limit)
+    words = f"{_said(least[1], unit, is_share)} ({least[0]}) to {_said(most[1], unit, is_share)} ({most[0]})"
+    if least[1] == most[1]:
+        words = f"none: {_said(most[1], unit, is_share)} at every level"
+    elif turns:
+        words += "; on both sides of " + (f"the gap, {own(limit, GAP)}" if unit == "m" else f"the target, {limit:g}")
+    return Influence(key, what, most[1] - least[1], unit, tuple(known), turns, words)
+
+
+def _said(value: float, unit: str, is_share: bool) -> str:
+    """A share with two decimals, any other value with three digits in its unit."""
+    if is_share:
+        return f"{value:.2f}"
+    return say(value, Quantity({"m/s2": "m/s^2"}.get(unit, unit), -inf, inf, ""), 3)

@@ -1,0 +1,1 @@
+"""Separations that codes ask for and combinations of modal maxima suggest."""

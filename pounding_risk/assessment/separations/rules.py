@@ -1,0 +1,260 @@
+"""Separations that building codes ask for, as data: clause, year, formula, what each needs, how its text is known.
+
+    >>> from pounding_risk.assessment.separations.rules import RULES
+    >>> RULES["asce7"].clause, RULES["asce7"].verification, RULES["asce7"].superseded
+    ('ASCE/SEI 7-10, 12.12.3', 'clause read', 'ASCE/SEI 7-16 and 7-22')
+
+The text of a clause is known in one of three ways, which ``verification`` says: "clause read", "quoted" by others, or
+"from memory" of the profession; ``source`` names the text, or who quotes it. Only rules of the first kind may be relied
+on without looking up the clause. A fourth kind, "derived", belongs to no code: its formula is derived and tested here.
+``superseded`` names later editions of a clause, as far as they are known here, from memory: that none is named does not
+make a clause the current one.
+
+Codes work with displacements of their own design level; here d is a building's peak displacement in the linear model
+times `Site.factors`, which stands for C_d / R, q_d / q, R over the reduction of the forces, and so on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss
+
+ZONES = ("I", "II", "III")
+INTENSITIES = (6, 7, 8, 9)
+HALF_GRAVITY = 0.5 * 9.80665  # m/s²
+STRUCTURES = ("frame", "frame and walls", "walls")
+# How the text of a rule's clause is known; the order is that of trust.
+DERIVED, READ, QUOTED, MEMORY = VERIFICATIONS = ("derived", "clause read", "quoted", "from memory")
+
+
+class Site(NamedTuple):
+    """What codes ask about two neighbours besides how they move; left and right in every pair."""
+
+    heights: tuple[float, float] | None = None  # m above the ground
+    factors: tuple[float, float] = (1.0, 1.0)  # a code's design displacement over that of the linear model
+    aligned: bool = False  # floors at the same levels
+    alike: bool = False  # also the same height and kind of structure
+    zone: str | None = None  # of Mexico City: I, II or III
+    intensity: int | None = None  # of seismic fortification in China: 6 to 9
+    structure: str = "frame"  # of the building that asks for more: frame, frame and walls, or walls
+    ground: float | None = None  # m/s², design acceleration a_g S at the surface
+
+
+class Case(NamedTuple):
+    """Two buildings as a rule sees them; displacements [m] may be arrays, one value a motion."""
+
+    displacements: Pair
+    periods: Pair  # s
+    dampings: Pair
+    site: Site
+
+    @property
+    def design(self) -> tuple[Any, Any]:
+        """The displacements [m] that codes call inelastic or design displacements."""
+        left, right = (np.asarray(each, float) for each in self.displacements)
+        return left * self.site.factors[0], right * self.site.factors[1]
+
+    @property
+    def lower(self) -> float:
+        """Height of the lower roof [m], the highest level at which the two can touch."""
+        return min(self.site.heights or (np.nan, np.nan))
+
+
+class Rule(NamedTuple):
+    """One rule; ``function`` gives the separation [m] of a `Case` that has what the rule ``needs``."""
+
+    name: str
+    title: str
+    clause: str
+    year: int | None  # None where no code says it
+    formula: str
+    verification: str  # one of VERIFICATIONS
+    source: str  # the text that was read, who quotes it, or where the formula is derived; "" from memory
+    needs: tuple[str, ...]  # of Site, besides displacements; those without a default
+    assumes: tuple[str, ...]  # keys of Site that have a default and take part
+    function: Callable[[Case], Any]
+    superseded: str = ""  # later editions of the clause; "" where none is known here
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether the clause itself was read, or the formula is derived here."""
+        return self.verification in (DERIVED, READ)
+
+
+def _mexico(case: Case, least: float, share: dict[str, float], moved: tuple[Any, Any]) -> Any:
+    """Sum of both setbacks at the level of the lower roof, halved where the two are alike."""
+    setbacks = [np.maximum(least, each + share[case.site.zone or ""] * case.lower) for each in moved]
+    return (setbacks[0] + setbacks[1]) * (0.5 if case.site.aligned and case.site.alike else 1.0)
+
+
+def _china(case: Case) -> float:
+    """Width of the joint from the lower height, the intensity and the structure that asks for more."""
+    step = {6: 5.0, 7: 4.0, 8: 3.0, 9: 2.0}[case.site.intensity or 0]
+    frame = 0.1 + 0.02 * max(case.lower - 15.0, 0.0) / step
+    return max(0.1, {"frame": 1.0, "frame and walls": 0.7, "walls": 0.5}[case.site.structure] * frame)
+
+
+def _turkey(case: Case) -> Any:
+    """SRSS of the displacements that forces not reduced would cause, halved or quartered, and the least by height."""
+    least = 0.03 + 0.01 * max(case.lower - 6.0, 0.0) / 3.0
+    return np.maximum(least, (0.25 if case.site.aligned else 0.5) * srss(*case.design))
+
+
+def _capped(case: Case) -> Any:
+    """SRSS, and no more than 4 % of the height where contact is possible."""
+    return np.minimum(srss(*case.design), 0.04 * case.lower)
+
+
+def _reduced(case: Case) -> float:
+    return 0.7 if case.site.aligned else 1.0
+
+
+IBC_TEXT = "the International Building Code's text (up.codes, building separations, eq. 16-64)"
+
+_RULES = (
+    Rule(
+        "abs", "sum of the peaks (ABS)", "no code", None, "d1 + d2", DERIVED,
+        "the triangle inequality: a bound in every motion of one ground",
+        (), ("factors",), lambda case: abs_sum(*case.design),
+    ),
+    Rule(
+        "srss", "square root of the sum of squares (SRSS)", "no code", None, "√(d1² + d2²)", DERIVED,
+        "the variance of the difference of two independent motions", (), ("factors",), lambda case: srss(*case.design),
+    ),
+    Rule(
+        "cqc", "double difference (DDC, CQC)", "Jeng, Kasai and Maison (1992)", 1992,
+        "√(d1² + d2² − 2 ρ d1 d2), ρ the correlation under white noise", DERIVED,
+        "Earthquake Spectra 8(2); exact for white noise (Der Kiureghian 1981), tested by Lyapunov's equation and noise",
+        (), ("factors",), lambda case: cqc(case.design, case.periods, case.dampings),
+    ),
+    Rule(
+        "asce7", "ASCE 7, same property", "ASCE/SEI 7-10, 12.12.3", 2010, "√(δM1² + δM2²), δM = Cd δmax / Ie", READ,
+        "a public copy of the page, eqs. 12.12-1 and 12.12-2",
+        (), ("factors",), lambda case: srss(*case.design),
+        superseded="ASCE/SEI 7-16 and 7-22",
+    ),
+    Rule(
+        "asce7_boundary", "ASCE 7, across a property line", "ASCE/SEI 7-10, 12.12.3", 2010,
+        "δM1 + δM2: each set back by its own δM", QUOTED,
+        f"{IBC_TEXT}, with which the readable part of ASCE 7-10's agrees",
+        (), ("factors",), lambda case: abs_sum(*case.design),
+        superseded="ASCE/SEI 7-16 and 7-22",
+    ),
+    Rule(
+        "ubc97", "UBC 97, same property", "UBC 97, 1633.2.11", 1997, "√(ΔM1² + ΔM2²), ΔM = 0.7 R ΔS", QUOTED,
+        f"by engineers, with its numbers (seaintarchive.org 2001, eng-tips.com 392487), and {IBC_TEXT}",
+        (), ("factors",), lambda case: 0.7 * srss(*case.design),
+        superseded="the International Building Code, since 2000",
+    ),
+    Rule(
+        "ubc97_boundary", "UBC 97, across a property line", "UBC 97, 1633.2.11", 1997,
+        "ΔM1 + ΔM2, ΔM = 0.7 R ΔS: each set back by its own ΔM", QUOTED,
+        "by an engineer (seaintarchive.org, 2001)",
+        (), ("factors",), lambda case: 0.7 * abs_sum(*case.design),
+        superseded="the International Building Code, since 2000",
+    ),
+    Rule(
+        "eurocode8", "Eurocode 8, same property", "EN 1998-1:2004, 4.4.2.7", 2004,
+        "√(ds1² + ds2²), ds = qd de; times 0.7 where floors are at the same levels", MEMORY, "",
+        (), ("factors", "aligned"), lambda case: _reduced(case) * srss(*case.design),
+        superseded="the second generation, EN 1998-1-1:2024 and EN 1998-1-2",
+    ),
+    Rule(
+        "eurocode8_boundary", "Eurocode 8, across a property line", "EN 1998-1:2004, 4.4.2.7", 2004,
+        "ds1 + ds2: each at least ds from the line; times 0.7 where floors are at the same levels", MEMORY, "",
+        (), ("factors", "aligned"), lambda case: _reduced(case) * abs_sum(*case.design),
+        superseded="the second generation, EN 1998-1-1:2024 and EN 1998-1-2",
+    ),
+    Rule(
+        "nbcc", "Canada", "NBC 2010, 4.1.8.14 (1)", 2010, "√(Δ1² + Δ2²), or the two are connected", QUOTED,
+        "the Ontario Building Code (buildingcode.online/707.html), with the intent statement of NBC 2010",
+        (), ("factors",), lambda case: srss(*case.design),
+        superseded="NBC 2015 and 2020",
+    ),
+    Rule(
+        "mexico", "Mexico City", "NTC-Sismo 2004, 1.10", 2004,
+        "sum of max(50 mm, d + 0.001, 0.003 or 0.006 h) in zone I, II or III; half of it for buildings alike", READ,
+        "a public copy of the page", ("heights", "zone"), ("factors", "alike"),
+        lambda case: _mexico(case, 0.05, {"I": 0.001, "II": 0.003, "III": 0.006}, case.design),
+        superseded="NTC-Sismo 2017 and later ones",
+    ),
+    Rule(
+        "mexico_simplified", "Mexico City, simplified analysis", "NTC-Sismo 2004, 1.10", 2004,
+        "sum of max(50 mm, 0.007, 0.009 or 0.012 h) in zone I, II or III; half of it for buildings alike", READ,
+        "a public copy of the page", ("heights", "zone"), ("alike",),
+        lambda case: _mexico(case, 0.05, {"I": 0.007, "II": 0.009, "III": 0.012}, (0.0, 0.0)),
+        superseded="NTC-Sismo 2017 and later ones",
+    ),
+    Rule(
+        "china", "China, reinforced concrete", "GB 50011-2010, 6.1.4", 2010,
+        "100 mm to 15 m of the lower height h, then 20 mm more for each 5, 4, 3 or 2 m in intensity 6, 7, 8 or 9, in "
+        "proportion; frames with walls 70 %, walls 50 %, never below 100 mm", QUOTED,
+        "in full, in examination answers (kaowang.cn 1954275 and 2364995)",
+        ("heights", "intensity"), ("structure",), _china,
+        superseded="its revisions of 2016 and 2024",
+    ),
+    Rule(
+        "is1893_2002", "India, 2002", "IS 1893 (Part 1):2002, 7.11.3", 2002,
+        "R (Δ1 + Δ2); R / 2 instead of R and 25 mm more where floors are at the same levels", MEMORY, "",
+        (), ("factors", "aligned"),
+        lambda case: abs_sum(*case.design) * 0.5 + 0.025 if case.site.aligned else abs_sum(*case.design),
+        superseded="IS 1893 (Part 1):2016",
+    ),
+    Rule(
+        "is1893_2016", "India, 2016", "IS 1893 (Part 1):2016, 7.11.3", 2016, "R1 Δ1 + R2 Δ2", MEMORY, "",
+        (), ("factors",), lambda case: abs_sum(*case.design),
+    ),
+    Rule(
+        "peru", "Peru", "E.030", 2018, "largest of 0.006 h, 30 mm and 2/3 (d1 + d2)", MEMORY, "",
+        ("heights",), ("factors",),
+        lambda case: np.maximum(max(0.03, 0.006 * case.lower), abs_sum(*case.design) * 2.0 / 3.0),
+    ),
+    Rule(
+        "iran", "Iran, to 8 storeys", "Standard 2800, 4th edition", 2014,
+        "0.005 h1 + 0.005 h2: each storey set back by 0.005 of its height; at the level of the lower roof", MEMORY, "",
+        ("heights",), (), lambda case: 0.01 * case.lower,
+    ),
+    Rule(
+        "turkey", "Turkey", "TBDY 2018, seismic joints", 2018,
+        "α √(Δ1² + Δ2²), α = 0.5 R / I, 0.25 R / I where floors are at the same levels; at least 30 mm to 6 m of "
+        "height and 10 mm more for each 3 m, in proportion", QUOTED,
+        "the conditions in full (insapedia.com, deprem derzleri)", ("heights",), ("factors", "aligned"), _turkey,
+    ),
+    Rule(
+        "italy", "Italy", "NTC 2008, 7.2.2", 2008, "d1 + d2, and at least h / 100 · ag S / 0.5 g", QUOTED,
+        "in full (risponde.promolegno.com 11764)", ("heights", "ground"), ("factors",),
+        lambda case: np.maximum(abs_sum(*case.design), 0.01 * case.lower * (case.site.ground or 0.0) / HALF_GRAVITY),
+        superseded="NTC 2018",
+    ),
+    Rule(
+        "asce41", "ASCE 41, existing buildings", "ASCE/SEI 41-13, 7.2.13", 2013,
+        "√(Δ1² + Δ2²), which need not exceed 4 % of the height where contact is possible", MEMORY, "",
+        ("heights",), ("factors",), _capped,
+        superseded="ASCE/SEI 41-17 and 41-23",
+    ),
+)  # fmt: skip
+
+RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
+COMBINATIONS = ("abs", "srss", "cqc")
+
+# What a rule took for granted, where the user said nothing else.
+TAKEN = {
+    "factors": "d is that of the linear model, not reduced (factors 1)",
+    "aligned": "floors not at the same levels",
+    "alike": "buildings not alike",
+    "structure": "frames",
+}
+# Notes that many rows share, and the sentence that says the same once below a table.
+FROM_MEMORY, QUOTED_ONLY = "clause from memory, not read", "clause quoted by others, not read"
+NOT_REDUCED = TAKEN["factors"]
+ONE_GROUND = "the ground under both is taken to move alike"
+SHARED = {
+    FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
+    QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",
+    NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
+    ONE_GROUND: "The ground under both is taken to move alike: that a wave passes is in the gap needed, and in no rule",
+}

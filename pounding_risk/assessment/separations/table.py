@@ -1,0 +1,360 @@
+"""Code separations of a pair from its own spectral displacements, side by side with what its motions ask for.
+
+    >>> from pounding_risk.assessment.separations.table import separations
+    >>> rows = separations(("A", "B"), (0.03, 0.04), (0.9, 1.0), (0.05, 0.05))
+    >>> [(row.rule, round(1e3 * row.separation, 1)) for row in rows[:3]]
+    [('abs', 70.0), ('srss', 50.0), ('cqc', 36.9)]
+
+Works from a dataset alone: ``peak_displacement_free`` is the spectral displacement of each building under each motion,
+``peak_closing_free`` the gap that this motion needs.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
+from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
+from pounding_risk.assessment.separations.rules import (
+    COMBINATIONS,
+    FROM_MEMORY,
+    INTENSITIES,
+    MEMORY,
+    ONE_GROUND,
+    QUOTED,
+    QUOTED_ONLY,
+    RULES,
+    SHARED,
+    STRUCTURES,
+    TAKEN,
+    ZONES,
+    Case,
+    Rule,
+    Site,
+)
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.results.own_case import own_level
+from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.units import GAP, say
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "COMBINATIONS", "RULES", "SHARED", "Case", "CodeTable", "Comparison", "Rule", "SeparationRow",
+    "Site", "abs_sum", "code_table", "cqc", "separations", "srss", "white_noise_correlation",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+
+LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0  # percentiles: one standard deviation to either side, were it normal
+PLAIN = Site()
+NEEDED = ("peak_displacement_free", "peak_closing_free", "building_period", "building_damping")
+SAME = 1e-9  # a rule short of the demand by no more than this share is not exceeded: they are rounded apart
+
+
+@dataclass(frozen=True)
+class SeparationRow:
+    """What one rule asks for; ``separation`` [m] is None where it needs what was not given, as ``note`` says.
+
+    ``verification`` says how the text of the clause is known: "derived", "clause read", "quoted" or "from memory", by
+    ``source``; ``superseded`` names later editions of it, "" where none is known here.
+    """
+
+    rule: str
+    title: str
+    clause: str
+    year: int | None
+    verification: str
+    source: str
+    superseded: str
+    separation: float | None
+    note: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One rule beside the motions.
+
+    ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion;
+    ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
+    the motions that need more than the rule asks for. All None where the rule gives no number.
+    """
+
+    row: SeparationRow  # of the median displacements
+    middle: float | None = None
+    upper: float | None = None
+    ratio_low: float | None = None
+    ratio_median: float | None = None
+    ratio_high: float | None = None
+    exceeded: float | None = None
+
+    @property
+    def safe(self) -> bool | None:
+        """Whether every motion gets the gap it needs."""
+        return None if self.exceeded is None else self.exceeded == 0.0
+
+
+@dataclass(frozen=True, repr=False)
+class CodeTable(ShortRepr):
+    """Rules beside what the motions of a dataset ask for, at one amplitude."""
+
+    buildings: tuple[str, str]
+    amplitude: float | None  # m/s², PGA; None where the grid has none
+    at: str  # how strong the motions are, in words
+    percentile: float  # %
+    motions: int  # record and polarity, those with a demand
+    without: int  # motions that close no gap at all, in no ratio
+    demand_median: float  # m
+    demand: float  # m, at the percentile
+    displacements: tuple[float, float]  # m, medians of the two buildings
+    correlation: float | None  # ρ of the two buildings under white noise; None where one is rigid
+    names: tuple[str, ...]  # of the motions with a demand
+    closing: tuple[float, ...]  # m, the gap that each needs
+    asked: dict[str, tuple[float, ...]]  # m, what each combination asks for, motion by motion
+    rules: tuple[Comparison, ...]
+
+    def facts(self) -> Iterable[tuple[str, str]]:
+        """What the motions need, and what the rules ask."""
+        yield "between", " | ".join(self.buildings)
+        yield "motions", f"{self.motions} {self.at}"
+        yield f"gap of {self.percentile:g} % of the motions", say(self.demand, GAP)
+        yield "finding", self.finding
+
+    @property
+    def finding(self) -> str:
+        """In words: how the three combinations do in these motions."""
+        if not self.motions:
+            return "No motion closes any gap between these buildings"
+        first, *others = (_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS)
+        start = f"Of {counted(self.motions, 'motion')} {first[0]} falls short in {first[1]}"
+        start += f" ({first[2]} times the gap needed in the median)"
+        return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, words and lists, for JSON."""
+        return asdict(self)
+
+
+def separations(
+    buildings: Sequence[str], displacements: Pair, periods: Pair, dampings: Pair, site: Site = PLAIN
+) -> tuple[SeparationRow, ...]:
+    """What every rule of `RULES` asks for between two buildings, left and right.
+
+    ``displacements`` [m] are the peaks of the linear model without contact, at the height where the two can touch,
+    under the design motion; ``periods`` [s], NaN for a rigid building; ``site`` holds what else codes ask. A rule that
+    needs what is not given has no number, and its note says what it needs.
+
+    Raises PoundingError for numbers out of range.
+    """
+    _check(buildings, displacements, site)
+    case = Case(displacements, periods, dampings, site)
+    return tuple(_row(rule, case) for rule in RULES.values())
+
+
+def _row(rule: Rule, case: Case) -> SeparationRow:
+    missing = [key for key in rule.needs if getattr(case.site, key) is None]
+    value = None if missing else float(rule.function(case))
+    needs = f"needs {' and '.join(missing)}" if missing else ""
+    facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
+    return SeparationRow(*facts, value, "; ".join(filter(None, (needs, *_doubts(rule), *_taken(rule, case.site)))))
+
+
+def _doubts(rule: Rule) -> tuple[str, ...]:
+    """That the clause itself was not read, and that it is no longer the current one."""
+    unread = {MEMORY: FROM_MEMORY, QUOTED: QUOTED_ONLY}.get(rule.verification, "")
+    return unread, f"superseded by {rule.superseded}" if rule.superseded else ""
+
+
+def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
+    """What the rule took for granted."""
+    if any(getattr(site, key) is None for key in rule.needs):
+        return ()
+    return tuple(TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key))
+
+
+def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
+    if len(buildings) != 2 or len(tuple(displacements)) != 2:
+        raise PoundingError(f"{len(buildings)} buildings; a separation is between two: choose a pair of neighbours")
+    for value in np.concatenate([np.ravel(np.asarray(each, float)) for each in displacements]):
+        if not (isfinite(value) and value >= 0.0):
+            raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
+    ground = None if site.ground is None else (site.ground,)
+    positive: tuple[tuple[str, Any, str], ...] = (
+        ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
+    )  # fmt: skip
+    for what, values, unit in positive:
+        for value in values or ():
+            if not (isfinite(value) and value > 0.0):
+                raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
+    choices: dict[str, tuple[Any, ...]] = {"zone": ZONES, "intensity": INTENSITIES, "structure": STRUCTURES}
+    for what, allowed in choices.items():
+        value = getattr(site, what)
+        if value is not None and value not in allowed:
+            raise PoundingError(f"{what} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
+
+
+def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN) -> CodeTable:
+    """Each rule, from the spectral displacements of each motion, beside the gap that this motion needs.
+
+    A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or
+    the largest; select one to see another. Works on one pair: of a row of buildings, select two neighbours and their
+    interface first. Where a wave passes along the row
+    the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so. Of buildings with
+    storeys displacements are those at the highest contact point, and the dataset's heights and levels are the site's
+    where ``site`` gives none.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        What `scan` writes, of one pair of buildings.
+    percentile : float or str
+        The share of the motions whose gap is told beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
+    site : Site
+        What codes ask about the two neighbours besides how they move.
+
+    Raises
+    ------
+    PoundingError
+        Where the dataset lacks what `scan` writes, has more than two buildings, or no finite motion, and for a
+        percentile out of its range.
+    """
+    percentile = percentile_of(percentile)
+    shown = _one_amplitude(_complete(with_axes(results)))
+    left, right = (_motions(at_contact(shown, side)) for side in (0, 1))
+    site = _known_site(shown, site)
+    closing = _motions(shown["peak_closing_free"])
+    periods, dampings = _both(shown, "period"), _both(shown, "damping")
+    known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
+    if not known.any():
+        raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
+    moved = known & (closing > 0.0)
+    buildings = tuple(str(name) for name in shown["building"].values)
+    medians = (_median(left[known]), _median(right[known]))
+    case = Case((left[moved], right[moved]), periods, dampings, site)
+    rows = separations(buildings, medians, periods, dampings, site)
+    if _wave_passes(shown):
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, ONE_GROUND)))) for row in rows)
+    amplitude = float(shown["pga"]) if "pga" in shown.coords else np.nan
+    return CodeTable(
+        buildings=(buildings[0], buildings[1]),
+        amplitude=amplitude if isfinite(amplitude) else None,
+        at=amplitude_words(shown),
+        percentile=percentile,
+        motions=int(moved.sum()),
+        without=int((known & ~moved).sum()),
+        demand_median=_median(closing[known]),
+        demand=_percentile(closing[known], percentile),
+        displacements=medians,
+        correlation=_correlation(periods, dampings),
+        names=tuple(np.array(list(_names(shown)))[moved].tolist()),
+        closing=tuple(closing[moved].tolist()),
+        asked={name: tuple(_asked(RULES[name], case).tolist()) for name in COMBINATIONS},
+        rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
+    )
+
+
+def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
+    """A building's largest displacement without contact at the highest point of contact with its neighbour [m].
+
+    Of a pair of single masses that of the mass. Part-way up a storey between those of the floors below and above,
+    which the peak there does not exceed.
+    """
+    whole = results["peak_displacement_free"].isel(building=side)
+    if results.sizes.get("contact_point", 0) == 0 or int(results["building_storeys"].values[side]) == 0:
+        return whole
+    floors = results[f"contact_point_{('left', 'right')[side]}_floor"].values
+    below, part = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
+    storeys = results["storey_displacement_free"].isel(building=side)
+    foot = storeys.isel(storey=int(below) - 1) if below else 0.0 * whole
+    return foot if part == 0.0 else (1.0 - part) * foot + part * storeys.isel(storey=int(below))
+
+
+def _known_site(results: xr.Dataset, site: Site) -> Site:
+    """With the heights of both buildings and whether their floors are level, where the dataset tells."""
+    if "building_height" not in results.coords:
+        return site
+    left, right = (float(height) for height in results["building_height"].values)
+    known = all(isfinite(height) and height > 0.0 for height in (left, right))
+    heights = (left, right) if site.heights is None and known else site.heights
+    level = results.sizes.get("contact_point", 0) > 0 and bool((results["contact_point_kind"] == "floor").all())
+    return site._replace(heights=heights, aligned=site.aligned or level)
+
+
+def _complete(results: xr.Dataset) -> xr.Dataset:
+    missing = [name for name in NEEDED if name not in results]
+    if missing:
+        raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
+    count = results.sizes.get("building", 1)
+    if count != 2:
+        raise PoundingError(f"the dataset has {count} buildings; select two neighbours with isel(building=[0, 1])")
+    return results
+
+
+def _wave_passes(results: xr.Dataset) -> bool:
+    return "wave_passage" in tomllib.loads(str(results.attrs.get("scene_resolved", ""))).get("effects", {})
+
+
+def _one_amplitude(results: xr.Dataset) -> xr.Dataset:
+    """The scene's own amplitude of a dataset that has several, or the largest."""
+    return results.isel(pga=own_level(results)) if "pga" in results.dims else results
+
+
+def _motions(values: xr.DataArray) -> Array:
+    """One value a motion: by record, then by polarity."""
+    return np.asarray(values.transpose("record", "polarity").values, dtype=float).ravel()
+
+
+def _names(results: xr.Dataset) -> Iterable[str]:
+    for record in results["record"].values:
+        for polarity in results["polarity"].values:
+            yield f"{record} {polarity}"
+
+
+def _both(results: xr.Dataset, fact: str) -> tuple[float, float]:
+    """A fact of the left and of the right building."""
+    left, right = results[f"building_{fact}"].values
+    return float(left), float(right)
+
+
+def _correlation(periods: tuple[float, float], dampings: tuple[float, float]) -> float | None:
+    return float(white_noise_correlation(periods, dampings)) if all(map(isfinite, periods)) else None
+
+
+def _asked(rule: Rule, case: Case) -> Array:
+    """What a rule asks for, motion by motion; one that looks at no displacement asks the same of each."""
+    return np.broadcast_to(np.asarray(rule.function(case), dtype=float), np.shape(case.displacements[0]))
+
+
+def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -> Comparison:
+    if row.separation is None or not closing.size:
+        return Comparison(row)
+    asked = _asked(RULES[row.rule], case)
+    low, middle, high = np.percentile(asked / closing, (LOW, MIDDLE, HIGH)).tolist()
+    exceeded = float(np.mean(closing > asked * (1.0 + SAME)))
+    return Comparison(row, _median(asked), _percentile(asked, percentile), low, middle, high, exceeded)
+
+
+def _median(values: Array) -> float:
+    return _percentile(values, MIDDLE)
+
+
+def _percentile(values: Array, percentile: float) -> float:
+    """0 where there is no motion: nothing is asked for."""
+    return float(np.percentile(values, percentile)) if values.size else 0.0
+
+
+def _judged(comparison: Comparison, count: int) -> tuple[str, str, str]:
+    """A combination, in how many motions it falls short, and its ratio in the median."""
+    short = round((comparison.exceeded or 0.0) * count)
+    return comparison.row.rule.upper(), str(short) if short else "none", f"{comparison.ratio_median:.2f}"

@@ -1,0 +1,264 @@
+"""Adequate, inadequate, or it depends: the rule, and the sentences that go with it.
+
+A gap is adequate where the upper bound of the probability of contact is no more than the target, inadequate where the
+lower bound is above it, and depends otherwise: the motions cannot tell. Bounds are those by recording. Motions whose
+response failed count as contact against "adequate", and as none against "inadequate". Where each polarity alone would
+lie on another side of the target, it depends as well: which way a record points is no property of the buildings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.conclusion import Basis, conclusion, recordings_to_settle
+from pounding_risk.assessment.demands import Motions
+from pounding_risk.assessment.options import Criterion, percent_words
+from pounding_risk.assessment.proportions import Share, exact_bounds, least_upper_bound, motions_to_show
+from pounding_risk.assessment.required_gap import RequiredGap, gap_to_provide, lognormal_share
+from pounding_risk.assessment.sensitivity import CONTACT, Influence
+from pounding_risk.units import GAP, say
+
+ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
+GOVERNING = 3  # motions that are named
+NAMED_DOUBTS = 3  # doubts about records that are told
+LARGEST_TARGET = 0.3  # that anyone would accept
+
+
+@dataclass(frozen=True)
+class Governing:
+    """One of the motions that close most."""
+
+    record: str
+    polarity: str
+    closing: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on one gap, and what stands behind it.
+
+    ``conclusion`` says what follows for the gap: what to provide, and what would settle it. ``more_recordings`` is how
+    many further recordings like these would settle a verdict that depends (`recordings_to_settle` states the rule): 0
+    where it is settled, None where more of them would not do. ``margin`` is the gap over the required one at the
+    percentile, NaN where nothing is required. ``runs`` are the cases of the dataset, of which some are ``sensitive``,
+    in so far as they were made again, or ``failed``.
+    """
+
+    word: str
+    sentence: str
+    conclusion: tuple[str, ...]
+    more_recordings: int | None
+    margin: float
+    governing: tuple[Governing, ...]
+    motions: int
+    recordings: int
+    independent: float
+    runs: int
+    sensitive: int
+    failed: int
+    evidence: tuple[str, ...]
+
+
+class Asked(NamedTuple):
+    """What the gap is held against."""
+
+    gap: float
+    criterion: Criterion
+
+    @property
+    def target(self) -> float:
+        return self.criterion.target
+
+    @property
+    def confidence(self) -> float:
+        return self.criterion.confidence
+
+
+class Seen(NamedTuple):
+    """What the motions show at the gap."""
+
+    motions: Motions  # those of the assessed amplitude, with a finite closing
+    at: str  # the amplitude in words
+    contact: Share
+    required: RequiredGap  # at the percentile that is asked for
+    keeps_target: RequiredGap  # at the percentile that leaves the target
+    independent: float
+    lost: int  # motions without a finite response
+    polarity: Influence
+    counts: dict[str, int]
+    held: int = 0  # of a row: motions that close the gap alone, and touch in no run at it
+    record_doubts: tuple[str, ...] = ()  # copies of records and records without motion, a sentence each
+
+
+def judge(asked: Asked, seen: Seen) -> Verdict:
+    """The verdict; see the head of this module for the rule."""
+    word = _word(asked, seen)
+    basis = _basis(asked, seen)
+    closing = seen.motions.closing[:, 0]
+    order = np.argsort(-closing, kind="stable")[:GOVERNING]
+    governing = tuple(
+        Governing(seen.motions.records[place], seen.motions.polarities[place], float(closing[place])) for place in order
+    )
+    return Verdict(
+        word=word,
+        sentence=f"{word.capitalize()}: {_finding(asked, seen)}{_why(word, asked, seen)}",
+        conclusion=conclusion(basis, {ADEQUATE: True, INADEQUATE: False}.get(word)),
+        more_recordings=_more_recordings(word, basis),
+        margin=asked.gap / seen.required.gap if seen.required.gap > 0.0 else nan,
+        governing=governing,
+        motions=closing.size,
+        recordings=int(seen.motions.recordings.max()) + 1,
+        independent=seen.independent,
+        runs=seen.counts["cases"],
+        sensitive=seen.counts["sensitive"],
+        failed=seen.counts["failed"],
+        evidence=tuple(_evidence(asked, seen, governing)),
+    )
+
+
+def _basis(asked: Asked, seen: Seen) -> Basis:
+    closing = seen.motions.closing[:, 0]
+    provided = gap_to_provide(closing, asked.criterion.target)
+    return Basis(
+        gap=asked.gap,
+        criterion=asked.criterion,
+        contacts=seen.contact.count,
+        motions=seen.contact.runs,
+        lost=seen.lost,
+        recordings=int(seen.motions.recordings.max()) + 1,
+        independent=seen.independent,
+        required=replace(seen.keeps_target, gap=provided),
+        still_closing=int((closing > provided).sum()),
+        amplitude=seen.at,
+        hangs_on_polarity=_hangs_on_polarity(seen),
+    )
+
+
+def _hangs_on_polarity(seen: Seen) -> bool:
+    return seen.polarity.what == CONTACT and seen.polarity.turns
+
+
+def _more_recordings(word: str, basis: Basis) -> int | None:
+    """Further recordings that would settle a verdict; 0 where it is settled, None where they would not."""
+    if word != DEPENDS:
+        return 0
+    in_all = None if basis.hangs_on_polarity else recordings_to_settle(basis)
+    return None if in_all is None else in_all - basis.recordings
+
+
+def _word(asked: Asked, seen: Seen) -> str:
+    share = seen.contact
+    one = seen.independent / share.runs
+    whole = (share.runs + seen.lost) * one
+    _, high = exact_bounds((share.count + seen.lost) * one, whole, asked.confidence)
+    low, _ = exact_bounds(share.count * one, whole, asked.confidence)
+    if _hangs_on_polarity(seen):
+        return DEPENDS
+    return ADEQUATE if high <= asked.target else INADEQUATE if low > asked.target else DEPENDS
+
+
+def _finding(asked: Asked, seen: Seen) -> str:
+    share = seen.contact
+    verb = "closes" if share.count < 2 else "close"
+    who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {seen.at} {verb}"
+    bounds = (
+        f"{100 * asked.confidence:g} % bounds {_percent(share.low_recordings)} to {_percent(share.high_recordings)}"
+    )
+    return f"{who} a gap of {say(asked.gap, GAP, 3)}: P(contact) {_percent(share.probability)} ({bounds})"
+
+
+def _why(word: str, asked: Asked, seen: Seen) -> str:
+    target = f"the target of {percent_words(asked.target)}"
+    if word == ADEQUATE:
+        return f", within {target} throughout."
+    if word == INADEQUATE:
+        return f", above {target} throughout."
+    if seen.polarity.turns:
+        return f". Each polarity alone would answer otherwise to {target}: {seen.polarity.words}."
+    least = least_upper_bound(seen.independent, asked.confidence)
+    if not seen.contact.count and least > asked.target:
+        needed = motions_to_show(asked.target, asked.confidence)
+        reach = f", or a target of {np.ceil(100.0 * least):.0f} %" if least < LARGEST_TARGET else ""
+        repair = f"it takes {needed} independent ones{reach}"
+        return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
+    if seen.lost:
+        return f". That many motions, {seen.lost} of them failed, leave open on which side of {target} it is."
+    return f". That many motions leave open on which side of {target} it is."
+
+
+def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> list[str]:
+    required, counts = seen.required, seen.counts
+    told = [_margin(asked, required), _number(asked, seen)]
+    named = "; ".join(f"{each.record} {each.polarity} {say(each.closing, GAP, 3)}" for each in governing)
+    told.append(f"The motions that close most: {named}.")
+    tail = lognormal_share(seen.motions.closing[:, 0], asked.gap)
+    if not np.isnan(tail):
+        told.append(
+            f"Were what they close lognormal, P(contact) would be {_percent(tail)}: assumed of the tail, not counted."
+        )
+    runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
+    checked = (
+        f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
+    )
+    told.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
+    told.append(_whose(asked, seen.motions))
+    if seen.held:
+        told.append(
+            f"In {seen.held} of these motions no run touches here, as contact elsewhere in the row holds the buildings "
+            "apart: each counts all the same, by what it closes without it."
+        )
+    if seen.lost:
+        told.append(f"Without a finite response, and counted against the verdict: {counted(seen.lost, 'motion')}.")
+    if seen.record_doubts:
+        more = len(seen.record_doubts) - NAMED_DOUBTS
+        told.append(
+            f"Records: {'; '.join(seen.record_doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
+        )
+    return told
+
+
+def _whose(asked: Asked, motions: Motions) -> str:
+    """Where it is from that a motion brings contact."""
+    if motions.alone is None:
+        return "The contact model, F_E and sensitive runs have no say in whether there is contact."
+    pushed = int(((motions.alone <= asked.gap) & (motions.closing > asked.gap)).sum())
+    if not pushed:
+        return "Every motion that closes the gap does so without contact elsewhere in the row; no run adds one."
+    return (
+        f"In {pushed} of these motions contact elsewhere in the row closes the gap, which they leave open without it: "
+        "each counts with the most that it closes in a run that touches here."
+    )
+
+
+def _margin(asked: Asked, required: RequiredGap) -> str:
+    needs = f"{required.percentile:g} % of the motions need no more than {say(required.gap, GAP, 3)}"
+    bounds = f"bounds {say(required.low, GAP, 3)} to {say(required.high, GAP, 3)}"
+    if not required.bounded:
+        bounds += ", the upper one only the largest seen: so few recordings do not bound it"
+    ratio = f"{asked.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
+    return f"{needs} ({bounds}); the gap is {ratio if asked.gap > 0.0 else 'closed'}."
+
+
+def _number(asked: Asked, seen: Seen) -> str:
+    """What so many motions can show at all."""
+    recordings, runs = int(seen.motions.recordings.max()) + 1, seen.contact.runs
+    least = least_upper_bound(seen.independent, asked.confidence)
+    worth = f"{seen.independent:.0f}" if seen.independent >= 10.0 else f"{seen.independent:.2g}"
+    many = "1 motion" if worth == "1" else f"{worth} motions"
+    comes = f"The {counted(runs, 'motion')} come" if runs > 1 else "The one motion comes"
+    counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
+    needed = motions_to_show(asked.target, asked.confidence)
+    can = f"Even with no contact at all, {many} could only show P(contact) < {_percent(least)}"
+    takes = f"showing {percent_words(asked.target)} takes at least {needed} independent motions"
+    return f"{comes} from {recordings} recording{'s' if recordings > 1 else ''} and {counts}. {can}; {takes}."
+
+
+def _percent(value: float) -> str:
+    if 0.0 < value < 1e-4:
+        return "less than 0.01 %"
+    return f"{100.0 * value:.3g} %" if value < 0.1 else f"{100.0 * value:.0f} %"

@@ -1,0 +1,352 @@
+"""What the commands print: aligned tables in engineering units, and progress with the time left.
+
+Nothing here knows a command. Tables go to standard output and read well through a pipe or in a file; progress
+and errors go to standard error.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import zip_longest
+from math import inf, isfinite, isnan
+from pathlib import Path
+from threading import Event, Lock, Thread
+from time import monotonic
+from typing import Any, NamedTuple
+
+EVERY = 30.0  # s between two lines of progress where there is no terminal
+BETWEEN = 2  # blanks between two columns of a table
+NARROWEST_WORDS = 16  # columns of a terminal below which a column of sentences is no longer read with ease
+SPEEDS = "m/s"
+
+
+class Measure(str):
+    """A number as an engineer writes it, which knows its value: a column of them is printed in one unit."""
+
+    value: float
+    unit: str
+    digits: int
+
+    @classmethod
+    def of(cls, text: str, value: float, unit: str, digits: int) -> Measure:
+        """The text of a value in SI ``unit``."""
+        measure = cls(text)
+        measure.value, measure.unit, measure.digits = value, unit, digits
+        return measure
+
+
+def engineering(value: float, unit: str, digits: int = 4) -> str:
+    """A number in SI ``unit`` as an engineer writes it: 1300 kN, 3.2 mm, 0.5 m/s; – for what is not there."""
+    return Measure.of(_written(value, unit, digits), value, unit, digits)
+
+
+def in_one_unit(cells: Sequence[str]) -> list[str]:
+    """The cells of a column with all measures of one kind in one unit: the usual one of their median size."""
+    from pounding_risk.units import say_in
+
+    measures = [cell for cell in cells if isinstance(cell, Measure) and isfinite(cell.value)]
+    sizes = sorted((measure for measure in measures if measure.value != 0.0), key=lambda measure: abs(measure.value))
+    if not sizes or len({measure.unit for measure in measures}) != 1 or sizes[0].unit in ("1", SPEEDS):
+        return list(cells)
+    name = sizes[len(sizes) // 2].partition(" ")[2]
+    return [
+        say_in(cell.value, name, cell.digits) if isinstance(cell, Measure) and isfinite(cell.value) else cell
+        for cell in cells
+    ]
+
+
+def _written(value: float, unit: str, digits: int) -> str:
+    from pounding_risk.units import Quantity, say
+
+    if isnan(value):
+        return "–"
+    if unit == "m/s2":
+        unit = "m/s^2"  # in g
+    elif unit == SPEEDS:
+        return f"{value:.{digits}g} m/s"
+    return say(value, Quantity(unit, -inf, inf, ""), digits)
+
+
+def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
+    """Print columns under their heads, with nothing cut whatever the width of the terminal.
+
+    A table that is wider than the terminal wraps its words: heads, and the cells of columns of words. Where that does
+    not suffice, the table turns, and each row is a block with one line a column. Piped output is never wrapped.
+
+    Parameters
+    ----------
+    heads : sequence of str
+        One a column; all empty for a table without heads.
+    rows : iterable of sequence of str
+        The cells.
+    sides : str
+        One letter a column: "l" for words, flush left, "r" for numbers, flush right and never broken.
+    """
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    cells = [list(row) for row in rows]
+    columns = []
+    for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
+        own = [row[at] for row in cells]
+        columns.append(Column(head, side, in_one_unit(own) if side == "r" else own))
+    widths = [column.widest for column in columns]
+    if console.is_terminal:
+        widths = _fitting(columns, console.width)
+    lines = _table_lines(columns, widths) if widths else _turned_lines(columns, console.width)
+    print("\n".join(line.rstrip() for line in lines))
+
+
+class Column(NamedTuple):
+    """A column of a table: its head, its side ("l" words, "r" numbers) and its cells."""
+
+    head: str
+    side: str
+    cells: list[str]
+
+    @property
+    def widest(self) -> int:
+        """Width at which nothing is wrapped."""
+        return max(map(_width, [self.head, *self.cells]))
+
+    @property
+    def narrowest(self) -> int:
+        """Width below which the column cannot be read: whole words, and whole cells of numbers."""
+        if self.side == "l":
+            words = " ".join([self.head, *self.cells]).split(" ")
+            return max(min(self.widest, NARROWEST_WORDS), *map(_width, words))
+        return max(map(_width, [*self.head.split(" "), *self.cells]))
+
+
+def _width(text: str) -> int:
+    """Columns of a terminal that a text takes: two for a letter of Chinese or Japanese."""
+    from rich.cells import cell_len
+
+    return cell_len(text)
+
+
+def _fitting(columns: Sequence[Column], width: int) -> list[int]:
+    """Widths of the columns that fit a terminal, the narrow columns whole; none where there are no such widths."""
+    room = width - BETWEEN * (len(columns) - 1)
+    least, most = [column.narrowest for column in columns], [column.widest for column in columns]
+    if sum(least) > room:
+        return []
+    widths = least
+    for most_of_one in range(max(most) + 1):
+        wider = [min(whole, max(few, most_of_one)) for few, whole in zip(least, most, strict=True)]
+        if sum(wider) > room:
+            break
+        widths = wider
+    return widths
+
+
+def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[str]:
+    rows = list(zip(*(column.cells for column in columns), strict=True))
+    heads = [column.head for column in columns]
+    for row in ([heads] if any(heads) else []) + rows:
+        wrapped = [_wrapped(cell, width) for cell, width in zip(row, widths, strict=True)]
+        if row is heads:  # heads stand on their columns
+            deepest = max(map(len, wrapped))
+            wrapped = [[""] * (deepest - len(lines)) + lines for lines in wrapped]
+        for parts in zip_longest(*wrapped, fillvalue=""):
+            yield (" " * BETWEEN).join(
+                _padded(part, width, column.side) for part, width, column in zip(parts, widths, columns, strict=True)
+            )
+
+
+def _turned_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
+    """A block for each row: its first cell, and below it a line for each other column."""
+    first, *others = columns
+    labels = max((_width(column.head) for column in others), default=0)
+    for at, title in enumerate(first.cells):
+        if at:
+            yield ""
+        yield from _wrapped(f"{first.head}: {title}" if first.head else title, width)
+        for column in others:
+            indent = 2 + (labels + 2 if labels else 0)
+            cell = column.cells[at]
+            lines = [cell] if column.side == "r" else _wrapped(cell, max(width - indent, 1))
+            head = f"  {_padded(column.head, labels, 'l')}  " if labels else "  "
+            yield head + lines[0]
+            yield from (" " * indent + line for line in lines[1:])
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of whole words; a word that is longer than a line keeps a line of its own."""
+    lines: list[str] = []
+    for word in text.split(" ") if _width(text) > width else [text]:
+        if lines and _width(lines[-1]) + 1 + _width(word) <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines
+
+
+def _padded(text: str, width: int, side: str) -> str:
+    room = " " * (width - _width(text))
+    return text + room if side == "l" else room + text
+
+
+def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """Print one line for each (what, words)."""
+    print_table(("", ""), pairs, "ll")
+
+
+def command_line(aside: Mapping[str, bool] | None = None) -> str:
+    """What was typed, for the results, without the options ``aside``, each of which takes a value or does not.
+
+    Nothing where the command was called from another program. Bytes that are no text are told by their numbers.
+    """
+    program = Path(sys.argv[0])
+    ours = program.stem == "pounding-risk" or (program.name, program.parent.name) == ("__main__.py", "pounding_risk")
+    typed = shlex.join(["pounding-risk", *_without(sys.argv[1:], aside or {})]) if ours else ""
+    return typed.encode(errors="backslashreplace").decode()
+
+
+def _without(words: Sequence[str], aside: Mapping[str, bool]) -> list[str]:
+    kept, skip = [], False
+    for word in words:
+        option, has_value, _ = word.partition("=")
+        if skip:
+            skip = False
+        elif option in aside:
+            skip = aside[option] and not has_value
+        else:
+            kept.append(word)
+    return kept
+
+
+class Watch:
+    """Progress of a long command: a bar on a terminal, otherwise a line every half minute, whatever happens meanwhile.
+
+    Call it with (done, total). ``with Watch("scan") as watch: ...`` takes the bar away at the end. With ``resumes`` the
+    first call is made before any work, with what is kept from before.
+    """
+
+    def __init__(self, what: str, unit: str = "cases", *, resumes: bool = False):
+        self.what, self.unit = what, unit
+        self._bar: Any = None
+        self._task: Any = None
+        self._tells_kept = resumes
+        self.kept = 0  # cases, from before
+        self._first: tuple[float, int] | None = None  # time and cases of the first report of work
+        self._last = 0, 0  # cases done and in all
+        self._words = f"{what}: reading, compiling"
+        self._said = self._began = monotonic()
+        self._saying = Lock()
+        self._over = Event()
+        self._clock: Thread | None = None
+
+    def __enter__(self) -> Watch:
+        if sys.stderr.isatty():
+            self._bar = _bar()
+            self._task = self._bar.add_task(self._words, total=None, pace="")
+            self._bar.start()
+        else:
+            # A long piece of work and a compiler report nothing; a batch system may take silence for a hang.
+            self._clock = Thread(target=self._tick, name="progress", daemon=True)
+            self._clock.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+        self._over.set()
+        if self._clock is not None:
+            self._clock.join()
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._tells_kept:
+            self._tells_kept, self.kept = False, done
+            if done:
+                self._tell(f"{self.what}: {done} of {total} {self.unit} are kept from before")
+            self._update(done, total, "")
+            return
+        # The first report stands for reading and compiling, which say nothing about the rest.
+        self._last = done, total
+        self._first = self._first or (monotonic(), done)
+        self._update(done, total, self._pace())
+        if done < total:
+            self._say()
+
+    def _pace(self) -> str:
+        """Speed and time left as they are by now: where nothing comes any more they say so."""
+        if self._first is None:
+            return ""
+        (first, before), (done, total), now = self._first, self._last, monotonic()
+        return pace((done - before) / (now - first) if now > first else 0.0, total - done)
+
+    def _update(self, done: int, total: int, words: str) -> None:
+        self._words = f"{self.what}: {done} of {total} {self.unit} ({100 * done // max(total, 1)} %)"
+        if self._bar is not None:
+            self._bar.update(self._task, description=self.what, completed=done, total=total, pace=words.lstrip(", "))
+
+    def _tick(self) -> None:
+        """Say how far it is when half a minute went by, without a report too."""
+        while not self._over.wait(min(max(EVERY / 4.0, 0.005), 1.0)):
+            self._say()
+
+    def _say(self) -> None:
+        """The state as it was last told, in a line of its own, where the last line is long enough ago."""
+        if self._bar is not None:
+            return
+        with self._saying:
+            now = monotonic()
+            if now - self._said < EVERY:
+                return
+            self._said = now
+            words = self._pace() if self._first else f", {span_words(now - self._began)} so far"
+            print(self._words + words, file=sys.stderr, flush=True)
+
+    def _tell(self, words: str) -> None:
+        if self._bar is not None:
+            self._bar.console.print(words, highlight=False)
+        else:
+            print(words, file=sys.stderr, flush=True)
+
+
+def pace(speed: float, left: float) -> str:
+    """How many a second, and how long the others take; nothing where the speed is not known."""
+    if speed <= 0.0:
+        return ""
+    rate = f"{speed:.0f}" if speed >= 100.0 else f"{speed:.2g}"
+    return f", {rate} a second, about {span_words(left / speed)} left"
+
+
+def span_words(seconds: float) -> str:
+    """A span of time in the units that one thinks in: 80 s, 12 min, 3 h 20 min, 2 d 5 h."""
+    if seconds < 119.5:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    if minutes < 120:
+        return f"{minutes} min"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours < 48 else f"{hours // 24} d {hours % 24} h"
+
+
+def _bar() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    # Not the library's own time left: it takes what is kept from before for work that was quick.
+    return Progress(*columns, TextColumn("{task.fields[pace]}"), console=Console(stderr=True), transient=True)
+
+
+def draw(figure: Any, target: Path) -> None:
+    """Write a figure under a temporary name and move it into place; raises PoundingError where that fails."""
+    from pounding_risk.errors import PoundingError
+    from pounding_risk.figures.style import write
+
+    partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
+    try:
+        write(figure, partial)
+        os.replace(partial, target)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    print(f"written: {target}")

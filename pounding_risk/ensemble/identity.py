@@ -1,0 +1,236 @@
+"""What a study's results depend on, as plain tables: two studies of one identity may share what they have computed.
+
+Scene, ground motions, options, the program, and the code of contact laws of the user's own. Where it was run, by how
+many and in which pieces is no part of it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.motion import Motion
+    from pounding_risk.scene.scene import Study
+
+LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
+SHOWN = 6  # values of a list that a sentence still names one by one
+ABSENT = object()
+
+
+class Asked(Protocol):
+    """What is to be computed."""
+
+    @property
+    def study(self) -> Study:
+        """The scene, read."""
+
+    @property
+    def motions(self) -> tuple[Motion, ...]:
+        """Its ground motions, processed."""
+
+    @property
+    def screening(self) -> bool:
+        """Whether runs whose answer is known are left out."""
+
+    @property
+    def check_fraction(self) -> float:
+        """The part of the runs that is made again."""
+
+
+def identity(order: Asked, prepared: str = "") -> dict[str, Any]:
+    """All that the numbers of a study depend on, in types that JSON has; ``prepared`` as a job says it."""
+    tables = {
+        # A title changes no number.
+        "scene": {key: table for key, table in order.study.resolved().items() if key != "scene"},
+        "records": [_record(motion) for motion in order.motions],
+        "options": {"screening": bool(order.screening), "check_fraction": float(order.check_fraction)},
+        "program": _program(),
+        "laws": own_laws(order.study),
+        "prepared": prepared,
+    }
+    return _plain(tables)
+
+
+def digest(identity: Mapping[str, Any]) -> str:
+    """SHA-256 of an identity; the order of its keys does not count."""
+    text = json.dumps(identity, ensure_ascii=False, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    """One sentence for each thing in which two identities differ: 'interface[0].gap: was "20 mm", is "25 mm"'."""
+    old, new = _plain(old), _plain(new)
+    found = [
+        *_changed(old.get("scene", {}), new.get("scene", {})),
+        *_changed_records(old.get("records", []), new.get("records", [])),
+        *_changed(old.get("options", {}), new.get("options", {})),
+        *_changed_program(old.get("program", {}), new.get("program", {})),
+        *_changed_laws(old.get("laws", {}), new.get("laws", {})),
+    ]
+    if not found and old.get("prepared") != new.get("prepared"):
+        found.append(
+            "the last digits of what is computed before the runs: another kind of processor, for which libraries "
+            "compute in other ways; set the same OPENBLAS_CORETYPE on all machines, or use machines of one kind"
+        )
+    return found
+
+
+def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables as one, to compare: "interface[0].gap" → its value; a list of plain values stays one value.
+
+    >>> flattened({"interface": [{"gap": "20 mm"}], "grid": {"gap": ["0 mm", "5 mm"]}})
+    {'interface[0].gap': '20 mm', 'grid.gap': ['0 mm', '5 mm']}
+    """
+    return dict(_leaves("", tables))
+
+
+def _leaves(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping) and value:
+        for name, inner in value.items():
+            yield from _leaves(f"{key}.{name}" if key else str(name), inner)
+    elif isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
+        for place, inner in enumerate(value):
+            yield from _leaves(f"{key}[{place}]", inner)
+    else:
+        yield key, value
+
+
+def _plain(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """As it comes back from a file: tuples are lists there, and numbers of NumPy's plain ones."""
+    return json.loads(json.dumps(tables, default=lambda number: number.item()))
+
+
+def _record(motion: Motion) -> dict[str, Any]:
+    return {
+        "name": motion.name,
+        "sha256": str(motion.record.get("sha256", "")),
+        "samples": motion.digest,
+        "processing": list(motion.processing),
+    }
+
+
+def _program() -> dict[str, str]:
+    from pounding_risk.results.files import (
+        versions,  # opens datasets as well, which reading a study's state does not need
+    )
+
+    found = versions()
+    python = ".".join(platform.python_version_tuple()[:2])
+    return {"python": python, **{name: found[name] for name in LIBRARIES}, "source": package_digest()}
+
+
+def package_digest() -> str:
+    """Digest of the package's own source: all of it but commands and figures, which compute nothing."""
+    package = Path(__file__).parents[1]
+    found = hashlib.sha256()
+    for file in sorted(package.rglob("*.py")):
+        name = file.relative_to(package).as_posix()
+        if not name.startswith(("cli/", "figures/", "reports/", "motions/records/")):
+            found.update(f"{name}\0".encode() + file.read_bytes())
+    return found.hexdigest()
+
+
+def own_laws(study: Study) -> dict[str, str]:
+    """Digests of the code of those contact laws of the scene that are not the package's."""
+    from pounding_risk.models.contact.register_digest import is_own, law_digest
+    from pounding_risk.scene.scene import known_law
+
+    kinds = {name: known_law(name) for name in (study.law_name, *study.grid.contact_models)}
+    return {name: law_digest(kind) for name, kind in kinds.items() if is_own(kind)}
+
+
+def _changed(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
+    """Keys of two nested tables that differ."""
+    before, after = flattened(old), flattened(new)
+    for key in dict.fromkeys((*before, *after)):
+        was, now = before.get(key, ABSENT), after.get(key, ABSENT)
+        if was is not ABSENT and now is not ABSENT and _same(was, now):
+            continue
+        if isinstance(was, list) and isinstance(now, list):
+            yield _changed_list(key, was, now)
+        else:
+            yield f"{key}: was {_words(was)}, is {_words(now)}"
+
+
+def _same(was: Any, now: Any) -> bool:
+    return json.dumps(was) == json.dumps(now)  # 1 and true are equal, and are not the same
+
+
+def _changed_list(key: str, was: Sequence[Any], now: Sequence[Any]) -> str:
+    """Two lists that differ; of long ones of one length the first place where they do."""
+    if len(was) != len(now) or len(was) <= SHOWN:
+        return f"{key}: was {_words(was)}, is {_words(now)}"
+    places = [place for place in range(len(was)) if not _same(was[place], now[place])]
+    others = f", and {len(places) - 1} more of its values" if len(places) > 1 else ""
+    return f"{key}: value {places[0] + 1} was {_words(was[places[0]])}, is {_words(now[places[0]])}{others}"
+
+
+def _words(value: Any) -> str:
+    if value is ABSENT:
+        return "absent"
+    if isinstance(value, list) and len(value) > SHOWN:
+        return f"{len(value)} values from {_words(value[0])} to {_words(value[-1])}"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _changed_records(old: Sequence[Mapping[str, Any]], new: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    before, after = _by_name(old), _by_name(new)
+    for name in before:
+        if name not in after:
+            yield f"record {name}: was one of the study, is not now"
+    for name, now in after.items():
+        if name not in before:
+            yield f"record {name}: was not one of the study, is now"
+        elif before[name] != now:
+            yield f"record {name}: {_changed_record(before[name], now)}"
+    kept = [name for name in before if name in after]
+    if kept != [name for name in after if name in before]:
+        yield f"records: was the order {', '.join(kept)}, is {', '.join(name for name in after if name in before)}"
+
+
+def _by_name(records: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
+    """Records under their names; of several of one name those after the first with a number."""
+    found: dict[str, Mapping[str, Any]] = {}
+    for record in records:
+        name, count = str(record["name"]), 1
+        while (label := name if count == 1 else f"{name} ({count})") in found:
+            count += 1
+        found[label] = record
+    return found
+
+
+def _changed_record(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    if was["sha256"] != now["sha256"]:
+        return "its file holds other bytes than before"
+    steps = [*_unlike(was["processing"], now["processing"])]
+    told = f": {'; '.join(steps)}" if steps else ""
+    return f"the same file is processed or scaled otherwise{told}"
+
+
+def _unlike(was: Sequence[str], now: Sequence[str]) -> Iterator[str]:
+    yield from (f'was "{step}"' for step in was if step not in now)
+    yield from (f'is "{step}"' for step in now if step not in was)
+
+
+def _changed_program(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
+    plain = [{key: value for key, value in each.items() if key != "source"} for each in (old, new)]
+    yield from _changed(*plain)
+    if old.get("source") != new.get("source"):
+        yield "pounding_risk: its source was changed since"
+
+
+def _changed_laws(old: Mapping[str, str], new: Mapping[str, str]) -> Iterable[str]:
+    for name in dict.fromkeys((*old, *new)):
+        if name in old and name in new and old[name] != new[name]:
+            yield f"contact model {name}: the code of this law of your own was changed since"
+        elif (name in old) != (name in new):
+            yield f"contact model {name}: was {_origin(name in old)}, is {_origin(name in new)}"
+
+
+def _origin(own: bool) -> str:
+    return "a law of your own" if own else "none of your own"

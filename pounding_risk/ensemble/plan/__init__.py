@@ -1,0 +1,1 @@
+"""What a scan will run, hold in memory, compile and take, told before it starts."""

@@ -1,0 +1,313 @@
+"""A plan in words: the scene as an engineer reads it, and what its run takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import inf, isnan
+from pathlib import Path
+from shutil import disk_usage
+from typing import TYPE_CHECKING
+
+from pounding_risk.models.contact.impulsive import is_instant
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.contact.relation import AS_PUBLISHED
+from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects.defaults import NOT_A_NUMBER, option_words
+from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.motions.request import Spectral
+from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.scene import Effect, Study, known_law
+from pounding_risk.scene.unused_keys import Given, given_keys
+from pounding_risk.units import (
+    DAMPING,
+    FLOOR_LENGTH,
+    GAP,
+    HEIGHT,
+    MASS,
+    PERIOD,
+    PGA,
+    RTOL,
+    STOREY_HEIGHT,
+    TAIL,
+    WAVE_SPEED,
+    YIELD_FORCE,
+    Quantity,
+    say,
+)
+
+if TYPE_CHECKING:
+    from pounding_risk.ensemble.plan.plan import Plan
+
+HERE = "`scan --plan`"
+BESIDE = ", and the responses without contact"
+
+
+def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
+    """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+    given = given_keys(study)
+    return [
+        ("scene", study.name),
+        *(_of_row(study) if study.is_row else _of_pair(study)),
+        *(("effect", _effect(effect, given)) for effect in study.effects),
+        ("records", _amplitude(study, records)),
+        ("polarity", " and ".join(study.records.polarities)),
+        *_grid(study),
+        ("tolerance", f"rtol {say(study.rtol, RTOL)}"),
+    ]
+
+
+def _of_pair(study: Study) -> list[tuple[str, str]]:
+    """Buildings, interface and contact models of two single masses."""
+    sides = zip(("left", "right"), study.buildings, strict=True)
+    return [
+        *((f"{side} building", _building(building, False)) for side, building in sides),
+        ("interface", _interface(study)),
+        *(("contact model", words) for words in _laws(study)),
+        ("restitution", _restitution(study)),
+    ]
+
+
+def _of_row(study: Study) -> list[tuple[str, str]]:
+    """Buildings from left to right, contact models, and each interface with its contact points."""
+    yielding = "inelastic_storeys" in dict(study.effects)
+    rows = [("building", _building(building, yielding)) for building in study.buildings]
+    rows += [("contact model", words) for words in _laws(study)]
+    for place, name in enumerate(study.interfaces):
+        here = study.at(place)
+        quantity = stiffness_quantity(known_law(study.stiff_name))
+        stiffness = "" if here.stiffness is None else f", stiffness {say(here.stiffness, quantity)}"
+        rows.append(("interface", f"{name}: gap {say(here.gap, GAP)}{stiffness}, restitution {_restitution(here)}"))
+        if not here.neighbours[0].given:
+            rows.append(("levels", _levels(here.neighbours[0].levels)))
+        rows += [("contact points", words) for words in _points(here)]
+    return rows + [("note", f"{name}: {note}") for name, note in level_notes(study).items()]
+
+
+def _levels(rule: LevelRule) -> str:
+    """When floors of two neighbours meet floor to floor."""
+    if rule.tolerance is not None:
+        return f"floors up to {say(rule.tolerance, STOREY_HEIGHT)} apart in level are one, by tolerance"
+    depths = " and ".join(dict.fromkeys(say(depth, STOREY_HEIGHT) for depth in (rule.left_depth, rule.right_depth)))
+    return f"floors {depths} deep are one where they overlap in height, by floor_depth"
+
+
+def _points(here: Study) -> list[str]:
+    """Where two neighbours meet, floor to floor and floor to column, with the yield force of each kind."""
+    told = []
+    (neighbour,), (left, right) = here.neighbours, here.buildings
+    for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
+        places = [
+            f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
+            + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
+            for point in neighbour.points
+            if point.kind == kind
+        ]
+        strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
+        told += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
+    return told
+
+
+def _place(floor: float) -> str:
+    return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
+
+
+def _building(building: Building | Storeys, yielding: bool) -> str:
+    """A building in words; ``yielding`` where an effect lets storeys yield."""
+    if isinstance(building, Storeys):
+        count = len(building.masses)
+        yields = ""
+        if building.strengths:
+            yields = ", with yield shears" if yielding else ", elastic (yield shears act under inelastic_storeys)"
+        return (
+            f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
+            f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
+            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
+        )
+    height = f", height {say(building.height, HEIGHT)}" if building.height else ""
+    mass = say(building.mass, MASS) if building.mass < inf else "any mass"
+    if building.is_rigid:
+        return f"{building.name}: {mass}, rigid (moves with the ground){height}"
+    floor = (
+        f", floor {say(building.floor_length, FLOOR_LENGTH)} at {say(building.wave_speed, WAVE_SPEED)}"
+        if building.floor_length
+        else ""
+    )
+    return (
+        f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
+        f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
+    )
+
+
+def _interface(study: Study) -> str:
+    strength = "no yielding" if study.yield_force == inf else f"yield force {say(study.yield_force, YIELD_FORCE)}"
+    return f"gap {say(study.gap, GAP)}, {strength}"
+
+
+def _laws(study: Study) -> list[str]:
+    """Each contact model that the grid runs, with where its stiffness is from."""
+    terms = study.equal_terms
+    found = []
+    for name in study.grid.contact_models:
+        if study.is_row and not study.needs_equal_terms(name):
+            stiffness = "stiffness of each interface"
+        elif is_instant(known_law(name)) or study.stiffness is None:
+            stiffness = "no stiffness: the velocities jump at a touch"
+        elif study.needs_equal_terms(name) and terms:
+            stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
+        else:
+            stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
+        found.append(f"{name}, {stiffness}")
+    return found
+
+
+def _restitution(study: Study) -> str:
+    rule = study.restitution
+    exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
+    if rule.c1 == rule.c2 == rule.c3 == 0.0:
+        return f"{study.restitution_words}{exact}"
+    held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
+    return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
+
+
+def _effect(effect: Effect, given: Given) -> str:
+    """The options in force; those that the scene leaves out are marked."""
+    kinds = EFFECTS[effect.name].options  # type: ignore[attr-defined]
+    values = {key: option_words(kinds[key], value) for key, value in effect.options}
+    values |= {key: words for (name, key), words in NOT_A_NUMBER.items() if name == effect.name and key not in values}
+    values = {key: words for key, words in values.items() if not words.startswith("none")}
+    options = ", ".join(
+        f"{key} {value}{'' if ('effects', effect.name, key) in given else ' (default)'}"
+        for key, value in values.items()
+    )
+    return f"{effect.name}: {options}" if options else effect.name
+
+
+def _amplitude(study: Study, count: int) -> str:
+    asked, pgas = study.records, study.grid.pgas
+    scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
+    if asked.manifest:
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each times its factor of {asked.manifest}{common}"
+    if asked.sa is not None and asked.sa.value is not None:
+        scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
+    if asked.to_median is not None:
+        measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
+        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+        scaled = f"each scaled to the median {measure}{common}"
+    if pgas != (None,):
+        scaled = "each scaled to " + _span([pga for pga in pgas if pga is not None], PGA)
+    part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
+    tail = f", {say(asked.tail, TAIL)} of free vibration after" if asked.tail else ""
+    turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
+    return f"{count}{turned}{part}, {scaled}{tail}"
+
+
+def _spectral(asked: Spectral) -> str:
+    return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
+
+
+def _grid(study: Study) -> list[tuple[str, str]]:
+    """The dimensions that have more than one value."""
+    gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
+    axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
+    return [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
+
+
+def _span(values: Sequence[float], quantity: Quantity) -> str:
+    """All values where they are few, otherwise the ends and how many."""
+    if len(values) <= 6:
+        return ", ".join(say(value, quantity) for value in values)
+    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
+
+
+def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
+    """What is to be run, and what that takes; one pair a line."""
+    yield "cases", _cases(plan)
+    yield "lines", _lines(plan)
+    yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
+    if plan.chunks is not None:
+        yield "chunks", f"about {plan.chunks}, each kept on disk as it is done"
+    yield "memory", f"about {_bytes(plan.memory)}" + ("" if plan.screened is not None else BESIDE)
+    yield "compiling", _compiling(plan)
+    yield "time", _time(plan)
+    for sentence in plan.changes:
+        yield "changed", sentence
+    for sentence in plan.unused:
+        yield "unused", sentence
+
+
+def _room(plan: Plan) -> str:
+    """What is free beside the scene, where the dataset may need more."""
+    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
+    free = disk_usage(folder).free
+    return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
+
+
+def _cases(plan: Plan) -> str:
+    factors = [f"{count} {name.replace('_', ' ')}s" for name, count in plan.shape.items() if count > 1]
+    factors = [factor.replace("polaritys", "polarities") for factor in factors]
+    return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
+
+
+def _lines(plan: Plan) -> str:
+    """A line is what is solved at once: all yield forces of a gap."""
+    width = plan.shape["yield_force"]
+    each = f"{plan.lines}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
+    if plan.screened is None:
+        return f"{each}; how many of them touch is not known yet, {HERE} finds it"
+    share = 100.0 * plan.screened / plan.lines
+    about = "" if plan.share == 1.0 else "about "
+    return f"{each}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+
+
+def _compiling(plan: Plan) -> str:
+    kernels = plan.kernels
+    if kernels.interpreted:
+        return "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+    if kernels.whole:
+        return "nothing: all is compiled"
+    parts = [] if kernels.motion else ["the motion without contact"]
+    parts += [] if kernels.solver else ["the solver of rows, once for all contact models"]
+    if kernels.missing:
+        when = " (by each process)" if kernels.at_each_start else ""
+        parts.append(f"{kernels.missing} contact model{'s' * (kernels.missing > 1)}{when}")
+    told = f"{_joined(parts)}: about {kernels.seconds:.0f} s"
+    return f"compiled just now: {told}" if plan.compiled else f"not compiled yet: {told}"
+
+
+def _joined(parts: list[str]) -> str:
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+
+
+def _time(plan: Plan) -> str:
+    if plan.seconds is None:
+        if plan.kernels.interpreted:
+            return f"not known, since nothing is compiled; {HERE} times a sample all the same"
+        return f"not known, since not all is compiled; {HERE} compiles and times a sample"
+    threads = f"on {plan.threads} thread{'s' * (plan.threads > 1)}"
+    sample = f"{plan.sampled} line{'s' * (plan.sampled > 1)}"
+    return (
+        f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {sample} solved here; "
+        "without compiling and writing"
+    )
+
+
+def duration(seconds: float) -> str:
+    """A time as one says it: 0.8 s, 42 s, 12 min, 3 h 20 min."""
+    if seconds < 9.5:
+        return f"{max(seconds, 0.1):.1f} s"
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    if minutes < 60:
+        return f"{minutes} min"
+    return f"{minutes // 60} h {minutes % 60} min" if minutes < 6000 else f"{minutes / 1440:.1f} days"
+
+
+def _bytes(size: int) -> str:
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return f"{size} bytes"

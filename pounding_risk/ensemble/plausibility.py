@@ -1,0 +1,212 @@
+"""Notes on numbers of a scene that are possible but unusual, with the slip that most likely made them.
+
+Never a refusal. `USUAL` has the ranges; `of_input` holds a scene and its motions against them. What contacts did is
+held against concrete in `contact_notes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from math import isfinite, pi, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+from pounding_risk.models.contact.impulsive import is_instant
+from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
+from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
+from pounding_risk.scene.scene import Study, known_law
+from pounding_risk.units import (
+    FLOOR_MASS,
+    GAP,
+    PERIOD,
+    PGA,
+    STANDARD_GRAVITY,
+    TIME,
+    Quantity,
+    say,
+)
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.motion import Motion
+
+
+class Usual(NamedTuple):
+    """A usual range in SI, where it is from, and the slip that most likely made a number below or above it."""
+
+    quantity: Quantity
+    low: float
+    high: float
+    source: str
+    below: str
+    above: str
+
+
+USUAL = {
+    "mass of a floor": Usual(
+        FLOOR_MASS,
+        5e3,
+        5e7,
+        "a floor of 20 m² at 250 kg/m², and a tower of 50 000 t as one mass",
+        "kg written for t?",
+        "t written for kg?",
+    ),
+    # Shorter periods stand for a wall, as 0.007 s of the masonry in Khatiwada et al. (2011), and are no slip.
+    "period": Usual(
+        PERIOD,
+        0.0,
+        12.1,
+        "0.0724 h^0.8 for a steel frame of h = 600 m (ASCE 7-16, equation 12.8-7)",
+        "",
+        "a decimal point lost, or ms written as s?",
+    ),
+    "gap": Usual(
+        GAP, 0.0, 2.0, "two buildings of 50 m that lean by 2 % towards each other", "", "m written for mm or cm?"
+    ),
+    "PGA as recorded": Usual(
+        PGA,
+        0.039 * STANDARD_GRAVITY,
+        2.0 * STANDARD_GRAVITY,
+        "0.039 g is the least of intensity V (Wald et al. 1999, table 1), and few records exceed 2 g",
+        "cm/s² read as mm/s², or a weak record?",
+        "m/s² read as g?",
+    ),
+    "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
+}
+SPEED = 0.5  # m/s, of a usual approach; the time of a Hertz contact goes with its power −0.2
+# Twice the way of sound through 1.75 m of concrete at 3500 m/s: no floor parts sooner.
+SHORTEST_CONTACT = 1e-3  # s
+HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
+UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another check doubts
+
+
+def of_input(study: Study, motions: Iterable[Motion]) -> tuple[str, ...]:
+    """A sentence for each unusual number of a scene and of its motions.
+
+    Parameters
+    ----------
+    study : Study
+        The scene.
+    motions : iterable of Motion
+        Its motions, before polarity and the grid's amplitudes.
+
+    Returns
+    -------
+    tuple of str
+        Which number, the usual range with its source, and the likely slip.
+    """
+    return (*_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study), *_of_motions(study, tuple(motions)))
+
+
+# --- the input --------------------------------------------------------------------------------------------
+
+
+def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
+    """A sentence for each value, by the words for it, outside the range of `USUAL`."""
+    usual = USUAL[what]
+    for whose, value in values.items():
+        if not isfinite(value) or usual.low <= value <= usual.high:
+            continue
+        limit, side, slip = (usual.low, "more", usual.below) if value < usual.low else (usual.high, "less", usual.above)
+        words = f"{say(value, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
+        yield f"{whose}: {what} {words} ({usual.source}); {slip}"
+
+
+def _of_buildings(study: Study) -> Iterator[str]:
+    moving = [building for building in study.buildings if not building.is_rigid]
+    for building in moving:
+        masses = getattr(building, "masses", None) or (building.mass,)
+        for mass in dict.fromkeys((min(masses), max(masses))):
+            yield from _unusual("mass of a floor", {building.name: mass})
+    yield from _unusual("period", {building.name: building.period for building in moving})
+
+
+def _of_gaps(study: Study) -> Iterator[str]:
+    own = [neighbour.gap for neighbour in study.neighbours] or [study.gap]
+    yield from _unusual("gap", dict(zip(study.interfaces, own, strict=True)))
+    yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(own) else {})
+
+
+def _of_stiffnesses(study: Study) -> Iterator[str]:
+    """Contact durations that the stiffness of each interface leads to."""
+    if all(is_instant(known_law(name)) for name in study.grid.contact_models):
+        return
+    for place, name in enumerate(study.interfaces):
+        here = study.at(place)
+        if here.stiffness is None:
+            continue
+        quantity = stiffness_quantity(known_law(here.stiff_name))
+        lasts = contact_duration(here.stiffness, quantity.unit, here.striking_mass)
+        words = (
+            f"{name}: a stiffness of {say(here.stiffness, quantity)} makes a contact at {SPEED:g} m/s last "
+            f"{say(lasts, TIME, 3)}"
+        )
+        periods = {building.name: building.period for building in here.buildings if not building.is_rigid}
+        short = shortest(periods)
+        if short and lasts >= LONGEST_CONTACT * short[1]:
+            unit = quantity.unit
+            yield f"{words}, {share_of(lasts, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
+        elif lasts < SHORTEST_CONTACT:
+            yield (
+                f"{words}, less than {1e3 * SHORTEST_CONTACT:g} ms, in which sound crosses 1.75 m of concrete twice; "
+                f"k{quantity.unit} written for {quantity.unit}?"
+            )
+
+
+def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SPEED) -> float:
+    """How long two masses touch that meet without damping and without yielding [s].
+
+    Parameters
+    ----------
+    stiffness : float
+        k [N/m] of F = k δ: t = π √(m/k), half of a period; or β [N/m^1.5] of F = β δ^1.5: t = 3.2181 (m v²/β)^(2/5) / v
+        (Goldsmith 1960, Impact, section 4.2, after Hertz).
+    unit : str
+        "N/m" or "N/m^1.5".
+    mass : float
+        m1 m2 / (m1 + m2) [kg].
+    speed : float
+        Of the approach [m/s].
+
+    Returns
+    -------
+    float
+        The time from touch to parting [s]; damping changes it by 2 % at most.
+
+    Examples
+    --------
+    >>> round(contact_duration(4.0, "N/m", 1.0), 4)
+    1.5708
+    """
+    if unit == LINEAR_STIFFNESS.unit:
+        return pi * sqrt(mass / stiffness)
+    return float(HERTZ_TIME * (mass * speed**2 / stiffness) ** 0.4 / speed)
+
+
+def _of_motions(study: Study, motions: tuple[Motion, ...]) -> Iterator[str]:
+    """Peaks of motions that keep the amplitude of their files, and amplitudes that are asked for."""
+    request = study.records
+    amplitudes = [pga for pga in (*study.grid.pgas, request.pga) if pga is not None]
+    if amplitudes:
+        yield from _unusual("PGA asked for", {"the scene": max(amplitudes)})
+        return
+    if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
+        return
+    usual = USUAL["PGA as recorded"]
+    for outside, most in ((_below(usual.low), min), (_above(usual.high), max)):
+        unusual = {motion.name: motion.pga for motion in motions if outside(motion.pga) and not _doubted(motion)}
+        if unusual:
+            name = most(unusual, key=unusual.__getitem__)
+            others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
+            yield from _unusual("PGA as recorded", {f"{name}{others}": unusual[name]})
+
+
+def _below(limit: float) -> Callable[[float], bool]:
+    return lambda value: value < limit
+
+
+def _above(limit: float) -> Callable[[float], bool]:
+    return lambda value: value > limit
+
+
+def _doubted(motion: Motion) -> bool:
+    """True where a flag of the motion doubts its unit already."""
+    return any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)

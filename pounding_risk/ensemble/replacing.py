@@ -1,0 +1,167 @@
+"""Whether a file may be replaced by new results: unasked only one of the same command and the same study."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import netCDF4
+
+from pounding_risk.ensemble.identity import difference
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.files import NETCDF
+from pounding_risk.results.zarr_metadata import ZARR_MARK
+
+if TYPE_CHECKING:
+    from pounding_risk.scene.scene import Study
+
+# A variable or dimension that of all datasets only those of this command have, seen in this order.
+MARKS = {
+    "compare": "flips",
+    "accuracy": "time_to_reach",
+    "effects": "time_ratio",
+    "histories": "sample",
+    "simulate": "time",
+    "scan": "impact_count",
+}
+OTHER_NAME = "move it away, or write to another name"
+CHOICE = "to replace it say so (--new, or new=True in Python), or write to another name (-o)"
+
+
+class Finished(NamedTuple):
+    """What a file says of how it was made, read without its values."""
+
+    command: str  # that wrote it; "" where it is none of this package's
+    attrs: dict[str, Any]
+
+
+def check_replaceable(
+    target: Path, command: str, identity: Mapping[str, Any] | None = None, new: bool = False, choice: str = CHOICE
+) -> None:
+    """Refuse to replace a file that is not of the same command and the same study.
+
+    Parameters
+    ----------
+    target
+        Where results are about to be written; nothing is refused where there is no file.
+    command
+        That writes them, one of `MARKS`.
+    identity
+        Tables of `identity.identity`, of which those that the file tells too are compared; None compares none.
+    new
+        Whether whoever asks wants to have it replaced, whatever it is.
+    choice
+        What whoever asks may do, for the sentence.
+
+    Raises
+    ------
+    PoundingError
+        With what the file is, or with every difference.
+    """
+    if new or not target.exists():
+        return
+    finished = read_finished(target)
+    if finished.command != command:
+        what = f"the results of {finished.command}" if finished.command else "no results of pounding-risk"
+        raise PoundingError(f"{target}: is there already and holds {what}, not those of {command}; {choice}")
+    if identity is None:
+        return
+    told = recorded_identity(finished.attrs)
+    asked = {table: value for table, value in _comparable(identity).items() if table in told}
+    if changes := difference(told, asked):
+        listed = "".join(f"\n  - {sentence}" for sentence in changes)
+        raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
+
+
+def check_replaceable_scene(target: Path, command: str, study: Study, new: bool = False) -> None:
+    """As `check_replaceable`, of a command whose results follow from a scene: raises PoundingError for another one."""
+    scene = {key: table for key, table in study.resolved().items() if key != "scene"}
+    check_replaceable(target, command, {"scene": scene}, new)
+
+
+def read_finished(target: Path) -> Finished:
+    """The command and the attributes of a dataset on disk; of anything else no command."""
+    try:
+        names, attrs = _head_of_store(target) if target.suffix.lower() == ".zarr" else _head_of_file(target)
+    except (OSError, RuntimeError, ValueError):  # no netCDF file, or no JSON: nothing of this package
+        return Finished("", {})
+    if "versions" not in attrs and "kernels_digest" not in attrs:
+        return Finished("", attrs)
+    return Finished(next((command for command, mark in MARKS.items() if mark in names), ""), attrs)
+
+
+def _head_of_file(target: Path) -> tuple[set[str], dict[str, Any]]:
+    with NETCDF, netCDF4.Dataset(target) as file:
+        return {*file.dimensions, *file.variables}, {name: file.getncattr(name) for name in file.ncattrs()}
+
+
+def _head_of_store(target: Path) -> tuple[set[str], dict[str, Any]]:
+    attrs = json.loads((target / ".zattrs").read_text(encoding="utf-8"))
+    names = attrs.get(ZARR_MARK) if isinstance(attrs, dict) else None
+    return (set(map(str, names)), attrs) if isinstance(names, list) else (set(), {})
+
+
+def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """What a dataset's attributes tell of its identity, in tables of `identity.identity`; without those it has not."""
+    tables = {
+        "scene": _scene(attrs.get("scene_resolved")),
+        "records": _records(attrs),
+        "options": _json(attrs.get("options")),
+        "program": _program(attrs),
+        "laws": _json(attrs.get("own_laws", "{}")),
+    }
+    return {name: table for name, table in tables.items() if table is not None}
+
+
+def _comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
+    """An identity with what a dataset tells of the program: the digest of the solver, not that of the package."""
+    from pounding_risk._jit.compile import source_digest
+
+    program = identity.get("program")
+    told = {} if program is None else {"program": {**program, "source": source_digest()}}
+    return {**identity, **told}
+
+
+def _json(text: Any) -> Any:
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return None
+
+
+def _scene(text: Any) -> dict[str, Any] | None:
+    """The scene with every value stated; a title changes no number."""
+    try:
+        return {key: table for key, table in tomllib.loads(text).items() if key != "scene"}
+    except (TypeError, AttributeError, tomllib.TOMLDecodeError):
+        return None
+
+
+def _records(attrs: Mapping[str, Any]) -> list[dict[str, Any]] | None:
+    records, digests, steps = (_json(attrs.get(name)) for name in ("records", "motions_sha256", "processing"))
+    if not isinstance(records, list) or not isinstance(digests, dict) or not isinstance(steps, dict):
+        return None
+    return [
+        {
+            "name": record["name"],
+            "sha256": str(record.get("sha256", "")),
+            "samples": digests.get(record["name"], ""),
+            "processing": steps.get(record["name"], []),
+        }
+        for record in records
+        if isinstance(record, dict) and "name" in record
+    ]
+
+
+def _program(attrs: Mapping[str, Any]) -> dict[str, str] | None:
+    versions = _json(attrs.get("versions"))
+    if not isinstance(versions, dict) or "kernels_digest" not in attrs:
+        return None
+    from pounding_risk.ensemble.identity import LIBRARIES
+
+    python = ".".join(str(versions.get("python", "")).split(".")[:2])
+    libraries = {name: str(versions[name]) for name in LIBRARIES if name in versions}
+    return {"python": python, **libraries, "source": str(attrs["kernels_digest"])}

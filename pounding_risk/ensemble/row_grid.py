@@ -1,0 +1,71 @@
+"""The grid of a row's study: the row itself, and laws, gaps and yield forces by contact point."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.results.row_variables import Frame, frame_of
+from pounding_risk.scene.laws import law_of
+from pounding_risk.scene.scene import Study
+from pounding_risk.solver.row.cases import Limits, Mechanics
+from pounding_risk.solver.row.model import RowModel
+
+Array = NDArray[np.float64]
+
+
+class RowGrid(NamedTuple):
+    """The grid of a study of a row, as its cases need it."""
+
+    frame: Frame
+    mechanics: tuple[Mechanics, ...]  # by contact model
+    gaps: Array  # (gaps, interfaces) [m]
+    yield_forces: Array  # (yield forces, contact points) [N]
+    rtol: float
+
+    @property
+    def model(self) -> RowModel:
+        """The row."""
+        return self.frame.model
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Contact models, gaps, yield forces."""
+        return len(self.mechanics), len(self.gaps), len(self.yield_forces)
+
+    def limits(self, gap: int, strength: int) -> Limits:
+        """One case's."""
+        return Limits(self.gaps[gap][self.model.interfaces], self.yield_forces[strength], self.yield_forces[-1])
+
+
+def row_grid(study: Study) -> RowGrid:
+    """The grid of a study; raises as `chain_of` and as `scene_laws.law_of`."""
+    model = model_of(study)
+    gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
+    # A grid of one yield force leaves every interface its own.
+    levels = study.grid.yield_forces if len(study.grid.yield_forces) > 1 else (None,)
+    forces = np.array([study.point_yield_forces(level) for level in levels])
+    finite = np.unique(forces[np.isfinite(forces)])
+    mechanics = tuple(mechanics_of(study, model, name, finite) for name in study.grid.contact_models)
+    return RowGrid(frame_of(model), mechanics, gaps, forces, study.rtol)
+
+
+def model_of(study: Study) -> RowModel:
+    """The buildings of a study and where they meet; raises as `chain_of`."""
+    return RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
+
+
+def mechanics_of(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:
+    """One contact model at every contact point, as its interface has it; ``levels`` [N] as `Mechanics` has them."""
+    laws = [law_of(study.at(place), name) for place in range(len(study.neighbours))]
+    rules = [neighbour.restitution for neighbour in study.neighbours]
+    return Mechanics(
+        tuple(laws[place] for place in model.interfaces),
+        tuple(rules[place] for place in model.interfaces),
+        laws[0].ceiling(1.0) < inf,
+        levels,
+    )

@@ -1,0 +1,275 @@
+"""A row's study as work: every case solved in its parts, and no part of one motion and contact model twice."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from functools import cached_property
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.once import Shared
+from pounding_risk.ensemble.chunks import RAGGED, Part
+from pounding_risk.ensemble.job import Finish, Order, never
+from pounding_risk.ensemble.row_grid import row_grid
+from pounding_risk.ensemble.tolerance_check import (
+    SENSITIVE,
+    AtLeastOne,
+    check_variables,
+    differences,
+    drawn,
+    made_again,
+    not_made_again,
+)
+from pounding_risk.motions.motion import driven
+from pounding_risk.results.files import as_text
+from pounding_risk.results.layout import Form, Stretch, bytes_a_case, stretches
+from pounding_risk.results.pair_labels import kept_as
+from pounding_risk.results.row_labels import row_skeleton, row_variables
+from pounding_risk.results.row_variables import Outputs, outputs, variables
+from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, tighter
+from pounding_risk.solver.counters import COMPLETE
+from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import RowRun
+from pounding_risk.solver.row.cases import Answered, Cases, Driven
+
+Place = tuple[int, ...]
+MOTIONS = 128  # responses without contact that are kept, each with its motion: some hundred kB
+KEPT = 16  # motions under a contact model, with the runs that their cases share
+NOTHING = np.zeros(0)
+# How the runs of a case's parts were found: what each is made of, zero beyond the last, and whether it is a known one.
+KEYS, ANSWERS = f"keys{RAGGED}", f"answers{RAGGED}"
+OWN, FROM_LARGER = 1, 2
+STATUS, HOW = "status", "simulated"
+
+
+class RowJob:
+    """The grid of a row; see `jobs.Job`. Raises as `row_grid.row_grid`."""
+
+    def __init__(self, order: Order):
+        self.order, self.study = order, order.study
+        self.grid = row_grid(self.study)
+        self.variables = variables(self.grid.frame)
+        study = self.study
+        self.motions_shape = (len(order.motions), len(study.records.polarities), len(study.grid.pgas))
+        self.shape = (*self.motions_shape, *self.grid.shape)
+        self.lines, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
+        self.bytes_a_line = self.width * bytes_a_case(row_variables(self.grid.frame), self.grid.frame.sizes)
+        self._driven: Shared[Driven] = Shared(MOTIONS)
+        self._cases: Shared[Cases] = Shared(KEPT)
+
+    def driven(self, motion: Place) -> Driven:
+        """A motion of the grid (record, polarity, amplitude) and the row's response to it without contact."""
+        record, polarity, amplitude = motion
+
+        def respond() -> Driven:
+            study = self.study
+            found = driven(self.order.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude])
+            free = rows.free_row(self.grid.model.row(found.dt), found.acceleration)
+            return Driven(found.acceleration, found.dt, found.pga, free)
+
+        return self._driven.of(motion, respond)
+
+    def cases(self, motion: Place, law: int, rtol: float) -> Cases:
+        """The cases of one motion under one contact model."""
+        return Cases(self.grid.model, self.grid.mechanics[law], self.driven(motion), rtol)
+
+    @cached_property
+    def prepared(self) -> str:
+        """Of the laws, and of every matrix of the row over a step of each record."""
+        found = blake2b(repr([each.laws for each in self.grid.mechanics]).encode(), digest_size=16)
+        for step in sorted({motion.dt for motion in self.order.motions}):
+            for array in self.grid.model.row(step).row:
+                found.update(np.ascontiguousarray(array).tobytes())
+        return found.hexdigest()
+
+    def law_at(self, line: int) -> int:
+        """The contact model's place in the grid."""
+        return line // self.shape[-2] % self.shape[-3]
+
+    def solve(self, lines: range, stop: Callable[[], bool] = never) -> Part | None:
+        """Every output of every case, how each was answered, and what a second run of some of them told."""
+        part = self._empty(len(lines))
+        answers: list[list[list[Answered]]] = []
+        for stretch in stretches(lines, self.shape, 1):
+            found = self._solved(stretch, part, stop)
+            if found is None:
+                return None
+            answers.append(found)
+        own = np.ones((len(lines), self.width), dtype=bool)
+        if self.order.screening:
+            own = np.array([_own(found) for found in answers]).reshape(own.shape)
+            part |= _written(answers, self.width)
+        if self.order.check_fraction > 0.0:
+            places = drawn(lines, own & (part[STATUS] == COMPLETE), self.order.check_fraction)
+            checked = self._checked(lines, part, places, stop)
+            if checked is None:
+                return None
+            part |= checked
+        return part
+
+    def _empty(self, count: int) -> Part:
+        """The arrays of so many lines."""
+        sizes = self.grid.frame.sizes
+        part: Part = {
+            name: np.zeros((count, self.width, *(sizes[dim] for dim in variable.dims)), kept_as(variable.whole))
+            for name, variable in self.variables.items()
+        }
+        return part | {STATUS: np.zeros((count, self.width), np.int8)}
+
+    def _solved(self, stretch: Stretch, part: Part, stop: Callable[[], bool]) -> list[list[Answered]] | None:
+        """Solve one line into its place in ``part``; how the parts of its cases were answered."""
+        gap, key = stretch.gaps.start, (stretch.motion, stretch.law)
+        cases = self._cases.of(key, lambda: self.cases(*key, self.grid.rtol))
+        runs, answered = [], []
+        for level in range(self.width):
+            if stop():
+                return None
+            limits = self.grid.limits(gap, level)
+            run, found = cases.in_parts(limits) if self.order.screening else (cases.whole(limits), [])
+            runs.append(run)
+            answered.append(found)
+        run = stacked(runs)
+        part[STATUS][stretch.lines] = run.status
+        pga = self.driven(stretch.motion).pga
+        for name, values in outputs(run, self.grid.yield_forces, pga, self.grid.frame).items():
+            part[name][stretch.lines] = values
+        return answered
+
+    def _checked(self, lines: range, part: Part, places: NDArray[np.bool_], stop: Callable[[], bool]) -> Part | None:
+        """The runs at ``places`` made again at a tighter tolerance, the whole row at once: what moves, at most.
+
+        Over all interfaces of a run.
+        """
+        at = np.argwhere(places)
+        if not len(at):
+            return not_made_again((len(lines), self.width))
+        second: list[tuple[int, Outputs]] = []
+        for line, level in at:
+            if stop():
+                return None
+            (stretch,) = stretches(range(lines.start + line, lines.start + line + 1), self.shape, 1)
+            limits = self.grid.limits(stretch.gaps.start, level)
+            run = self.cases(stretch.motion, stretch.law, tighter(self.grid.rtol)).whole(limits)
+            second.append((run.status, outputs(run, self.grid.yield_forces[level], 0.0, self.grid.frame)))
+        failed = np.array([status != COMPLETE for status, _ in second], dtype=bool)
+        names = (*RELATIVE, *COUNTED)
+        after = {name: np.array([found[name] for _, found in second]) for name in names}
+        before = {name: part[name][places] for name in names}
+        found = differences(before, after, failed[:, None])
+        return made_again(places, {name: values.max(axis=1) for name, values in found.items()}, self.grid.rtol)
+
+    def check_one(self, line: int, place: int) -> Part:
+        """The variables of `recheck.check_variables` for a line, one of whose runs is made again."""
+        lines = range(line, line + 1)
+        part = self.solve(lines)
+        found = None if part is None else self._checked(lines, part, np.arange(self.width)[None, :] == place, never)
+        assert found is not None, "nothing stops it"
+        return found
+
+    @cached_property
+    def form(self) -> Form:
+        """The dataset but for its cases."""
+        places = np.empty(self.motions_shape, dtype=object)
+        for motion in np.ndindex(self.motions_shape):
+            places[motion] = self.driven(motion)._replace(acceleration=NOTHING)  # of every motion at once: too much
+        checks = check_variables(self.grid.rtol) if self.order.check_fraction > 0.0 else {}
+        skeleton = row_skeleton(self.study, self.order.motions, places, self.grid)
+        return Form(skeleton, row_variables(self.grid.frame) | checks, self.shape)
+
+    def labeller(self) -> RowLabeller:
+        """Says which cases had a run of their own."""
+        return RowLabeller(self)
+
+
+class RowLabeller:
+    """Variables of a row, and the count of its parts; see `jobs.Labeller`.
+
+    An answer is told as the run of the first case that has it, in the grid's order, largest yield force first, among
+    those of one motion and contact model: so the count does not depend on who solved what.
+    """
+
+    def __init__(self, job: RowJob):
+        self._job = job
+        self._seen: set[int] = set()
+        self._parts: Counter[str] = Counter()
+        self._watch = AtLeastOne()
+
+    def values(self, lines: range, part: Part) -> Part:
+        """Every case variable of these lines."""
+        job = self._job
+        how = np.full((len(lines), job.width), SIMULATED, dtype=np.int8)
+        if job.order.screening:
+            how[:] = 0
+            for place, line in enumerate(lines):
+                if line % job.shape[-2] == 0:  # the first gap of another motion or contact model
+                    self._seen.clear()
+                self._settle(part[KEYS][place], part[ANSWERS][place], how[place])
+        found = {name: part[name] for name in (*job.variables, STATUS)} | {HOW: how}
+        if job.order.check_fraction > 0.0:
+            own = how == SIMULATED
+            for name, none in not_made_again(how.shape).items():
+                # A run that an earlier line has made was drawn where it was met again: there it is known.
+                found[name] = np.where(own, part[name], none)
+            self._watch.see(lines, own & (part[STATUS] == COMPLETE), found[SENSITIVE])
+        return found
+
+    def _settle(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
+        """Say which cases of a line have a run of their own, and count the parts."""
+        for level in reversed(range(len(how))):
+            for key, answer in zip(keys[level].tolist(), answers[level].tolist(), strict=True):
+                if not answer:
+                    break
+                is_new = key not in self._seen
+                self._seen.add(key)
+                told = "known from a larger yield force" if answer == FROM_LARGER else "equal"
+                self._parts["solved" if is_new else told] += 1
+                how[level] |= SIMULATED if is_new else KNOWN
+
+    def finish(self) -> Finish:
+        """How the parts were found; one run is made again where none was drawn."""
+        attrs = {"parts": as_text(dict(self._parts))}
+        missing = self._watch.missing
+        return Finish(attrs, () if missing is None else ((missing[0], self._job.check_one(*missing)),))
+
+
+def _own(answered: list[list[Answered]]) -> list[bool]:
+    """Which cases of a line have a run that no larger yield force of the line has."""
+    seen: set[tuple[bytes, ...]] = set()
+    own = []
+    for found in reversed(answered):
+        keys = {key for key, _ in found}
+        own.append(not keys <= seen)
+        seen |= keys
+    return own[::-1]
+
+
+def _written(answers: list[list[list[Answered]]], width: int) -> Part:
+    """How the parts of each case were answered, as numbers."""
+    most = max((len(found) for line in answers for found in line), default=0)
+    keys = np.zeros((len(answers), width, most), dtype=np.uint64)
+    known = np.zeros(keys.shape, dtype=np.int8)
+    for line, cases in enumerate(answers):
+        for level, found in enumerate(cases):
+            for place, (key, is_known) in enumerate(found):
+                keys[line, level, place] = _number(key)
+                known[line, level, place] = FROM_LARGER if is_known else OWN
+    return {KEYS: keys, ANSWERS: known}
+
+
+def _number(key: tuple[bytes, ...]) -> int:
+    """A number that stands for a run's key in every process; two of a million keys are one in 4e7 studies."""
+    found = blake2b(digest_size=8)
+    for piece in key:
+        found.update(len(piece).to_bytes(8, "little") + piece)
+    return int.from_bytes(found.digest(), "little")
+
+
+def stacked(runs: list[RowRun]) -> RowRun:
+    """Runs of one row as one, with an axis of runs before the others."""
+    fields: list[Any] = [np.stack([np.asarray(value) for value in values]) for values in zip(*runs, strict=True)]
+    return RowRun._make(fields)

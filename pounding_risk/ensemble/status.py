@@ -1,0 +1,166 @@
+"""The state of a study, from its folder alone: while it runs, after it was stopped, and when it is complete.
+
+Nothing is held up by it: the lock is asked for and not kept, and no part is read.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from pounding_risk.ensemble.checkpoint.chunks import lines_of
+from pounding_risk.ensemble.checkpoint.folder import LOCK, LOG, PARTS, SUFFIX, check_ours, folder_of, read_study
+from pounding_risk.ensemble.checkpoint.lock import Holder, running
+from pounding_risk.ensemble.checkpoint.log import read_lines
+from pounding_risk.ensemble.chunks import merged
+
+NOT_BEGUN, STOPPED, COMPLETE = "not begun", "stopped", "complete"
+WINDOW = 600.0  # s, of the log, that the speed is taken from
+NAMED = 3  # processes that are named one by one
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far a study is. Zero, and "", where a thing is not known."""
+
+    path: Path  # as it was asked for
+    state: str  # "running on HOST (pid N)", "stopped", "complete" or "not begun"
+    title: str = ""
+    cases: int = 0  # kept so far
+    total: int = 0
+    parts: int = 0  # files
+    size: int = 0  # bytes of the parts on disk
+    begun: str = ""  # time, UTC
+    last_activity: str = ""
+    cases_a_second: float = 0.0  # while it runs
+    seconds_left: float = 0.0  # while it runs
+    shards: int = 0  # that have worked on it, where there were any
+    go_on: str = ""  # the command that goes on with it
+    note: str = ""
+
+    @property
+    def is_running(self) -> bool:
+        """True while a process has the study open."""
+        return self.state.startswith("running")
+
+
+def status(path: str | Path) -> Status:
+    """The state of the study of ``results.nc`` or ``results.zarr``, or of the folder ``results.study`` itself.
+
+    May be asked while the study runs. Raises PoundingError where the folder is not a study's.
+    """
+    asked = Path(path)
+    folder = asked if asked.suffix == SUFFIX else folder_of(asked)
+    results = [file for suffix in (".nc", ".zarr") if (file := folder.with_suffix(suffix)).exists()]
+    check_ours(folder)
+    study = read_study(folder)
+    if study is None:
+        return _without_study(asked, folder, results)
+    return _of_study(asked, folder, study, results)
+
+
+def _without_study(asked: Path, folder: Path, results: Sequence[Path]) -> Status:
+    if asked in results or (asked == folder and results):
+        note = (
+            f"{results[0] if asked == folder else asked} is whole; it has no folder {folder.name} that tells of its run"
+        )
+        return Status(asked, COMPLETE, note=note)
+    command = shlex.join(["pounding-risk", "scan", "SCENE", "-o", str(folder.with_suffix(".nc"))])
+    return Status(asked, NOT_BEGUN, go_on=command, note=f"there is no study in {folder}")
+
+
+def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequence[Path]) -> Status:
+    parts, size = _parts(folder)
+    log = list(read_lines(folder / LOG))
+    holders = running(folder / LOCK)
+    total, cases = study["lines"] * study["width"], sum(map(len, merged(parts))) * study["width"]
+    facts: dict[str, Any] = {
+        "title": study["title"],
+        "total": total,
+        "parts": len(parts),
+        "size": size,
+        "begun": study["begun"],
+        "last_activity": log[-1]["time"] if log else study["begun"],
+        "shards": _shards(log),
+    }
+    if holders:
+        speed = _speed(log, holders, study["width"])
+        left = (total - cases) / speed if speed else 0.0
+        return Status(asked, _running(holders), cases=cases, cases_a_second=speed, seconds_left=left, **facts)
+    if not parts and _is_complete(log):
+        gone = f"its results are not beside {folder.name} any more: moved, or removed"
+        return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
+    note = f"{results[0].name} is of an earlier run, and whole" if results else ""
+    if cases == total:
+        note = "every case is kept, and the results are still to be written"
+    return Status(asked, STOPPED, cases=cases, **facts, go_on=_command(study, folder), note=note)
+
+
+def _parts(folder: Path) -> tuple[list[range], int]:
+    """The lines of the parts on disk, and their bytes; what a run removes meanwhile does not count."""
+    found, size = [], 0
+    try:
+        entries = list(os.scandir(folder / PARTS))
+    except FileNotFoundError:
+        return [], 0
+    for entry in entries:
+        lines = lines_of(entry.name)
+        if lines is None:
+            continue
+        try:
+            size += entry.stat().st_size
+        except FileNotFoundError:
+            continue
+        found.append(lines)
+    return found, size
+
+
+def _is_complete(log: Sequence[dict[str, Any]]) -> bool:
+    """True where the last thing that happened, beside opening and closing the folder, was that it was completed."""
+    told = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
+    return told[-1:] == ["complete"]
+
+
+def _running(holders: Sequence[Holder]) -> str:
+    if len(holders) > NAMED:
+        return f"running in {len(holders)} processes"
+    return f"running on {' and '.join(map(str, holders))}"
+
+
+def _speed(log: Sequence[dict[str, Any]], holders: Sequence[Holder], width: int) -> float:
+    """Cases a second of the processes that run now; zero while too little is known.
+
+    Counted from the first part that each run kept: what came before was reading and compiling.
+    """
+    now = {(holder.host, holder.pid) for holder in holders}
+    kept: list[tuple[float, int]] = []
+    for line in log:
+        if line["event"] == "start" and not line.get("shared"):
+            kept = []
+        if line["event"] == "kept" and (line.get("host"), line.get("pid")) in now:
+            seconds = datetime.fromisoformat(line["time"]).timestamp()
+            kept.append((seconds, (line["stop"] - line["start"]) * width))
+    kept = [each for each in kept if each[0] >= kept[-1][0] - WINDOW]
+    span = kept[-1][0] - kept[0][0] if kept else 0.0
+    return sum(cases for _, cases in kept[1:]) / span if span > 0.0 else 0.0
+
+
+def _shards(log: Sequence[dict[str, Any]]) -> int:
+    """How many shards have worked on the study, by their own names where they have told them."""
+    named = {str(line["shard"]) for line in log if "shard" in line}
+    return len(
+        named or {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
+    )
+
+
+def _command(study: dict[str, Any], folder: Path) -> str:
+    """The command that goes on with a study; from another folder, where it was typed is told too."""
+    if not study["command"]:
+        return f"scan the same scene again, with out={str(folder.with_suffix('.nc'))!r}"
+    place = study.get("working_folder", "")
+    return study["command"] if place in ("", os.getcwd()) else f"cd {shlex.quote(place)} && {study['command']}"

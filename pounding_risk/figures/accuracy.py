@@ -1,0 +1,98 @@
+"""The work-precision figure: error against time for every setting of every method, one panel for each output."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.figures.style import QUIET, blank, title
+from pounding_risk.studies.accuracy_findings import EVENT, OUTPUTS, summed_up
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+MARKERS = ("o", "s", "^", "D", "v", "P")
+COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#000000")
+FLOOR = 1e-14  # where errors of zero are drawn
+WORST = 1e1  # and what is above: a motion that blew up
+WHOLE = ("impact_count", "yield_exceedance")
+
+
+def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+    """Median error over the cases (lines) and largest (dotted) against processor time per run, as `accuracy` found."""
+    figure, axes = blank(2, 3, size=(12.0, 7.6))
+    solvers = [str(name) for name in dataset["solver"].values]
+    for place, (output, words) in enumerate(OUTPUTS.items()):
+        axis = axes.flat[place]
+        for number, solver in enumerate(solvers):
+            _draw(axis, dataset, (solver, output), (COLOURS[number], MARKERS[number]))
+        _frame(axis, words, dataset.sel(output=output))
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(solvers), frameon=False, fontsize=9)
+    counts = (
+        f"{dataset.attrs['title']}; {dataset.sizes['case']} cases; median error (lines) and largest (dotted, counts)"
+    )
+    title(figure, dataset.attrs["finding"], counts, note)
+    return figure
+
+
+def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:
+    solver, output = which
+    colour, marker = style
+    mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
+    times = mine["time"].values
+    middle, worst = np.array([summed_up(error) for error in mine["error"].values]).T
+    if output in WHOLE:
+        middle = worst  # right or wrong: what counts is whether every case is right
+    known = ~np.isnan(middle) & (middle < WORST)
+    line = {"color": colour, "linewidth": 2.2 if solver == EVENT else 1.2, "zorder": 4 if solver == EVENT else 3}
+    # The legend's entry, with line and marker, whether or not there is anything to draw.
+    axis.plot([], [], label=solver, marker=marker, markersize=5, **line)
+    if output not in WHOLE:
+        axis.plot(times[known], np.maximum(middle[known], FLOOR), **line)
+        axis.plot(times[known], np.clip(worst[known], FLOOR, WORST), linestyle=":", color=colour, linewidth=0.9)
+    exact = known & (middle <= FLOOR)
+    for some, face in ((known & ~exact, colour), (exact, "white")):
+        errors = np.maximum(middle[some], FLOOR)
+        axis.plot(times[some], errors, marker, color=colour, markerfacecolor=face, markersize=5, zorder=5)
+    if output == "peak_relative_displacement" and solver in (EVENT, "Runge-Kutta 4"):
+        _name_settings(axis, mine, middle, known)
+
+
+def _name_settings(axis: Any, mine: xr.Dataset, middle: np.ndarray, known: np.ndarray) -> None:
+    """Write the setting beside a few markers of the first panel."""
+    values = mine["parameter"].values
+    tolerance = "rtol" in str(mine["setting"].values[0])
+    for wanted in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
+        place = int(np.argmin(np.abs(np.log(values / wanted))))
+        if known[place] and np.isclose(values[place], wanted):
+            axis.annotate(
+                str(mine["setting"].values[place]).split(", ")[1],
+                (mine["time"].values[place], max(middle[place], FLOOR)),
+                xytext=(-6, -3) if tolerance else (6, 2),
+                textcoords="offset points",
+                ha="right" if tolerance else "left",
+                fontsize=7,
+                color=QUIET,
+            )
+
+
+def _frame(axis: Any, words: str, one: xr.Dataset) -> None:
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_ylim(FLOOR / 3.0, WORST)
+    axis.set_title(words, fontsize=10)
+    axis.set_xlabel("processor time per run [s]")
+    axis.set_ylabel("error against the reference")
+    times = one["time"].values
+    axis.set_xlim(0.2 * times.min(), 3.0 * times.max())
+    errors = one["error"].values
+    if np.isnan(errors).all():
+        excuse = "the gap is closed at rest:\nthe first touch has no meaningful time"
+        axis.text(0.5, 0.5, excuse, transform=axis.transAxes, ha="center", va="center", color=QUIET)
+    elif (errors <= FLOOR).any():
+        axis.axhline(FLOOR, color=QUIET, linewidth=0.6)
+        where = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+        axis.annotate("no error", (1.0, FLOOR), xytext=(-4, 4), fontsize=8, color=QUIET, ha="right", **where)

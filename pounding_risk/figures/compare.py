@@ -1,0 +1,252 @@
+"""Figures of a comparison of contact models: one that answers at a glance, one of the reference impacts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
+from pounding_risk.studies.compare_findings import LOW, NOTABLE, flip_share, place_of, with_terms_of_its_own
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Laws = list[tuple[str, str]]  # (name, kind), from the top down
+# Colour, marker and dash of a kind of law.
+KINDS = {
+    "dissipates": ("#0072B2", "o", "-"),
+    "dissipates, yields": ("#009E73", "s", "-."),
+    "elastic": ("#D55E00", "^", (0, (4, 2))),
+    "e and force its own": ("#CC79A7", "D", (0, (1, 1))),
+}
+PANELS = ("peak relative displacement", "peak contact force", "impact count", "peak floor acceleration")
+RANKED = (("peak relative displacement", "displacement"), ("peak contact force", "force"))
+JUDGED = (("displacement", f"displacement off by > {100 * NOTABLE:.0f} %"), ("yield exceedance", "yielding or not"))
+TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
+SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
+FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
+
+
+def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+    """Each law against the baseline: ratios of the outputs, ranks, conclusions that flip, and one typical history."""
+    laws = _laws(dataset)
+    figure, axes = blank(2, 6, (15.0, 3.6 + 0.36 * len(laws)), height_ratios=(0.36 * len(laws), 2.4))
+    limits = _limits(dataset)
+    for axis, panel in zip(axes[0, :4], PANELS, strict=True):
+        _ratios(axis, dataset, panel, (laws, limits))
+        # One scale: what hardly moves looks so beside what does.
+        axis.set_xscale("log")
+        axis.set_xlim(limits)
+        ticks = [tick for tick in TICKS if limits[0] <= tick <= limits[1]]
+        axis.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+        axis.minorticks_off()
+    _flips(axes[0, 4], dataset, laws)
+    _ranks(axes[0, 5], dataset, laws)
+    for axis in axes[0, 1:]:
+        axis.tick_params(labelleft=False)
+    _name_laws(axes[0, 0], dataset, laws)
+    span = axes[1, 0].get_gridspec()[1, :]
+    for axis in axes[1]:
+        axis.remove()
+    _history(figure.add_subplot(span), dataset, laws)
+    terms = (
+        f"{dataset.attrs['title']}; {dataset['impact_count'].size // len(laws)} cases a law; same {_terms(dataset)}; "
+        f"ratios: median and {LOW:g}-{100 - LOW:g} % of the cases with contact"
+    )
+    title(figure, str(dataset.attrs["finding"]), terms, note)
+    return figure
+
+
+def _laws(dataset: xr.Dataset) -> Laws:
+    """The baseline first, then its like, then the other kinds; in the dataset's order within a kind."""
+    baseline = str(dataset.attrs["baseline"])
+    found = []
+    names = map(str, dataset["contact_model"].values)
+    facts = dataset["dissipates"].values, dataset["capped"].values, with_terms_of_its_own(dataset)
+    for name, damped, capped, own in zip(names, *facts, strict=True):
+        kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
+        found.append((name, "e and force its own" if own else kind))
+    return sorted(found, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
+
+
+def _terms(dataset: xr.Dataset) -> str:
+    also = "e and " if dataset.attrs.get("restitution_relation") == "exact" else ""
+    return f"{also}{dataset.attrs['same']} at {dataset.attrs['speed']:g} m/s as {dataset.attrs['reference_law']}"
+
+
+def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+    """Laws as tick labels, each with the restitution it achieves; the baseline in bold."""
+    achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
+    labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
+    axis.set_yticks(range(len(laws)), labels, fontsize=9)
+    axis.get_yticklabels()[0].set_fontweight("bold")
+
+
+def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
+    axis.set_ylim(len(laws) - 0.5, -0.5)
+    axis.set_yticks(range(len(laws)))
+    axis.set_title(words, fontsize=9.5)
+    axis.set_xlabel(below, fontsize=9)
+    axis.tick_params(axis="x", labelsize=8.5)
+
+
+def _limits(dataset: xr.Dataset) -> tuple[float, float]:
+    """Ends of the scale of ratios, within 0.1 to 10; what has terms of its own may lie beyond."""
+    shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
+    shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
+    low = float(np.nanmin(shown["ratio_low"].values, initial=1.0 - 2.0 * NOTABLE))
+    high = float(np.nanmax(shown["ratio_high"].values, initial=1.0 + 2.0 * NOTABLE))
+    return max(low, TICKS[0]) / 1.06, min(high, TICKS[-1]) * 1.06
+
+
+def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:
+    """Median and range of the ratio of one output; of one known by building, the right one's below, open.
+
+    ``shown`` = (laws, ends of the scale); a median beyond them stands at the edge as a number.
+    """
+    laws, limits = shown
+    outputs = [str(name) for name in dataset["output"].values if str(name).partition(",")[0] == panel]
+    _rows(axis, laws, panel, "over the baseline's [1]")
+    axis.axvspan(1.0 - NOTABLE, 1.0 + NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
+    axis.axvline(1.0, color="black", linewidth=0.9)
+    for row, (name, kind) in enumerate(laws):
+        colour, marker, _ = KINDS[kind]
+        for number, output in enumerate(outputs):
+            one = dataset.sel(output=output, contact_model=name)
+            low, middle, high = (float(one[f"ratio_{part}"]) for part in ("low", "median", "high"))
+            if np.isnan(middle):
+                continue
+            height = row + (number - 0.5 * (len(outputs) - 1)) * 0.32
+            if not limits[0] <= middle <= limits[1]:
+                edge = (0.98, "right") if middle > limits[1] else (0.02, "left")
+                where = {"transform": axis.get_yaxis_transform(), "ha": edge[1], "va": "center", "fontsize": 8.5}
+                axis.text(edge[0], height, f"{middle:.2g}", color=colour, **where)
+                continue
+            axis.plot([low, high], [height, height], color=colour, linewidth=2.4 if number == 0 else 1.3)
+            face = colour if number == 0 else "white"
+            axis.plot(middle, height, marker, color=colour, markerfacecolor=face, markersize=5.5, zorder=4)
+    if len(outputs) > 1:
+        for output, face in zip(outputs, ("black", "white"), strict=True):
+            axis.plot([], [], "o", color="black", markerfacecolor=face, label=output.partition(", ")[2])
+        _legend_below(axis, len(laws))
+
+
+def _legend_below(axis: Any, rows: int) -> None:
+    """A legend that covers no law, below the axis' words: as far below as 1.6 of its rows are high."""
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
+    axis.legend(fontsize=8, frameon=False, **place)
+
+
+def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+    """The share of the cases in which a law leads to another conclusion than the baseline."""
+    _rows(axis, laws, "conclusions that flip", "share of the cases [%]")
+    names = [name for name, _ in laws]
+    largest = 10.0
+    for number, (conclusion, words) in enumerate(JUDGED):
+        shares = 100.0 * flip_share(dataset, conclusion, names)
+        hatch, shade = (("", "#777777"), ("////", "white"))[number]
+        heights = np.arange(len(laws)) + (number - 0.5) * 0.36
+        axis.barh(heights, np.nan_to_num(shares), 0.32, color=shade, edgecolor="#444444", hatch=hatch, label=words)
+        largest = max(largest, float(np.nanmax(shares, initial=0.0)))
+    axis.set_xlim(0.0, 1.12 * largest)
+    _legend_below(axis, len(laws))
+
+
+def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+    """Spearman's correlation of the motions' ranks with the baseline's."""
+    _rows(axis, laws, "motions ranked alike", "Spearman's correlation [1]")
+    for number, (output, words) in enumerate(RANKED):
+        values = dataset["rank_agreement"].sel(output=output, contact_model=[name for name, _ in laws]).values
+        heights = np.arange(len(laws)) + (number - 0.5) * 0.3
+        face = ("black", "white")[number]
+        axis.plot(values, heights, "od"[number], color="black", markerfacecolor=face, markersize=5.5, label=words)
+    known = dataset["rank_agreement"].sel(output=[output for output, _ in RANKED]).values
+    if np.isnan(known).all():
+        words = "not ranked:\nfewer than\nthree motions\nwith contact"
+        axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=QUIET)
+    lowest = min(0.8, float(np.nanmin(known, initial=1.0)) - 0.05)
+    axis.set_xlim(lowest, 1.0 + 0.05 * (1.0 - lowest))
+    _legend_below(axis, len(laws))
+
+
+def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+    """The relative displacement of one case under every law, where they differ most; the baseline in black."""
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    history = dataset["history"]
+    facts, baseline = history.attrs, place_of(dataset, str(dataset.attrs["baseline"]))
+    time, values = dataset["time"].values, history.values * 1e3
+    apart = np.nanmax(np.abs(values - values[baseline]), axis=0)
+    start = min(max(time[int(apart.argmax())] - 0.4 * SHOWN, 0.0), max(time[-1] - SHOWN, 0.0))
+    shown = (time >= start) & (time <= start + SHOWN)
+    labelled: set[str] = set()
+    for name, kind in laws[1:]:
+        colour, _, dash = KINDS[kind]
+        label = "" if kind in labelled else kind
+        labelled.add(kind)
+        at = place_of(dataset, name)
+        axis.plot(time[shown], values[at, shown], color=colour, linestyle=dash, linewidth=1.0, label=label)
+    axis.plot(time[shown], values[baseline, shown], color="black", linewidth=1.8, label=laws[0][0], zorder=2.5)
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high + 0.22 * (high - low))  # room for the legend
+    axis.axhline(facts["gap"] * 1e3, color=QUIET, linestyle=":", linewidth=1.2, label="gap")
+    axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, min(start + SHOWN, time[-1])))
+    peaks = np.nanmax(np.abs(values), axis=1)
+    case = f"gap {facts['gap'] * 1e3:g} mm, {force_words(facts['yield_force'])}, {motion_words(facts)}"
+    words = (
+        f"Peaks of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; where laws differ most"
+    )
+    axis.set_title(words, fontsize=9.5)
+    axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
+
+
+def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+    """Force against time and against penetration of the reference impact, one row for each unit of stiffness."""
+    names = [str(name) for name in dataset["contact_model"].values]
+    units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
+    figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
+    for row, unit in enumerate(units):
+        drawn = [place for place in range(len(names)) if dataset["stiffness_unit"].values[place] == unit]
+        widths = np.linspace(3.2, 1.4, len(drawn))  # lines that lie on one another show: the first is the widest
+        for place, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
+            one = dataset.isel(contact_model=place)
+            look = {"color": colour, "linestyle": dash, "linewidth": width}
+            force = one["impact_force"].values / 1e6
+            axes[row, 0].plot(one["impact_time"].values * 1e3, force, label=_label(one, unit), **look)
+            axes[row, 1].plot(one["impact_penetration"].values * 1e3, force, **look)
+        axes[row, 0].set_ylabel("contact force [MN]")
+        axes[row, 1].legend(*axes[row, 0].get_legend_handles_labels(), fontsize=8, loc="center left",
+                            bbox_to_anchor=(1.01, 0.5), frameon=False, handlelength=3.0)  # fmt: skip
+    axes[-1, 0].set_xlabel("time since the touch [ms]")
+    axes[-1, 1].set_xlabel("penetration [mm]")
+    without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
+    told = f"{', '.join(without)}: no force against penetration" if without else ""
+    blow = f"{dataset.attrs['reduced_mass'] / 1e3:.4g} t against a wall, same {_terms(dataset)}, without yielding"
+    curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
+    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, told))), note)
+    return figure
+
+
+def _label(one: xr.Dataset, unit: str) -> str:
+    letter, scale, shown = FAMILIES[unit]
+    stiffness, e = float(one["stiffness"]) / scale, float(one["reference_restitution"])
+    elastic = "" if int(one["dissipates"]) else ", elastic"
+    return f"{one['contact_model'].values}{elastic}\n{letter} = {stiffness:.4g} {shown}, e {e:.3f}"
+
+
+def _reference_finding(dataset: xr.Dataset) -> str:
+    """What is the same, what is not, and the restitution achieved against the one asked for."""
+    other = ("reference_peak_penetration", 1e3, "penetration", "mm")
+    if dataset.attrs["same"] == "penetration":
+        other = ("reference_peak_force", 1e-6, "peak force", "MN")
+    damped = dataset.isel(contact_model=np.flatnonzero(dataset["dissipates"].values))
+    name, scale, words, unit = other
+    low, high = (scale * float(dataset[name].reduce(edge)) for edge in (np.nanmin, np.nanmax))
+    told = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
+    if not damped.sizes["contact_model"]:
+        return told
+    e, asked = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
+    if np.nanmax(np.abs(e - asked)) < 5e-4:
+        return f"{told}; e {asked:.3g}, as asked for, of all laws that take one"
+    return f"{told}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"

@@ -1,0 +1,105 @@
+"""What effects change and cost: a panel for each output, a line for each combination of effects, and the time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.figures.style import QUIET, STYLES, blank, title
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+PANELS = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "peak_floor_acceleration": "peak floor acceleration",
+    "permanent_set": "permanent set",
+}
+BASE = "none"
+
+
+def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
+    """Change of each output over the cases that the effects act on: every case, median, and the middle two thirds."""
+    figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
+    names = [str(name) for name in dataset["effects"].values]
+    reached = dataset["yield_exceedance"].sel(effects=BASE) == 1
+    yields = (reached.any("interface") if "interface" in reached.dims else reached).values
+    for axis, (output, words) in zip(axes.flat, PANELS.items(), strict=False):
+        in_mm = output == "permanent_set"
+        rows = []
+        for name in names[1:]:
+            acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
+            rows.append(_values(dataset, name, output, acted))
+        edges = _edges(rows)
+        for place, values in enumerate(rows, 1):
+            _spread(axis, place, values, edges, STYLES[place % len(STYLES)][0])
+        axis.axvline(0.0, color=QUIET, linewidth=0.8)
+        axis.set_title(words, fontsize=10)
+        axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
+    _costs(axes.flat[len(PANELS)], dataset)
+    for axis in axes[:, 0]:
+        axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
+        axis.set_ylim(len(names) - 0.4, 0.4)
+    wide = ", all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
+    condition = (
+        f"{dataset.attrs['title']}; the {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
+        f"effects{wide}; "
+        "bars: middle two thirds, line: median"
+    )
+    title(figure, dataset.attrs["finding"], condition, note)
+    return figure
+
+
+def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> np.ndarray:
+    """Changes in per cent of the cases acted on, at every building or interface; the set itself in mm."""
+    after = dataset[output].sel(effects=name).values.astype(float)[acted]
+    if output == "permanent_set":
+        return after.ravel() * 1e3
+    before = dataset[output].sel(effects=BASE).values.astype(float)[acted]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = 100.0 * (after / before - 1.0)
+    return change[np.isfinite(change)]
+
+
+def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
+    """What a panel shows of its rows: all but the outermost hundredth of any, so that a few far cases leave room."""
+    full = [values for values in rows if values.size] or [np.zeros(1)]
+    low = min(0.0, *(float(np.quantile(values, 0.01)) for values in full))
+    high = max(0.0, *(float(np.quantile(values, 0.99)) for values in full))
+    margin = 0.05 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _spread(axis: Any, place: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
+    axis.set_xlim(*edges)
+    if not values.size:
+        return
+    # Points side by side at random, the same on any day.
+    shifts = np.random.default_rng(place).uniform(-0.18, 0.18, values.size)
+    axis.plot(values, place + shifts, ".", color=colour, markersize=4, alpha=0.5)
+    low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
+    axis.plot([low, high], [place, place], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
+    axis.plot([middle, middle], [place - 0.28, place + 0.28], color="black", linewidth=2)
+    for edge, beyond, side in ((edges[0], values < edges[0], "left"), (edges[1], values > edges[1], "right")):
+        if beyond.any():
+            far = values[beyond].min() if side == "left" else values[beyond].max()
+            words = f"{beyond.sum()} beyond, to {far:+.0f}"
+            axis.annotate(words, (edge, place + 0.42), ha=side, va="center", fontsize=8, color="black")
+
+
+def _costs(axis: Any, dataset: xr.Dataset) -> None:
+    ratios = dataset["time_ratio"].values
+    for place in range(1, len(ratios)):
+        axis.barh(place, ratios[place], height=0.5, color=STYLES[place % len(STYLES)][0])
+        axis.annotate(
+            f"{ratios[place]:.2f}", (ratios[place], place), xytext=(4, 0), textcoords="offset points", va="center"
+        )
+    axis.axvline(1.0, color=QUIET, linewidth=0.8)
+    axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
+    axis.set_title("time of a run", fontsize=10)
+    axis.set_xlabel("over that without effects [-]")

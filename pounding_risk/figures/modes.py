@@ -1,0 +1,63 @@
+"""Figure of the modes: the shapes of each building's slowest modes over its height."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.figures.style import QUIET, blank, plain, styles, title
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from pounding_risk.studies.modes import Modes
+
+MOST_MODES = 3
+COLUMNS = 5  # buildings side by side
+
+
+def modes_figure(found: Sequence[Modes]) -> Figure:
+    """A panel a building, left to right as they stand; shapes by level, the largest displacement of each 1."""
+    columns = min(len(found), COLUMNS)
+    rows = -(-len(found) // columns)
+    figure, axes = blank(rows, columns, (1.5 + 3.2 * columns, 1.0 + 3.6 * rows))
+    for axis, building in zip(axes.flat, found, strict=False):
+        _shapes(axis, building)
+    for axis in axes.flat[len(found) :]:
+        axis.set_visible(False)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("level [m]")
+    moving = [each for each in found if each.periods.size]
+    slowest = max(moving, key=lambda each: each.periods[0], default=None)
+    told = f"{plain(slowest.name)} is the slowest, {slowest.periods[0]:.3g} s" if slowest else "every building is rigid"
+    title(figure, told, f"the {MOST_MODES} slowest modes of each building on its own, storeys elastic")
+    return figure
+
+
+def _shapes(axis: Any, building: Modes) -> None:
+    axis.set_title(plain(building.name), fontsize=10, loc="left")
+    axis.axvline(0.0, color=QUIET, linewidth=0.8)
+    axis.set_xlim(-1.1, 1.1)
+    if not building.periods.size:
+        axis.set_yticks([])
+        axis.text(0.5, 0.5, "rigid", ha="center", color=QUIET, transform=axis.transAxes)
+        return
+    known = not np.isnan(building.levels).any()
+    levels = building.levels if known else np.ones(building.levels.size)
+    if not known:
+        axis.set_yticks([0.0, 1.0], ["ground", "mass"])
+    shown = min(MOST_MODES, building.periods.size)
+    for mode, (colour, dash) in enumerate(styles(shown)):
+        shape = building.shapes[:, mode]
+        # A building on soil moves at its foundation; any other stands still at the ground.
+        grounded = levels[0] > 0.0
+        heights = np.concatenate([[0.0], levels]) if grounded else levels
+        across = np.concatenate([[0.0], shape]) if grounded else shape
+        label = f"{building.periods[mode]:.3g} s, {100 * building.shares[mode]:.0f} % of the mass"
+        axis.plot(across, heights, dash, color=colour, marker="o", markersize=3.5, label=label)
+    axis.legend(fontsize=7, loc="upper left")
+    axis.margins(y=0.25)
+    axis.set_ylim(bottom=0.0)

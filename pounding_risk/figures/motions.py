@@ -1,0 +1,380 @@
+"""Figures of records: a motion before and after processing, and the response spectra of an ensemble."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import PoundingError, RecordError
+from pounding_risk.figures.style import STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.motions.source import lowest_usable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pounding_risk.motions.motion import Motion
+    from pounding_risk.motions.processing.signals import Samples
+    from pounding_risk.motions.selection import Selection
+    from pounding_risk.motions.target_spectra import Target
+
+BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
+TARGET = STYLES[1][0]
+SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
+PERIODS = 120
+NAMED = (0.2, 1.0)  # s, told in the title where there is no target
+BINS_PER_DECADE = 40
+RAW = "raw"  # the state of a record whose quiet is noise
+FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
+
+
+class History(NamedTuple):
+    """One quantity of a motion over time: its name, the size of its unit in SI, the unit, and its samples in SI."""
+
+    name: str
+    size: float
+    unit: str
+    samples: Samples
+
+
+def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note: str = "") -> Figure:
+    """A record before and after: acceleration, velocity, displacement, and Fourier amplitudes with the corners.
+
+    On the left both on one scale, which tells how far the integrals ran away; on the right what is left, on its own.
+    ``shift`` [s] is when the first sample of ``after`` is on the clock of ``before``.
+    """
+    figure, axes = blank(4, 2, (12.0, 10.5), height_ratios=(1.0, 1.0, 1.0, 1.35))
+    for axis in axes[1:3].flat:
+        axis.sharex(axes[0, 0] if axis in axes[:, 0] else axes[0, 1])
+    old, new = _histories(before), _histories(after)
+    for row, (was, now) in enumerate(zip(old, new, strict=True)):
+        _beside(axes[row], (before.times, was), (after.times + shift, now))
+    for left, right in axes[:3]:
+        left.set_xlim(min(0.0, shift), max(before.times[-1], after.times[-1] + shift))
+        right.set_xlim(shift, after.times[-1] + shift)
+    axes[2, 0].set_xlabel("time [s]")
+    axes[2, 1].set_xlabel("time [s]")
+    axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
+    axes[0, 1].set_title("after, its own scale, peaks marked", fontsize=10)
+    span = axes[3, 0].get_gridspec()[3, :]
+    for axis in axes[3]:
+        axis.remove()
+    below = figure.add_subplot(span)
+    below.grid(True, color="#dddddd", linewidth=0.6)
+    below.set_axisbelow(True)
+    _amplitudes(below, before, after)
+    title(figure, _processing_finding(before, after, old[2], new), origin_words(after), note)
+    return figure
+
+
+def origin_words(motion: Motion) -> str:
+    """Event, date, station and component of a motion, what of them is known."""
+    record = motion.record
+    known = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
+    return ", ".join([*known, *([f"component {record['component']}"] if record.get("component") else [])])
+
+
+def _histories(motion: Motion) -> tuple[History, History, History]:
+    velocity, displacement = motion.velocity_displacement()
+    return (
+        History("acceleration", STANDARD_GRAVITY, "g", motion.acceleration),
+        History("velocity", 0.01, "cm/s", velocity),
+        History("displacement", 0.01, "cm", displacement),
+    )
+
+
+def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
+    """One quantity: both on the left, the later one alone on the right with its peak marked."""
+    (old_times, old), (times, new) = before, after
+    together, alone = axes
+    size, unit = new.size, new.unit
+    if max(np.abs(old.samples).max(), np.abs(new.samples).max()) > 100.0 * size and unit.startswith("cm"):
+        size, unit = 100.0 * size, unit.removeprefix("c")
+    together.plot(old_times, old.samples / size, color=BEFORE, linewidth=1.6, label="before")
+    together.plot(times, new.samples / size, color=AFTER, linewidth=0.8, label="after")
+    together.set_ylabel(f"{new.name} [{unit}]")
+    values = new.samples / new.size
+    alone.plot(times, values, color=AFTER, linewidth=0.8)
+    alone.set_ylabel(f"[{new.unit}]")
+    place = int(np.abs(values).argmax())
+    alone.plot(times[place], values[place], "o", color="black", markerfacecolor="none", markersize=6)
+    alone.margins(y=0.18)
+    words = f"{abs(values[place]):.3g} {new.unit} at {times[place]:.4g} s"
+    late = times[place] > 0.5 * (times[0] + times[-1])
+    alone.annotate(
+        words, (times[place], values[place]), xytext=(-9 if late else 9, 0), textcoords="offset points",
+        ha="right" if late else "left", va="center", fontsize=9,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
+    )  # fmt: skip
+
+
+def _processing_finding(before: Motion, after: Motion, old: History, new: Sequence[History]) -> str:
+    ground, fast, far = (float(np.abs(each.samples).max()) for each in new)
+    peaks = f"PGA {ground / STANDARD_GRAVITY:.3g} g, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
+    if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
+        return f"{after.name} is left as it is: {peaks}"
+    was, now = (_length(float(each.samples[-1])) for each in (old, new[2]))
+    return f"{after.name}: the displacement ends at {now} instead of {was}; {peaks}"
+
+
+def _length(value: float) -> str:
+    if abs(value) >= 100.0:
+        return f"{value:.0f} m"
+    return f"{value:.3g} m" if abs(value) >= 1.0 else f"{100.0 * value:.2g} cm"
+
+
+def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
+    """Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
+    centred = before.acceleration - before.acceleration.mean()
+    new = fourier_amplitude(after.acceleration, after.dt)
+    axis.plot(*fourier_amplitude(centred, before.dt), color=BEFORE, linewidth=2.2, label="before, less its mean")
+    axis.plot(*new, color=AFTER, linewidth=1.2, label="after")
+    noise = _noise(before)
+    if noise is not None:
+        axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
+    shown = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
+    inside = [corner for corner in corners(after) if shown[0] <= corner <= shown[1]]
+    for place, corner in enumerate(inside):
+        words = "" if place else "corners of the filter"
+        axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
+        inwards = 4 if corner < 1.0 else -4
+        axis.annotate(
+            f"{corner:.3g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), xytext=(inwards, 0),
+            textcoords="offset points", fontsize=9, ha="left" if corner < 1.0 else "right",
+        )  # fmt: skip
+    axis.set(xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
+    axis.set_xscale("log")
+    highest = float(new[1].max(initial=0.0))
+    if highest > 0.0:
+        axis.set_yscale("log")
+        lowest = FAINTEST * highest if noise is None else min(FAINTEST * highest, 0.5 * float(noise[1].min()))
+        axis.set_ylim(max(lowest, FAINTEST**2 * highest), 4.0 * highest)
+    axis.set_xlim(shown)
+    axis.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
+
+
+def _noise(motion: Motion) -> tuple[Samples, Samples] | None:
+    """Frequency [Hz] and Fourier amplitude [m/s] of what is recorded before the earthquake, for a length as its own.
+
+    None for a processed record, whose quiet is the filter's, and where there is too little quiet to tell.
+    """
+    from pounding_risk.motions.processing.noise import signal_to_noise
+
+    if motion.record.get("state") != RAW:
+        return None
+    try:
+        found = signal_to_noise(motion.acceleration, motion.dt)
+    except RecordError:
+        return None
+    return found.frequency, found.noise
+
+
+def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
+    """Frequency [Hz] and Fourier amplitude [m/s] of an acceleration, root mean square in 40 bins a decade.
+
+    |∫ a exp(−2πift) dt|; bins without a frequency of the transform are left out, and so is zero frequency.
+    """
+    amplitude = np.abs(np.fft.rfft(samples))[1:] * dt
+    frequency = np.fft.rfftfreq(len(samples), dt)[1:]
+    bins = np.floor(BINS_PER_DECADE * np.log10(frequency)).astype(int)
+    bins -= bins.min()
+    counts = np.bincount(bins)
+    known = counts > 0
+    means = [np.bincount(bins, weights)[known] / counts[known] for weights in (frequency, amplitude**2)]
+    return means[0], np.sqrt(means[1])
+
+
+def corners(motion: Motion) -> tuple[float, ...]:
+    """The corners [Hz] of the filter that a motion went through, here or before it was distributed."""
+    told = [motion.record.get(key) for key in ("low_corner", "high_corner")]
+    return tuple(float(each) for each in told if each)
+
+
+def longest_usable(motion: Motion) -> float | None:
+    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells."""
+    lowest = lowest_usable(motion.record)
+    return 1.0 / lowest if lowest else None
+
+
+class Ensemble(NamedTuple):
+    """Response spectra of some motions."""
+
+    periods: Samples  # s
+    acceleration: Samples  # Sa = ω² max|u|, as codes have it [m/s²], (motions, periods)
+    damping: float
+
+    @property
+    def median(self) -> Samples:
+        """The median over the motions [m/s²]."""
+        return np.asarray(np.median(self.acceleration, axis=0))
+
+
+def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemble:
+    """Sa of every motion at some 120 periods from 0.02 to 10 s, in one call.
+
+    Raises PoundingError for no motion, and for one of zeros, which a logarithmic scale cannot show.
+    """
+    from pounding_risk.motions.intensity import response_spectra
+
+    if not motions:
+        raise PoundingError("there is no motion to draw spectra of; give one at least")
+    still = [motion.name for motion in motions if not motion.acceleration.any()]
+    if still:
+        raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
+    steps, periods = [motion.dt for motion in motions], ensemble_periods(motions)
+    found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
+    return Ensemble(periods, found.pseudo_acceleration, damping)
+
+
+def ensemble_periods(motions: Sequence[Motion]) -> Samples:
+    """Periods [s] from 0.02 to 10 s, or from the shortest that every time step allows, evenly in the logarithm."""
+    from pounding_risk.motions.intensity import LEAST_PERIOD
+
+    shortest = max(SHORTEST, LEAST_PERIOD * max(motion.dt for motion in motions))
+    periods = np.geomspace(shortest, LONGEST, PERIODS)
+    return np.union1d(periods, [period for period in NAMED if period > periods[0]])
+
+
+def spectra_figure(
+    motions: Sequence[Motion],
+    target: Target | None = None,
+    damping: float = 0.05,
+    percentiles: tuple[float, float] = (16.0, 84.0),
+    *,
+    note: str = "",
+) -> Figure:
+    """Sa over the period of every motion, their median and percentiles, and a target spectrum."""
+    ensemble = ensemble_spectra(motions, damping)
+    figure, axes = blank(1, 1, (9.0, 6.0))
+    _spectra(axes[0, 0], ensemble, target, percentiles)
+    _usable(axes[0, 0], motions)
+    axes[0, 0].legend(fontsize=9, loc="lower left")
+    terms = f"damping {100.0 * damping:g} %"
+    if len(motions) > 2:
+        terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
+    title(figure, _spectra_finding(motions, ensemble, target), terms, note)
+    return figure
+
+
+def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles: tuple[float, float]) -> None:
+    periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
+    many = len(values) > 1
+    look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
+    for place, each in enumerate(values):
+        words = f"{len(values)} records" if many else "the record"
+        axis.plot(periods, each, label="" if place else words, **look)
+    if many:
+        axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
+    if len(values) > 2:
+        _percentiles(axis, ensemble, percentiles)
+    _target(axis, target, periods)
+
+
+def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of: str = "") -> None:
+    for place, level in enumerate(levels):
+        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %{of}"
+        share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
+        axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
+
+
+def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
+    """The target's line, and the scales of every panel of spectra."""
+    if target is not None:
+        shown = at_periods(target, periods) / STANDARD_GRAVITY
+        axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
+    axis.set(xscale="log", yscale="log", xlabel="period [s]", ylabel="spectral acceleration Sa [g]")
+    axis.set_xlim(periods[0], periods[-1])
+    for scale in (axis.xaxis, axis.yaxis):
+        scale.set_major_formatter("{x:g}")
+
+
+def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
+    """A line at the period up to which every record is usable, as far as they tell."""
+    limits = [limit for limit in map(longest_usable, motions) if limit is not None]
+    if limits and min(limits) < axis.get_xlim()[1]:
+        whose = "every record" if len(limits) == len(motions) else f"the {len(limits)} that tell"
+        words = f"usable up to {min(limits):.2g} s: {whose if len(motions) > 1 else 'the record'}"
+        axis.axvline(min(limits), color="black", linestyle=":", linewidth=1.2, label=words)
+
+
+def selection_figure(
+    selection: Selection, percentiles: tuple[float, float] = (16.0, 84.0), *, note: str = ""
+) -> Figure:
+    """The chosen records, scaled, against the target, and the factor and the misfit of each.
+
+    The blue line is the geometric mean of what was compared with the target, in the range where it was.
+    """
+    rows, wanted = selection.rows, selection.wanted
+    figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
+    left, right = axes[0]
+    periods = ensemble_periods(selection.motions())
+    ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
+    what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
+    left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
+    for place, each in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
+        words = "" if place else f"{len(rows)} {what}, scaled"
+        left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
+    if len(rows) > 2:
+        _percentiles(left, ensemble, percentiles, f" of the {what}")
+    mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
+    left.plot(selection.periods, mean, color=AFTER, linewidth=2.6, label=f"geometric mean of {len(rows)} {what}")
+    _target(left, selection.target, ensemble.periods)
+    _usable(left, selection.motions())
+    left.legend(fontsize=9, loc="lower left")
+    _misfits(right, selection)
+    low, high = (float(each) for each in (selection.median_ratio.min(), selection.median_ratio.max()))
+    range_words = f"{wanted.periods[0]:g} to {wanted.periods[1]:g} s"
+    finding = f"{len(rows)} of {selection.considered} candidates: their geometric mean is {low:.2f} to {high:.2f} times"
+    factors = [row.factor for row in rows]
+    terms = f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
+    title(figure, f"{finding} {selection.target.name} from {range_words}", terms, note)
+    return figure
+
+
+def _misfits(axis: Axes, selection: Selection) -> None:
+    """A bar for each candidate, closest first, with its factor."""
+    rows = selection.rows
+    for place, row in enumerate(rows):
+        look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
+        axis.barh(place, row.misfit, height=0.7, edgecolor=AFTER, **look)
+        axis.annotate(
+            f"× {row.factor:.2f}",
+            (row.misfit, place),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+        )
+    axis.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
+    axis.set_ylim(len(rows) - 0.4, -0.6)
+    axis.set_xlim(0.0, 1.2 * max(row.misfit for row in rows) or 1.0)
+    axis.grid(False, axis="y")
+    limited = ", hatched: at a limit" if any(row.limited for row in rows) else ""
+    axis.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
+    axis.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
+
+
+def at_periods(target: Target, periods: Samples) -> Samples:
+    """Sa [m/s²] of a target at these periods; NaN outside those it is given for."""
+    inside = (periods >= target.periods[0]) & (periods <= target.periods[-1])
+    values = np.full(len(periods), np.nan)
+    if inside.any():
+        values[inside] = target.at(periods[inside])
+    return values
+
+
+def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Target | None) -> str:
+    many = len(motions) > 1
+    who = f"{len(motions)} records: their median is" if many else f"{motions[0].name} is"
+    if target is None:
+        at = [int(np.abs(ensemble.periods - period).argmin()) for period in NAMED]
+        parts = [f"{ensemble.median[k] / STANDARD_GRAVITY:.3g} g at {ensemble.periods[k]:.2g} s" for k in at]
+        return f"{who if many else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
+    ratio = ensemble.median / at_periods(target, ensemble.periods)
+    if np.isnan(ratio).all():
+        return f"{who} nowhere beside {target.name}, whose periods are others"
+    low, high = int(np.nanargmin(ratio)), int(np.nanargmax(ratio))
+    ends = [f"{ratio[k]:.2f} (at {ensemble.periods[k]:.2g} s)" for k in (low, high)]
+    return f"{who} {' to '.join(ends)} times {target.name}"

@@ -1,0 +1,83 @@
+"""Figure of code separations beside the gaps that motions need."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.assessment.separations.rules import DERIVED, READ
+from pounding_risk.assessment.separations.table import COMBINATIONS, CodeTable, Comparison
+from pounding_risk.figures.style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_NAMES = 48  # motions that are named below the axis; more are not
+MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC
+
+
+def separations_figure(table: CodeTable, note: str = "") -> Figure:
+    """Left: the gap that each motion needs, and what ABS, SRSS and CQC ask for. Right: every rule over that gap."""
+    drawn = [each for each in table.rules if each.exceeded is not None]
+    figure, axes = blank(1, 2, (13.5, 3.4 + 0.19 * max(len(drawn), 10)), width_ratios=(1.25, 1.0))
+    layout: Any = figure.get_layout_engine()
+    layout.set(h_pad=0.1)  # room for the motions' names
+    _by_motion(axes[0, 0], table)
+    _by_rule(axes[0, 1], drawn, table)
+    left, right = table.buildings
+    correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
+    title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)
+    return figure
+
+
+def _by_motion(axis: Any, table: CodeTable) -> None:
+    """Motions in the order of the gap they need."""
+    order = np.argsort(table.closing)
+    place = np.arange(order.size)
+    for (mark, dash), name in zip(MARKS, COMBINATIONS, strict=True):
+        asked = 1e3 * np.array(table.asked[name])[order]
+        look: dict[str, Any] = {"color": MEANING["rule"], "linestyle": dash, "linewidth": 0.8, "markersize": 4.5}
+        axis.plot(place, asked, mark, label=name.upper(), **look)
+    needed = 1e3 * np.array(table.closing)[order]
+    axis.plot(place, needed, "o", color=MEANING["motions"], markersize=5.0, label="gap needed")
+    told = f"required by {table.percentile:g} %: {1e3 * table.demand:.1f} mm"
+    axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=told)
+    if order.size <= MOST_NAMES:
+        axis.set_xticks(place, [_short(table.names[at]) for at in order], rotation=90, fontsize=7)
+    else:
+        axis.set_xlabel("motion, by the gap it needs")
+    axis.set_ylabel("separation [mm]")
+    axis.set_ylim(bottom=0.0)
+    axis.set_title("what each motion needs, and what is asked for from its own spectrum", fontsize=9.5)
+    axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
+
+
+def _short(name: str) -> str:
+    """A motion's name as short as a tick's label has to be."""
+    return name.removesuffix(" as recorded").replace(" reversed", " rev.")
+
+
+def _by_rule(axis: Any, drawn: list[Comparison], table: CodeTable) -> None:
+    """Median and middle 68 % of each rule over the gap needed; squares are of rules that fall short in some motion."""
+    axis.axvline(1.0, color="black", linewidth=0.9)
+    colour = MEANING["rule"]
+    for row, each in enumerate(drawn):
+        axis.plot([each.ratio_low, each.ratio_high], [row, row], color=colour, linewidth=2.2)
+        axis.plot(each.ratio_median, row, "o" if each.safe else "s", **rule_mark(each.row.verification))
+        short = round((each.exceeded or 0.0) * table.motions)
+        told = f"short in {short} of {table.motions}" if short else "holds in all"
+        where = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
+        axis.text(1.01, row, told, weight="bold" if short else "normal", **where)
+    axis.set_yticks(range(len(drawn)), [_rule_words(each) for each in drawn], fontsize=8.5)
+    axis.set_ylim(max(len(drawn), 1) - 0.5, -0.5)
+    axis.set_xlabel("rule over the gap needed [1]: median, 16-84 % of the motions")
+    axis.set_title(f"safe right of 1; {RULE_MARKS_WORDS}", fontsize=8.5)
+
+
+def _rule_words(comparison: Comparison) -> str:
+    """A rule's title, with what keeps its clause from being relied on."""
+    row = comparison.row
+    doubts = [] if row.verification in (DERIVED, READ) else [row.verification]
+    doubts += ["superseded"] if row.superseded else []
+    return f"{row.title} ({', '.join(doubts)})" if doubts else row.title

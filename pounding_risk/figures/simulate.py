@@ -1,0 +1,190 @@
+"""Figures of single collisions and single runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.figures.style import (
+    QUIET,
+    STANDARD_GRAVITY,
+    STYLES,
+    blank,
+    force_words,
+    law_words,
+    motion_words,
+    styles,
+    title,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SAME = 1e-9  # of the peak: histories closer than this are the same
+
+
+def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
+    """Force against time and against penetration of isolated impacts (`collision.Impact`)."""
+    figure, axes = blank(1, 2, (10.0, 4.8), sharey=True)
+    labels = [_impact_label(each, impacts) for each in impacts]
+    # Lines that lie on one another show: the first is the widest.
+    widths = np.linspace(3.0, 1.4, len(impacts)) if len(impacts) > 1 else [2.0]
+    for (colour, dash), width, each, label in zip(styles(len(impacts)), widths, impacts, labels, strict=True):
+        look = {"color": colour, "linestyle": dash, "linewidth": width}
+        axes[0, 0].plot(each.time * 1e3, each.force / 1e3, label=label, **look)
+        axes[0, 1].plot(each.penetration * 1e3, each.force / 1e3, **look)
+    axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
+    axes[0, 1].set(xlabel="penetration [mm]")
+    figure.legend(
+        *axes[0, 0].get_legend_handles_labels(), fontsize=8.5, loc="outside lower center", ncols=2, handlelength=3.5
+    )
+    title(figure, _impact_finding(impacts), "; ".join(filter(None, ("isolated impacts", note))))
+    return figure
+
+
+def _impact_finding(impacts: Sequence[Any]) -> str:
+    flat = [each for each in impacts if plateau(each) > 0.0]
+    rest = [each for each in impacts if plateau(each) == 0.0]
+    if len(flat) < 2 or len({round(each.peak_force) for each in flat}) > 1:
+        forces = [f"{each.peak_force / 1e3:.0f}" for each in impacts if np.isfinite(each.peak_force)]
+        return f"Peak force {', '.join(forces)} kN" if forces else "Instant jumps: no finite force, no penetration"
+    lengths = " and ".join(f"{plateau(each) * 1e3:.1f} ms ({each.mass:.0f} kg)" for each in flat)
+    finding = f"Equal plateaus of {flat[0].peak_force / 1e3:.0f} kN for {lengths}"
+    if not rest:
+        return finding
+    speeds = " and ".join(f"{speed:g}" for speed in sorted({each.approach_speed for each in rest}))
+    peaks = " and ".join(f"{each.peak_force / 1e3:.0f}" for each in rest)
+    return f"{finding}; none at {speeds} m/s ({peaks} kN)"
+
+
+def plateau(each: Any) -> float:
+    """Time an impact spends at its largest force, to a millionth of it [s]."""
+    at_top = each.force >= each.peak_force * (1.0 - 1e-6)
+    times = each.time[at_top]
+    return float(times[-1] - times[0]) if at_top.sum() > 1 else 0.0
+
+
+def _impact_label(each: Any, impacts: Sequence[Any]) -> str:
+    parts = []
+    if len({other.law for other in impacts}) > 1:
+        parts.append(law_words(each.law))
+    if len({other.mass for other in impacts}) > 1 or not parts:
+        parts.append(f"{each.mass:.0f} kg")
+    if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
+        parts.append(f"{each.approach_speed:g} m/s")
+    asked = "e" if np.isnan(each.restitution_asked) else f"e asked {each.restitution_asked:.2f}, achieved"
+    return f"{', '.join(parts)}: {asked} {each.restitution:.2f}"
+
+
+def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
+    """One run: ground motion, relative displacement with gap and contacts, contact force, energies.
+
+    Of a row's run: ground motion, roofs, contact forces and the row in elevation (`figures_row_runs`).
+    """
+    if "interface" in run.dims:
+        from pounding_risk.figures.simulate_row import row_run_figure
+
+        return row_run_figure(run, note)
+    figure, axes = blank(4, 1, (9.0, 9.5), sharex=True)
+    time = run["time"].values
+    ground, moved, force, energy = axes[:, 0]
+    ground.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9, label="left building")
+    if "ground_acceleration_right" in run:
+        colour, dash = STYLES[1]
+        other = run["ground_acceleration_right"] / STANDARD_GRAVITY
+        ground.plot(time, other, color=colour, linestyle=dash, linewidth=0.9, label="right building")
+        ground.legend(loc="lower left", fontsize=8)
+    ground.set(ylabel="ground\nacceleration [g]", xlim=(time[0], time[-1]))
+    moved.plot(time, run["relative_displacement"] * 1e3, color=STYLES[0][0], linewidth=1.1)
+    _gap_and_contacts(moved, run)
+    moved.set_ylabel("relative\ndisplacement [mm]")
+    moved.legend(loc="lower left", fontsize=8)
+    force.plot(time, run["contact_force"] / 1e3, color=STYLES[1][0], linewidth=0.9)
+    force.set_ylabel("contact\nforce [kN]")
+    kinds = ("ground", "damping", "contact", "held")
+    words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
+    for (colour, dash), kind, word in zip(styles(4), kinds, words, strict=True):
+        energy.plot(time, run[f"energy_{kind}"] / 1e3, color=colour, linestyle=dash, linewidth=1.1, label=word)
+    energy.set(ylabel="energy [kJ]", xlabel="time [s]")
+    energy.legend(fontsize=8, loc="upper left")
+    facts = run.attrs
+    outputs = json.loads(facts["outputs"])
+    finding = (
+        f"{outputs['impact_count']:.0f} contacts, peak force {outputs['peak_contact_force'] / 1e3:,.0f} kN, "
+        f"peak relative displacement {outputs['peak_relative_displacement'] * 1e3:.2f} mm"
+    )
+    effects = f", with {facts['effects']}" if facts.get("effects") else ""
+    where = f"gap {facts['gap'] * 1e3:g} mm, {motion_words(facts)}{effects}"
+    title(figure, finding, f"{law_words(facts['contact_model'])}, {force_words(facts['yield_force'])}, {where}", note)
+    return figure
+
+
+def _gap_and_contacts(axes: Axes, run: xr.Dataset) -> None:
+    """The gap as a line, every contact as a grey band."""
+    gap = float(run["gap"]) * 1e3
+    axes.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
+    spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
+    for place, (start, end) in enumerate(spans):
+        axes.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if place else "in contact")
+
+
+def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
+    """Relative displacement and contact force of two runs of one pair, as in the paper's Figure 8."""
+    first = runs[0]
+    figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
+    peaks = [_signed_peak(run) for run in runs]
+    for (colour, dash), run, (time, value) in zip(styles(2), runs, peaks, strict=True):
+        label = f"{law_words(run.attrs['contact_model'])}, {force_words(run.attrs['yield_force'])}"
+        axes[0, 0].plot(run["time"], run["relative_displacement"] * 1e3, color=colour, linestyle=dash, label=label)
+        axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
+        axes[0, 0].plot(time, value * 1e3, marker="o", markersize=6, color=colour, markerfacecolor="white")
+        axes[0, 0].annotate(
+            f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), xytext=(9, 0), textcoords="offset points",
+            va="center", fontsize=9, color=colour,
+        )  # fmt: skip
+    parted = parting(*runs)
+    if np.isfinite(parted):
+        _mark_parting(axes[:, 0], parted)
+    axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
+    axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
+    axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
+    where = f"{first.attrs['title']}; gap {first.attrs['gap'] * 1e3:g} mm; {motion_words(first.attrs)}"
+    title(figure, _comparison_finding(runs, parted, [abs(value) * 1e3 for _, value in peaks]), where, note)
+    return figure
+
+
+def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list[float]) -> str:
+    if np.isnan(parted):
+        return f"Identical throughout: peak {amounts[0]:.2f} mm"
+    yields = np.isfinite(json.loads(runs[1].attrs["outputs"])["first_yield_time"])
+    cause = "yielding" if yields else law_words(runs[1].attrs["contact_model"])
+    word = "lowers" if amounts[1] < amounts[0] else "raises"
+    return f"Identical until {parted:.2f} s; {cause} {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm"
+
+
+def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
+    for each in panels:
+        each.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
+    panels[0].annotate(
+        f"they part at {parted:.2f} s", (parted, 0.97), xycoords=("data", "axes fraction"), xytext=(-4, 0),
+        textcoords="offset points", ha="right", va="top", fontsize=9, color=QUIET,
+    )  # fmt: skip
+
+
+def parting(first: xr.Dataset, second: xr.Dataset) -> float:
+    """Last time up to which two runs have the same relative displacement [s]; NaN where they never part."""
+    times, here, there = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
+    one, other = (run["relative_displacement"].values for run in (first, second))
+    apart = np.abs(one[here] - other[there]) > SAME * max(np.abs(one).max(), np.abs(other).max())
+    return float(times[max(int(apart.argmax()) - 1, 0)]) if apart.any() else float("nan")
+
+
+def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
+    values = run["relative_displacement"].values
+    place = int(np.abs(values).argmax())
+    return float(run["time"].values[place]), float(values[place])

@@ -1,0 +1,207 @@
+"""Storey profiles with and without pounding: drift, shear and acceleration against height, ends and interiors told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.row import RowCase, any_of_building
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.elevation import heading
+from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+MOST_BUILDINGS = 6  # of one figure
+BAND = (16.0, 84.0)
+WITHOUT, WITH = STYLES[0], STYLES[1]
+
+
+class Quantity(NamedTuple):
+    """A quantity of each storey: its axis, from SI to the unit there, and whether it is one of a storey or a floor."""
+
+    words: str
+    factor: float
+    of_storey: bool
+
+
+QUANTITIES = {
+    "storey_drift": Quantity("drift [% of the storey's height]", 100.0, True),
+    "storey_shear": Quantity("storey shear [MN]", 1e-6, True),
+    "storey_acceleration": Quantity("floor acceleration [g]", 1.0 / STANDARD_GRAVITY, False),
+    "storey_ductility": Quantity("storey ductility [1]", 1.0, True),  # of storeys that may yield
+}
+
+
+class Profile(NamedTuple):
+    """One quantity of one building by storey: (16 %, 50 %, 84 %) rows in the axis's unit."""
+
+    free: Array
+    struck: Array
+    motions: int  # those in which the building touches a neighbour; 0: none does, and all are shown
+
+
+def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = "", *, titled: bool = True) -> Figure:
+    """Median and middle 68 % of the motions in which each building touches a neighbour, against those without contact.
+
+    A column for each of ``buildings``; without any, those whose drift contact raises most, `MOST_BUILDINGS` at most.
+    Levels of contact are marked on the side where the neighbour stands. Raises PoundingError for a name that the row
+    has not, and for a row without storeys.
+    """
+    chosen = _chosen(case, buildings)
+    rows = [name for name in QUANTITIES if name in case.results]
+    if not chosen or not rows:
+        raise PoundingError("no building of the row has storeys; profiles need floor_masses, or a height and storeys")
+    figure, axes = blank(len(rows), len(chosen), (1.6 + 2.3 * max(len(chosen), 3), 1.8 + 2.9 * len(rows)), sharey="row")
+    for row, name in enumerate(rows):
+        for column, at in enumerate(chosen):
+            _panel(axes[row, column], case, at, name)
+            axes[row, column].set_xlabel(QUANTITIES[name].words, fontsize=9)
+        axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in chosen)))
+    for column, at in enumerate(chosen):
+        found = profile(case, at, rows[0])
+        told = f"{found.motions} of {counted(case.motions, 'motion')}" if found.motions else "no contact"
+        building = case.buildings[at]
+        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{told}"), fontsize=9.5)
+    _legend(figure)
+    if titled:
+        heading(figure, profiles_finding(case), [case], note)
+    return figure
+
+
+def profiles_finding(case: RowCase) -> str:
+    """What contact does to the largest storey drift, at the ends of the row and inside it."""
+    told = []
+    for position, where in (("end", "at the row's ends"), ("interior", "inside the row")):
+        ratios = [
+            amplification(case, at)
+            for at, each in enumerate(case.buildings)
+            if each.position == position and _storeys(case, at)
+        ]
+        known = [ratio for ratio in ratios if np.isfinite(ratio)]
+        if known:
+            told.append(f"{np.median(known):.2f} times {where}")
+    if not told:
+        return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
+    return f"With contact the largest storey drift is {' and '.join(told)} what it is without, in the median"
+
+
+def amplification(case: RowCase, building: int, name: str = "peak_drift") -> float:
+    """Median over the motions with contact of a building's largest drift over that without; NaN without contact.
+
+    Of any other output ``name`` that has a twin without contact, likewise.
+    """
+    touched = any_of_building(case, "impact_count", building) == 1.0
+    both = [
+        case.results[each].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
+        for each in (name, f"{name}_free")
+    ]
+    ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
+    known = ratio[np.isfinite(ratio)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def profile(case: RowCase, building: int, name: str) -> Profile:
+    """One of `QUANTITIES` of one building, with contact and without, over the motions in which it touches a neighbour.
+
+    Over all motions, where there are none: then both are the same.
+    """
+    answers = any_of_building(case, "impact_count", building)
+    touched = answers == 1.0
+    motions = int(touched.sum())
+    taken = touched if motions else np.isfinite(answers)
+    count = len(case.buildings[building].levels)
+    found = []
+    for suffix in ("_free", ""):
+        values = (
+            case.results[f"{name}{suffix}"].isel(building=building).transpose("record", "polarity", "storey").values
+        )
+        found.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[taken, :count])))
+    return Profile(found[0], found[1], motions)
+
+
+def _in_units(case: RowCase, building: int, name: str, values: Array) -> Array:
+    if name != "storey_drift":
+        return values * QUANTITIES[name].factor
+    return values * QUANTITIES[name].factor / np.diff([0.0, *case.buildings[building].levels])
+
+
+def _spread(values: Array) -> Array:
+    """16th, 50th and 84th percentile by storey; NaN where no run is complete."""
+    if not len(values):
+        return np.full((3, values.shape[1]), np.nan)
+    return np.asarray(np.percentile(values, (BAND[0], 50.0, BAND[1]), axis=0))
+
+
+def _storeys(case: RowCase, building: int) -> int:
+    """How many storeys a building has of which there are numbers; a rigid building has none."""
+    return 0 if case.buildings[building].is_rigid else len(case.buildings[building].levels)
+
+
+def _chosen(case: RowCase, names: Sequence[str]) -> list[int]:
+    known = [building.name for building in case.buildings]
+    for name in names:
+        if name not in known:
+            raise PoundingError(f"building {name!r} is not in the row, which has {', '.join(known)}")
+    if names:
+        return [at for at in map(known.index, names) if _storeys(case, at)]
+    some = [at for at in range(len(known)) if _storeys(case, at)]
+    most = sorted(some, key=lambda at: -np.nan_to_num(amplification(case, at)))[:MOST_BUILDINGS]
+    return sorted(most)
+
+
+def _panel(axis: Any, case: RowCase, building: int, name: str) -> None:
+    found, quantity = profile(case, building, name), QUANTITIES[name]
+    levels = np.array(case.buildings[building].levels)
+    for values, (colour, dash) in ((found.free, WITHOUT), (found.struck, WITH)):
+        heights, (low, middle, high) = _against_height(levels, values, quantity.of_storey)
+        if heights.size == 1:  # one floor: no area between its ends
+            axis.plot([low[0], high[0]], [heights[0]] * 2, color=colour, alpha=0.3, linewidth=5.0)
+        axis.fill_betweenx(heights, low, high, color=colour, alpha=0.18, linewidth=0.0)
+        marker = "" if quantity.of_storey else "."
+        axis.plot(middle, heights, color=colour, linestyle=dash, linewidth=1.9, marker=marker, markersize=7)
+    axis.set_xlim(0.0, 1.05 * axis.dataLim.x1 if axis.dataLim.x1 > 0.0 else 1.0)  # values near one another too
+    _contacts(axis, case, building)
+
+
+def _against_height(levels: Array, values: Array, of_storey: bool) -> tuple[Array, Array]:
+    """Heights and values as they are drawn: one value all along a storey, or points at the floors."""
+    if not of_storey:
+        return levels, values
+    return np.repeat([0.0, *levels], 2)[1:-1], np.repeat(values, 2, axis=1)
+
+
+def _contacts(axis: Any, case: RowCase, building: int) -> None:
+    """A mark on the side of the neighbour, at each level of contact; full where a motion touches there."""
+    for place in case.places:
+        if building not in (place.interface, place.interface + 1):
+            continue
+        is_right = building == place.interface
+        face = "black" if place.touch.contact > 0.0 else "white"
+        axis.plot(
+            1.0 if is_right else 0.0, place.level, "<" if is_right else ">", transform=axis.get_yaxis_transform(),
+            color="black", markerfacecolor=face, markersize=6, clip_on=False, zorder=5,
+        )  # fmt: skip
+        axis.axhline(place.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
+
+
+def _legend(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    lines: list[dict[str, Any]] = [
+        {"color": colour, "linestyle": dash, "linewidth": 1.9} for colour, dash in (WITHOUT, WITH)
+    ]
+    mark: dict[str, Any] = {"color": "black", "linestyle": "none", "marker": "<"}
+    handles = [
+        Line2D([], [], label="without contact", **lines[0]),
+        Line2D([], [], label="with contact (bands: 16 to 84 %)", **lines[1]),
+        Line2D([], [], label="level of contact", **mark),
+        Line2D([], [], label="never touched there", markerfacecolor="white", **mark),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)

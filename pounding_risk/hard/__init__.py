@@ -1,7 +1,0 @@
-"""The hard cases of pounding: one table, which `stability` prints and the tests assert."""
-
-from pounding_risk.hard.bench import stability
-from pounding_risk.hard.case import Bound, Case, Row
-from pounding_risk.hard.table import CASES, LATER
-
-__all__ = ["CASES", "LATER", "Bound", "Case", "Row", "stability"]

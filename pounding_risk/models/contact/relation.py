@@ -1,0 +1,129 @@
+"""Which relation between restitution and damping, or a loop, a law takes: the published one, or the exact one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.models.contact.damping import BILINEAR_LOWEST, EXACT, BilinearExact
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
+from pounding_risk.models.restitution import Restitution
+from pounding_risk.scene.toml import nearest
+from pounding_risk.units import shown
+
+if TYPE_CHECKING:
+    from pounding_risk.scene.scene import Study
+
+AS_PUBLISHED, AS_ASKED = RELATIONS = ("published", "exact")
+EXAMPLE = '{value = 0.65, relation = "exact"}'
+KEYS = ("value", "relation")
+
+_FAMILY = {exact: law for law, exact in EXACT.items()}
+
+
+def related(law: Any, relation: str) -> Any:
+    """The class of ``law`` under a relation; an elastic law has no damping and stays as it is, and so does a jump by e.
+
+    Raises PoundingError for a law with damping of which no exact relation is known.
+    """
+    if relation == AS_PUBLISHED or not law.needs_restitution or is_instant(law):
+        return law
+    if law not in EXACT:
+        raise PoundingError(f"restitution: {_no_relation([name_of(law)])}")
+    return EXACT[law]
+
+
+def name_of(law: type) -> str:
+    """The scene-file name of a law's class, or the class's own where it has none."""
+    kind = _FAMILY.get(law, law)
+    return next((name for name, known in CONTACT_MODELS.items() if known is kind), kind.__name__)
+
+
+def misfit(laws: Iterable[Any], relation: str) -> str:
+    """A sentence where these laws cannot take the relation; "" where they can.
+
+    Elastic laws may stand beside damped ones, but not alone; a damped law without an exact relation may not.
+    """
+    laws = list(laws)
+    if relation == AS_PUBLISHED or not laws:
+        return ""
+    damped = [law for law in laws if law.needs_restitution]
+    unknown = [name_of(law) for law in damped if law not in EXACT and not is_instant(law)]
+    if unknown:
+        return _no_relation(unknown)
+    if damped:
+        return ""
+    names = [name_of(law) for law in laws]
+    told = f"{names[0]} uses" if len(names) == 1 else f"{', '.join(names)} use"
+    return f"{told} no restitution, so that no relation leads to a damping; remove relation, or choose {_able()}"
+
+
+def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
+    """A sentence where a class under its relation cannot return this e; "" where it can.
+
+    Only the exact bilinear law has a limit: its loop is bounded, and fixed by a design penetration that is given [m].
+    """
+    if law is not BilinearExact:
+        return ""
+    if design_penetration > 0.0:
+        return (
+            "bilinear with a design_penetration of its own returns another e at every approach speed, and no loop the "
+            "one asked for; remove design_penetration, which then follows each approach speed, "
+            'or write relation = "published"'
+        )
+    if e < BILINEAR_LOWEST:
+        return (
+            f"bilinear returns no e below {BILINEAR_LOWEST:.3f} without pulling, and {e:g} is asked for; "
+            'write a larger e, or relation = "published"'
+        )
+    return ""
+
+
+def least_of(rule: Restitution) -> float:
+    """The smallest e of a relation e(v): the published ones fall with the speed."""
+    return float(rule.at(rule.fastest)) if rule.fastest < inf else rule.c0
+
+
+def beyond_reach(study: Study, names: Iterable[str]) -> str:
+    """A sentence for the first law that cannot return the scene's e under its relation, or the least of its e(v)."""
+    least = least_of(study.restitution)
+    told = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
+    return next(filter(None, told), "")
+
+
+def check_reach(study: Study, names: Iterable[str]) -> None:
+    """Raise SceneError for a law that cannot return the scene's e: see `beyond_reach`."""
+    if sentence := beyond_reach(study, names):
+        raise SceneError(study.source, [f"interface.restitution: {sentence}"])
+
+
+def _no_relation(names: list[str]) -> str:
+    return f'no exact relation is known for {", ".join(names)}; write relation = "published", or choose {_able()}'
+
+
+def _able() -> str:
+    known = [name_of(law) for law in EXACT]
+    return f"{', '.join(known[:-1])} or {known[-1]}"
+
+
+def faults(table: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What is wrong with a table of value and relation, the value itself apart: key and sentence of each."""
+    found = [
+        (key, f"unknown key{nearest(key, KEYS)}; a restitution takes value and relation")
+        for key in table
+        if key not in KEYS
+    ]
+    if "value" not in table:
+        found.append(("value", f"missing; write restitution = {EXAMPLE}"))
+    wrong = relation_fault(table.get("relation", AS_PUBLISHED))
+    return [*found, ("relation", wrong)] if wrong else found
+
+
+def relation_fault(value: Any) -> str:
+    """A sentence for what is not the name of a relation; "" for one that is."""
+    if value in RELATIONS:
+        return ""
+    hint = nearest(value, RELATIONS) if isinstance(value, str) else ""
+    return f'{shown(value)} is not a relation of restitution and damping{hint}; it may be "published" or "exact"'

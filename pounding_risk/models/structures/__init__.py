@@ -1,0 +1,1 @@
+"""Buildings: single masses, storeys, typologies, chains of masses, contact points."""

@@ -1,0 +1,101 @@
+"""Buildings as rows of them are solved: chains of masses on storey springs, with the effects that act on buildings.
+
+A single mass is a chain of one, a rigid building a chain of none. With V_i the shear of the storey below mass i:
+
+    m_i ü_i = −(C u̇)_i − V_i + V_{i+1} − m_i a_g(t) ± (contact forces),     V_i = spring_i (u_i − u_{i−1}) while elastic
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects.contact import building_effects
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.units import STIFFNESS, say
+
+Array = NDArray[np.float64]
+
+
+class Chain(NamedTuple):
+    """A building's masses from the bottom up and what joins them; u is measured relative to the ground.
+
+    ``spring`` is each storey's stiffness less the geometric one of P-Δ, ``shear`` the stiffness that makes its shear
+    out of its drift d. A storey that yields has V = (spring − shear) d + the force of a bilinear spring with kinematic
+    hardening, of stiffness ``shear`` up to ``strength`` and ``hardening`` times that past it.
+    """
+
+    mass: Array  # kg
+    spring: Array  # N/m
+    shear: Array  # N/m
+    damping: Array  # N s/m, symmetric, positive semidefinite
+    strength: Array  # N; infinite where a storey stays elastic
+    hardening: float = 1.0  # stiffness past yield over that before
+    foundations: int = 0  # 1 where the first mass is the foundation on its soil
+
+    def yielding(self, strengths: Sequence[float], hardening: float) -> Chain:
+        """The chain whose storeys yield at these shears [N]."""
+        return self._replace(strength=np.array(strengths, float), hardening=hardening)
+
+    def softened(self, geometric: Sequence[float]) -> Chain:
+        """The chain less these geometric stiffnesses [N/m], one a storey."""
+        return self._replace(spring=self.spring - np.array(geometric, float))
+
+    def founded(self, mass: float, spring: float, dashpot: float) -> Chain:
+        """The chain on a foundation [kg] that sways on a spring [N/m] and a dashpot [N s/m] to the ground.
+
+        The building's own damping acts between its floors and the foundation, not between its floors and the ground.
+        """
+        relative = np.hstack([np.full((self.mass.size, 1), -1.0), np.eye(self.mass.size)])
+        damping = relative.T @ self.damping @ relative
+        damping[0, 0] += dashpot
+        return self._replace(
+            mass=np.append(mass, self.mass),
+            spring=np.append(spring, self.spring),
+            shear=np.append(spring, self.shear),
+            damping=0.5 * (damping + damping.T),
+            strength=np.append(np.inf, self.strength),
+            foundations=1,
+        )
+
+
+def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]] = ()) -> Chain:
+    """The building under these effects, (name, options) each; those that act on no building are passed over.
+
+    A rigid building moves with the ground, whatever the effects. Its own damping is that without any effect. Raises
+    PoundingError where an effect misses something of the building, or leaves a storey without stiffness.
+    """
+    chain = _bare(building)
+    if building.is_rigid:
+        return chain
+    for effect in building_effects(effects):
+        chain = effect.built(chain, building)
+    gone = np.flatnonzero(chain.spring <= 0.0)
+    if gone.size:
+        place = int(gone[0])
+        raise PoundingError(
+            f"p_delta: storey {place + 1 - chain.foundations} of {building.name} has no stiffness left: the weight "
+            f"above it takes {say((chain.shear - chain.spring)[place], STIFFNESS)} of its "
+            f"{say(chain.shear[place], STIFFNESS)}; "
+            "check masses, stiffnesses and heights, or remove p_delta"
+        )
+    return chain
+
+
+def _bare(building: Building | Storeys) -> Chain:
+    """The building without effects."""
+    if isinstance(building, Storeys):
+        mass, damping, _ = building.matrices()
+        springs = np.array(building.stiffnesses)
+        return Chain(np.diag(mass).copy(), springs, springs, damping, np.full(springs.size, np.inf))
+    count = 0 if building.is_rigid else 1
+    springs = np.full(count, building.stiffness)
+    fade = building.oscillator().fade * building.mass if count else 0.0
+    return Chain(
+        np.full(count, float(building.mass)), springs, springs, np.full((count, count), fade), springs + np.inf
+    )

@@ -1,0 +1,261 @@
+"""Buildings of several storeys: lumped masses on shear springs, from the ground up, with a stated damping.
+
+The storey below floor i has the stiffness k_i and makes the shear V_i = k_i (u_i − u_{i−1}), u_0 = 0 at the ground:
+
+    M ü + C u̇ + K u = −M 1 a_g(t),     M = diag(m_i),     K tridiagonal: k_i + k_{i+1} on the diagonal, −k_i beside it
+
+With S = diag(sqrt k) D M^(−1/2), D the differences of neighbouring floors, K = M^(1/2) SᵀS M^(1/2): the singular values
+of S are the angular frequencies. They come out to rounding, the slowest too, however stiff the stiffest storey is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.typologies import known_typology
+from pounding_risk.units import (
+    DAMPING,
+    FLOOR_MASS,
+    PERIOD,
+    STANDARD_GRAVITY,
+    STIFFNESS,
+    STOREY_HEIGHT,
+    STOREY_STRENGTH,
+    Quantity,
+    bounds,
+    shown,
+)
+
+Array = NDArray[np.float64]
+
+DAMPING_RULES = ("modal", "rayleigh", "stiffness")
+MOST_STOREYS = 200  # of a building that a scene describes
+RAYLEIGH_SHARE = 0.95  # of the mass: Rayleigh's second mode is the one by which the modes carry so much of it
+
+
+class Vibration(NamedTuple):
+    """Modes of masses on springs, slowest first; shapes are columns with φᵀ M φ = 1, positive at the top."""
+
+    frequencies: Array  # rad/s
+    shapes: Array  # kg^(−1/2), (floors, modes)
+
+
+def vibration(masses: Array, springs: Array) -> Vibration:
+    """The modes of masses [kg] on springs [N/m], each spring below its mass; all of them positive."""
+    root = np.sqrt(masses)
+    drifts = np.eye(root.size) - np.eye(root.size, k=-1)
+    _, frequencies, rows = np.linalg.svd(np.sqrt(springs)[:, None] * drifts / root)
+    shapes = rows[::-1].T / root[:, None]
+    return Vibration(frequencies[::-1], shapes * np.where(shapes[-1:] < 0.0, -1.0, 1.0))
+
+
+def stiffness_matrix(springs: Array) -> Array:
+    """K of a chain of springs [N/m], the first one on the ground."""
+    above = springs[1:]
+    return np.diag(springs + np.append(above, 0.0)) - np.diag(above, 1) - np.diag(above, -1)
+
+
+@dataclass(frozen=True)
+class Storeys:
+    """A lumped-mass shear building, storeys from the ground up.
+
+    ``damping_rule`` "modal": every mode has the ratio ζ, C = M Φ diag(2 ζ ω) Φᵀ M; "rayleigh": C = α M + β K with ζ in
+    the first mode and in the one by which the modes carry 95 % of the mass, the second at least; "stiffness": C = β K
+    with ζ in the first mode. ``strengths`` are the storeys' yield shears for `inelastic_storeys`; without any the
+    building stays elastic. Raises PoundingError for numbers that no building has.
+
+    >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
+    1.2001
+    """
+
+    name: str
+    masses: tuple[float, ...]  # kg, of each floor
+    stiffnesses: tuple[float, ...]  # N/m, of the storey below each floor
+    heights: tuple[float, ...]  # m, of each storey
+    damping: float = 0.05
+    damping_rule: str = "modal"
+    strengths: tuple[float, ...] = ()  # N, yield shear of each storey
+
+    is_rigid = False
+
+    def __post_init__(self) -> None:
+        for field, key, quantity in _LISTS:
+            object.__setattr__(self, field, tuple(map(float, getattr(self, field))))
+            self._check(key, getattr(self, field), quantity)
+        if not DAMPING.allows(self.damping):
+            raise PoundingError(
+                f"{self.name}: a damping of {self.damping:g} is out of range; the ratio must be {bounds(DAMPING)}, "
+                "such as damping = 0.05"
+            )
+        if self.damping_rule not in DAMPING_RULES:
+            raise PoundingError(
+                f"{self.name}: {shown(self.damping_rule)} is not a damping_rule; it may be {', '.join(DAMPING_RULES)}"
+            )
+
+    def _check(self, key: str, values: tuple[float, ...], quantity: Quantity) -> None:
+        """Raises PoundingError where a list has not one value for each floor, or one out of range."""
+        floors = len(self.masses)
+        if not floors:
+            raise PoundingError(f'{self.name}: no floor; write floor_masses = ["44 t", "44 t"], from the ground up')
+        if len(values) != floors and not (key == "storey_strengths" and not values):
+            raise PoundingError(
+                f"{self.name}: {len(values)} {key} for {floors} floor_masses; write one for each, from the ground up"
+            )
+        for place, value in enumerate(values, 1):
+            if not quantity.allows(value):
+                raise PoundingError(
+                    f"{self.name}: {value:g} {quantity.unit} is out of range for number {place} of {key}; "
+                    f"a {quantity.words} must be {bounds(quantity)}"
+                )
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """Height of each floor above the ground [m]."""
+        return tuple(accumulate(self.heights))
+
+    @property
+    def height(self) -> float:
+        """Height of the roof above the ground [m]."""
+        return self.levels[-1]
+
+    @property
+    def mass(self) -> float:
+        """Total mass [kg]."""
+        return sum(self.masses)
+
+    @property
+    def period(self) -> float:
+        """Period of the first mode [s], on rigid ground and without P-Δ."""
+        return float(2.0 * pi / self.vibration().frequencies[0])
+
+    def vibration(self) -> Vibration:
+        """The modes, on rigid ground and without P-Δ."""
+        return vibration(np.array(self.masses), np.array(self.stiffnesses))
+
+    def matrices(self) -> tuple[Array, Array, Array]:
+        """M [kg], C [N s/m] and K [N/m]."""
+        masses, springs = np.array(self.masses), np.array(self.stiffnesses)
+        return np.diag(masses), self._damping(masses, springs), stiffness_matrix(springs)
+
+    def damped_modes(self) -> tuple[int, ...]:
+        """The modes, counted from 1, in which the damping rule gives the ratio asked for."""
+        if self.damping_rule == "modal":
+            return tuple(range(1, len(self.masses) + 1))
+        return (1,) if self.damping_rule == "stiffness" else (1, self._second_mode())
+
+    def _second_mode(self) -> int:
+        """Rayleigh's second mode, counted from 1; the first again where there is no other."""
+        shares = effective_shares(np.array(self.masses), self.vibration().shapes)
+        carried = int(np.searchsorted(np.cumsum(shares), RAYLEIGH_SHARE)) + 1
+        return min(max(carried, 2), len(self.masses))
+
+    def _damping(self, masses: Array, springs: Array) -> Array:
+        """C [N s/m] by the building's rule."""
+        frequencies, shapes = self.vibration()
+        if self.damping_rule == "modal":
+            pushed = masses[:, None] * shapes
+            return _symmetric((pushed * (2.0 * self.damping * frequencies)) @ pushed.T)
+        first = frequencies[0]
+        if self.damping_rule == "stiffness":
+            return 2.0 * self.damping / first * stiffness_matrix(springs)
+        second = frequencies[self._second_mode() - 1]
+        scale = 2.0 * self.damping / (first + second)
+        return scale * first * second * np.diag(masses) + scale * stiffness_matrix(springs)
+
+
+_LISTS = (
+    ("masses", "floor_masses", FLOOR_MASS),
+    ("stiffnesses", "storey_stiffnesses", STIFFNESS),
+    ("heights", "storey_heights", STOREY_HEIGHT),
+    ("strengths", "storey_strengths", STOREY_STRENGTH),
+)
+
+
+def effective_shares(masses: Array, shapes: Array) -> Array:
+    """Each mode's share of the mass that the ground moves: (φᵀ M 1)² / Σ m, where φᵀ M φ = 1."""
+    shares: Array = (masses @ shapes) ** 2 / masses.sum()
+    return shares
+
+
+def _symmetric(matrix: Any) -> Array:
+    """The matrix without the last bits by which a product of matrices is not symmetric."""
+    half: Array = 0.5 * (matrix + matrix.T)
+    return half
+
+
+def stiffnesses_for(masses: Sequence[float], shape: Sequence[float], period: float) -> tuple[float, ...]:
+    """Storey stiffnesses [N/m] of the shear building whose first mode has this period [s] and this very shape.
+
+    k_i = ω² Σ_{j≥i} m_j φ_j / (φ_i − φ_{i−1}): each storey carries the inertia above it. The shape grows from storey to
+    storey, so that all of them are positive and no mode is slower.
+    """
+    rate = (2.0 * pi / period) ** 2
+    drifts = np.diff(np.asarray(shape, float), prepend=0.0)
+    return tuple((rate * _carried(masses, shape) / drifts).tolist())
+
+
+def yield_shears(masses: Sequence[float], shape: Sequence[float], acceleration: float) -> tuple[float, ...]:
+    """Yield shears [N] of the storeys that all yield at once in the first mode, at this spectral acceleration [m/s²].
+
+    V_i = Γ A_y Σ_{j≥i} m_j φ_j, Γ = Σ m φ / Σ m φ²: the base shear is A_y times the mass that the first mode moves.
+    """
+    weight, form = np.asarray(masses, float), np.asarray(shape, float)
+    factor = acceleration * (weight @ form) / (weight @ form**2)
+    return tuple((factor * _carried(masses, shape)).tolist())
+
+
+def generated(
+    name: str,
+    *,
+    height: float,
+    storeys: int,
+    typology: str,
+    floor_mass: float,
+    period: float | None = None,
+    damping: float = 0.05,
+    damping_rule: str = "modal",
+) -> Storeys:
+    """A building of which no more is known than height [m], storeys, kind and mass of a floor [kg].
+
+    Storeys of equal height and floors of equal mass. The first mode has the ``period`` [s], the code's approximate one
+    of the typology if not given, and the typology's shape (z / h)^p; the strengths are those of its yield acceleration.
+    Raises PoundingError for numbers that no building has, a typology that is not known, and a height that its code is
+    not for.
+    """
+    kind = known_typology(typology)
+    if isinstance(storeys, bool) or not isinstance(storeys, int) or not 1 <= storeys <= MOST_STOREYS:
+        raise PoundingError(
+            f"{name}: {shown(storeys)} is not a number of storeys, a whole one from 1 to {MOST_STOREYS}; "
+            "write such as storeys = 5"
+        )
+    for value, quantity in ((height, STOREY_HEIGHT), (floor_mass, FLOOR_MASS), (period, PERIOD)):
+        if value is not None and not quantity.allows(value):
+            raise PoundingError(
+                f"{name}: {value:g} {quantity.unit} is out of range; a {quantity.words} must be {bounds(quantity)}"
+            )
+    masses = (float(floor_mass),) * storeys
+    shape = (np.arange(1, storeys + 1) / storeys) ** kind.power
+    taken = kind.period(height) if period is None else period
+    return Storeys(
+        name,
+        masses,
+        stiffnesses_for(masses, shape.tolist(), taken),
+        (height / storeys,) * storeys,
+        damping,
+        damping_rule,
+        yield_shears(masses, shape.tolist(), STANDARD_GRAVITY * kind.yield_acceleration(storeys)),
+    )
+
+
+def _carried(masses: Sequence[float], shape: Sequence[float]) -> Array:
+    """Σ_{j≥i} m_j φ_j, what each storey carries."""
+    carried: Array = np.cumsum((np.asarray(masses, float) * np.asarray(shape, float))[::-1])[::-1]
+    return carried

@@ -1,0 +1,127 @@
+"""Kinds of buildings as data: what stands in for a building of which no more than height and storeys is known.
+
+    >>> round(TYPOLOGIES["concrete_frame"].period(30.0), 3)
+    0.995
+
+Each kind has the approximate period of a code, T = C_t h^x with h in m; a first mode shape (z / h)^p; and the spectral
+acceleration at which its storeys yield. A period is verified where the numbers of its clause were read; ``source`` says
+where. The powers p are this package's own: 1 for frames and masonry, whose storeys shear; 1.5 for walls, which bend.
+Yield accelerations are those of the capacity curves of FEMA's Hazus Earthquake Model for moderate-code buildings of its
+kinds C1, S1, S2, C2 and, of any code, URM, as the data of the SimCenter's capacity spectrum module repeat them.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import NamedTuple
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.scene.toml import nearest
+from pounding_risk.units import HEIGHT, shown
+
+ASCE7, EC8 = "ASCE/SEI 7, 12.8.2.1, Table 12.8-2", "EN 1998-1:2004, 4.3.3.2.2 (3), expression (4.6)"
+ASCE7_SOURCE = "Table 12.8-2 as Taly (2010), Design of Reinforced Masonry Structures, repeats it in Table 7.4"
+EC8_SOURCE = "repeated from memory of the profession; read the clause before you rely on it"
+EUROPEAN = "_ec8"  # how the names end
+
+
+class CodePeriod(NamedTuple):
+    """A code's approximate period, T = C_t h^x."""
+
+    coefficient: float  # C_t, s / m^x
+    exponent: float  # x
+    highest: float  # m, of the buildings that the clause is for
+    reference: str
+    verified: bool
+    source: str
+
+
+class Typology(NamedTuple):
+    """One kind of building."""
+
+    name: str
+    words: str
+    code: CodePeriod
+    power: float  # p of the first mode shape (z / h)^p
+    rises: tuple[int, ...]  # storeys up to which each yield acceleration but the last holds
+    yield_accelerations: tuple[float, ...]  # g, spectral, where the storeys yield in the first mode
+
+    def period(self, height: float) -> float:
+        """The code's approximate period [s] of a building of this height [m].
+
+        Raises PoundingError for a height that the clause is not for.
+        """
+        if not 0.0 < height < inf:
+            raise PoundingError(
+                f'{height:g} m is out of range: a {HEIGHT.words} must be greater than 0 m; write height = "12 m"'
+            )
+        if height > self.code.highest:
+            raise PoundingError(
+                f"{height:g} m is higher than the {self.code.highest:g} m that {self.code.reference} is for; give the "
+                f"period, or take {self.name.removesuffix(EUROPEAN)}"
+            )
+        return self.code.coefficient * height**self.code.exponent
+
+    @property
+    def period_words(self) -> str:
+        """The code's formula."""
+        limit = "" if self.code.highest == inf else f" up to {self.code.highest:g} m"
+        return f"{self.code.coefficient:g} h^{self.code.exponent:g}{limit}"
+
+    @property
+    def shape_words(self) -> str:
+        """The first mode's shape."""
+        return "z / h" if self.power == 1.0 else f"(z / h)^{self.power:g}"
+
+    @property
+    def yield_words(self) -> str:
+        """Yield acceleration [g] by the number of storeys."""
+        told = [
+            f"{value:g} to {rise} storeys" for value, rise in zip(self.yield_accelerations, self.rises, strict=False)
+        ]
+        return ", ".join([*told, f"{self.yield_accelerations[-1]:g} above"])
+
+    def yield_acceleration(self, storeys: int) -> float:
+        """The spectral acceleration [g] at which a building of so many storeys yields."""
+        return self.yield_accelerations[sum(storeys > rise for rise in self.rises)]
+
+
+def _asce7(coefficient: float, exponent: float) -> CodePeriod:
+    return CodePeriod(coefficient, exponent, inf, ASCE7, True, ASCE7_SOURCE)
+
+
+def _ec8(coefficient: float) -> CodePeriod:
+    return CodePeriod(coefficient, 0.75, 40.0, EC8, False, EC8_SOURCE)
+
+
+_KINDS = (
+    Typology("concrete_frame", "concrete moment frame", _asce7(0.0466, 0.9), 1.0, (3, 7), (0.125, 0.104, 0.049)),
+    Typology("steel_frame", "steel moment frame", _asce7(0.0724, 0.8), 1.0, (3, 7), (0.125, 0.078, 0.049)),
+    Typology("braced_frame", "eccentrically braced frame", _asce7(0.0731, 0.75), 1.0, (3, 7), (0.2, 0.167, 0.127)),
+    Typology("concrete_walls", "concrete walls", _asce7(0.0488, 0.75), 1.5, (3, 7), (0.2, 0.167, 0.127)),
+    Typology("masonry", "unreinforced masonry walls", _asce7(0.0488, 0.75), 1.0, (2,), (0.2, 0.111)),
+)
+_EUROPEAN_COEFFICIENTS = {
+    "concrete_frame": 0.075,
+    "steel_frame": 0.085,
+    "braced_frame": 0.075,
+    "concrete_walls": 0.050,
+    "masonry": 0.050,
+}
+
+
+def _both_codes() -> dict[str, Typology]:
+    """Each kind with the period of ASCE 7, and under a name of its own with that of Eurocode 8."""
+    other = [kind._replace(name=kind.name + EUROPEAN, code=_ec8(_EUROPEAN_COEFFICIENTS[kind.name])) for kind in _KINDS]
+    return {kind.name: kind for kind in (*_KINDS, *other)}
+
+
+TYPOLOGIES = _both_codes()
+
+
+def known_typology(name: str) -> Typology:
+    """The typology of this name; raises PoundingError, with the nearest name, where there is none."""
+    if name not in TYPOLOGIES:
+        hint = nearest(name, TYPOLOGIES) if isinstance(name, str) else ""
+        raise PoundingError(f"{shown(name)} is not a typology{hint}; it may be {', '.join(TYPOLOGIES)}")
+    return TYPOLOGIES[name]

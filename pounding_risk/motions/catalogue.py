@@ -1,0 +1,225 @@
+"""The real records that come with the project: found by id, checked by checksum, read in m/s².
+
+``records/catalogue.toml`` names each with its origin and terms. Some files are shipped beside it; those whose
+terms allow no copy are read from the installed package that carries them. A file is used only if its sha256
+is the one of the catalogue, so a result can be traced to the very bytes.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from hashlib import sha256
+from importlib import metadata
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.errors import RecordError
+from pounding_risk.units import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from obspy import Stream
+
+CATALOGUE = "catalogue.toml"
+NEAREST, SHORTEST_WORD = 3, 4  # ids that are suggested; letters by which a station is looked for
+PER = {"g": STANDARD_GRAVITY, "m/s^2": 1.0}  # m/s²
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One component of one recording, and what its file must look like.
+
+    ``pga_g`` is max|a| as recorded [standard gravity]: of the samples where they are processed, of the
+    samples less their mean where they are raw. ``sensitivity`` is counts per m/s², 1 for a file of
+    physical values.
+    """
+
+    id: str
+    event: str
+    magnitude: float
+    date: str  # year-month-day
+    station: str
+    component: str
+    azimuth: float | None  # degrees clockwise from north; None for a vertical
+    state: str  # "raw" or "processed"
+    format: str  # ObsPy's name of the file format
+    file: str  # below the records folder, or below the package's site folder
+    sha256: str
+    pga_g: float
+    dt: float  # s
+    npts: int
+    origin: str
+    terms: str
+    sensitivity: float = 1.0
+    package: str = ""  # the distribution that carries the file; "" where it is shipped
+    version: str = ""
+    note: str = ""
+
+    @property
+    def horizontal(self) -> bool:
+        """True for a horizontal component."""
+        return self.azimuth is not None
+
+    @property
+    def pga(self) -> float:
+        """max|a| as recorded [m/s²]."""
+        return self.pga_g * STANDARD_GRAVITY
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return (self.npts - 1) * self.dt
+
+
+def records_folder() -> Path:
+    """The folder of the catalogue and the shipped records: in the installed package, or beside it.
+
+    Raises RecordError where neither is there.
+    """
+    installed = Path(__file__).resolve().parent / "records"
+    checkout = Path(__file__).resolve().parents[2] / "records"
+    for folder in (installed, checkout):
+        if (folder / CATALOGUE).is_file():
+            return folder
+    raise RecordError(
+        f"{installed}: no {CATALOGUE} there, nor in {checkout}; the installation "
+        "is incomplete: pip install --force-reinstall pounding-risk"
+    )
+
+
+def entries() -> list[Entry]:
+    """Every record of the catalogue, in its order."""
+    return list(_catalogue().values())
+
+
+def entry(id: str, also: Iterable[str] = ()) -> Entry:
+    """The record of that id; raises RecordError where there is none, naming the nearest ids, those of ``also`` too."""
+    known = _catalogue()
+    if id not in known:
+        near = similar(id, also)
+        meant = f"did you mean {' or '.join(near)}?" if near else f"the catalogue has {', '.join(known)}"
+        raise RecordError(f'"{id}" is not a record of the catalogue; {meant}')
+    return known[id]
+
+
+def path(id: str) -> Path:
+    """Where the file of a record is.
+
+    Raises RecordError for an unknown id, a package that is not installed, and a missing file.
+    """
+    found = entry(id)
+    if not found.package:
+        place = records_folder() / found.file
+        repair = "the installation is incomplete: pip install --force-reinstall pounding-risk"
+    else:
+        repair = f"pip install {found.package}=={found.version}"
+        try:
+            installed = metadata.distribution(found.package)
+        except metadata.PackageNotFoundError:
+            raise RecordError(
+                f'record "{id}" is read from the package {found.package}, which is not installed; {repair}'
+            ) from None
+        place = Path(str(installed.locate_file(found.file)))
+        if installed.version != found.version:
+            repair = f"{found.package} {installed.version} is installed, {found.version} is needed: {repair}"
+    if not place.is_file():
+        raise RecordError(f'record "{id}": no such file {place}; {repair}')
+    return place
+
+
+def read_bytes(id: str) -> bytes:
+    """The file of a record, checked: raises RecordError where its sha256 is not the catalogue's."""
+    found, place = entry(id), path(id)
+    raw = place.read_bytes()
+    digest = sha256(raw).hexdigest()
+    if digest != found.sha256:
+        package = f"{found.package}=={found.version}" if found.package else "pounding-risk"
+        raise RecordError(
+            f'record "{id}": {place} has sha256 {digest[:12]}..., the catalogue says {found.sha256[:12]}...: '
+            f"the file was changed; pip install --force-reinstall {package}"
+        )
+    return raw
+
+
+def load(id: str) -> Stream:
+    """The record as an ObsPy stream of one trace: acceleration in m/s², float64, ``stats.calib`` 1.
+
+    Nothing is processed: raw records keep their offset and drift.
+
+    Raises RecordError for an unknown id, a missing package or file, and a file that is not the catalogue's.
+    """
+    found = entry(id)
+    stream = _parsed(found, read_bytes(id))
+    if len(stream) != 1:
+        raise RecordError(f'record "{id}": {len(stream)} traces in {found.file}, the catalogue promises one')
+    trace = stream[0]
+    trace.data = trace.data.astype(float) / found.sensitivity
+    trace.stats.calib = 1.0
+    if trace.stats.npts != found.npts or trace.stats.delta != found.dt:
+        raise RecordError(
+            f'record "{id}": {trace.stats.npts} samples at {trace.stats.delta:g} s in {found.file}, the '
+            f"catalogue promises {found.npts} at {found.dt:g} s"
+        )
+    return stream
+
+
+def _parsed(found: Entry, raw: bytes) -> Stream:
+    """The stream of a file's bytes, in its own units of amplitude."""
+    if found.format == "PEER_AT2":
+        from pounding_risk.motions.formats.peer_at2 import _read_at2  # reads without the entry point, too
+
+        return _read_at2(BytesIO(raw), name=found.file)
+    import obspy  # takes 0.2 s, and listing the catalogue needs none of it
+
+    return obspy.read(BytesIO(raw), format=found.format)
+
+
+@lru_cache(maxsize=1)
+def _catalogue() -> dict[str, Entry]:
+    """Every record by its id; a component's keys override those of its recording and source."""
+    tables = tomllib.loads((records_folder() / CATALOGUE).read_text(encoding="utf-8"))
+    found: dict[str, Entry] = {}
+    for recording in tables["recording"]:
+        shared = {key: value for key, value in recording.items() if key not in ("component", "source")}
+        source = tables["source"][recording["source"]]
+        for component in recording["component"]:
+            made = _entry({**source, **shared, **component})
+            found[made.id] = made
+    return found
+
+
+def _entry(facts: dict[str, Any]) -> Entry:
+    facts["date"] = facts["date"].isoformat()
+    facts["azimuth"] = float(facts["azimuth"]) if "azimuth" in facts else None
+    if "sensitivity" in facts:
+        facts["sensitivity"] = facts["sensitivity"]["counts"] / PER[facts["sensitivity"]["per"]]
+    return Entry(**facts)
+
+
+def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
+    """Ids that may be meant, best first: of the same letters, then similar, then horizontals by earthquake or station.
+
+    Of the same recording where there are such; ``also`` are ids beside those of the catalogue.
+    """
+    known = [*_catalogue(), *also]
+    same = [name for name in known if name.lower() == asked.lower()]
+    sisters = [name for name in known if name.lower().partition("-")[0] == asked.lower().partition("-")[0]]
+    folded = {name.lower(): name for name in sisters or known}
+    near = same or [folded[name] for name in get_close_matches(asked.lower(), list(folded), NEAREST, 0.6)]
+    return near or _by_place(asked)[:NEAREST]
+
+
+def _by_place(asked: str) -> list[str]:
+    """Horizontals whose earthquake or station has the letters that are asked for."""
+    word = _letters(asked)
+    if len(word) < SHORTEST_WORD:
+        return []
+    return [each.id for each in entries() if each.horizontal and word in _letters(f"{each.event} {each.station}")]
+
+
+def _letters(text: str) -> str:
+    return "".join(letter for letter in text.lower() if letter.isalnum())

@@ -1,0 +1,152 @@
+"""Which records are the same shaking under another name: copied, converted, turned round, scaled, cut or resampled.
+
+A record that is there twice would count as two witnesses. Two records are one where, over the time that both cover, the
+samples of one are those of the other times a number, to the rounding of the formats that carry them. Components of one
+station, and different records of one earthquake, are far from that.
+
+    >>> import numpy as np
+    >>> shaking = np.random.default_rng(1).normal(size=800)
+    >>> copies([(shaking, 0.01), (np.round(-2.0 * shaking, 5), 0.01)])[0].words()
+    'times -2'
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import combinations
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk.motions.processing.signals import Samples
+
+# 1 − r² of two versions of one record, r their correlation: numbers of five significant digits leave 1e-9, whole
+# counts of a record that peaks at 1000 counts 1e-6; no two of 100 horizontals of FEMA P-695 come below 0.7.
+ROUNDING = 1e-5
+COARSE = 0.05  # likewise about the peak alone, before offsets are taken out: what is far from it needs no closer look
+ABOUT_PEAK = 128  # samples before and after it
+# Files in g are converted with 980, 980.665 and 981 cm/s² a g: 7e-4 apart.
+SAME_SIZE = 1e-3
+LEAST_SHARED = 0.5  # of the energy of either, within the time that both cover
+SAME_STEP = 1e-6  # relative difference of time steps that are one, written with different digits
+FINER = 8  # times a record may be sampled more finely than its copy
+
+
+class Copy(NamedTuple):
+    """A record that is another one: ``factor`` times it, at the same times or not."""
+
+    place: int  # of the copy
+    original: int  # the place of the first version
+    factor: float  # below zero where it is turned round
+    same_times: bool  # time step, start and end, but for what holds no shaking
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether it has the other sign."""
+        return self.factor < 0.0
+
+    def is_same_motion(self, *, any_size: bool = False) -> bool:
+        """Whether it drives the same runs as its original; with ``any_size`` also where both are scaled to one."""
+        return self.same_times and not self.is_turned and (any_size or abs(self.factor - 1.0) <= SAME_SIZE)
+
+    def words(self) -> str:
+        """What tells it from its original."""
+        size = [] if abs(abs(self.factor) - 1.0) <= SAME_SIZE else [f"times {self.factor:.4g}"]
+        turned = ["with the other sign"] if self.is_turned and not size else []
+        return " and ".join([*size, *turned, *([] if self.same_times else ["cut or sampled otherwise"])])
+
+
+class _Record:
+    """Samples less their mean, and what is looked at of them often."""
+
+    def __init__(self, samples: Samples, dt: float):
+        self.dt = dt
+        self.samples: Samples = np.asarray(samples, dtype=np.float64) - np.mean(samples)
+        self._coarser: dict[int, _Record] = {}
+
+    @cached_property
+    def peak(self) -> int:
+        """Where the largest sample is."""
+        return int(np.argmax(np.abs(self.samples)))
+
+    @cached_property
+    def energy(self) -> float:
+        """Sum of squares."""
+        return float(self.samples @ self.samples)
+
+    def every(self, step: int) -> _Record:
+        """The record at every so many samples, its first among them."""
+        if step == 1:
+            return self
+        if step not in self._coarser:
+            self._coarser[step] = _Record(self.samples[::step], self.dt * step)
+        return self._coarser[step]
+
+
+def copies(records: Sequence[tuple[Samples, float]]) -> tuple[Copy, ...]:
+    """Every record that is an earlier one under another name.
+
+    Parameters
+    ----------
+    records : sequence of (samples, dt)
+        Samples [m/s²], shape (n,), and time step [s] of each.
+
+    Returns
+    -------
+    tuple of Copy
+        One for each record that is a copy; ``original`` is the first of its kind.
+    """
+    seen = [_Record(samples, dt) for samples, dt in records]
+    found: dict[int, Copy] = {}
+    for original, place in combinations(range(len(seen)), 2):
+        if place in found or original in found:
+            continue
+        copy = _copy(seen[original], seen[place])
+        if copy is not None:
+            found[place] = Copy(place, original, *copy)
+    return tuple(found[place] for place in sorted(found))
+
+
+def _copy(one: _Record, other: _Record) -> tuple[float, bool] | None:
+    """The factor from one record to the other, and whether it is at the same times; None where it is no copy."""
+    finer = one.dt / other.dt
+    step = round(max(finer, 1.0 / finer))
+    if step > FINER or abs(max(finer, 1.0 / finer) / step - 1.0) > SAME_STEP:
+        return None
+    one, other = (one, other.every(step)) if finer > 1.0 else (one.every(step), other)
+    for lag in dict.fromkeys((0, other.peak - one.peak)):
+        factor = _factor(one, other, lag)
+        if factor is not None:
+            return factor, step == 1 and lag == 0 and _is_quiet_outside(one, other)
+    return None
+
+
+def _factor(one: _Record, other: _Record, lag: int) -> float | None:
+    """What one times is the other, ``lag`` samples later; None where it is another motion."""
+    start = max(0, -lag)
+    stop = min(len(one.samples), len(other.samples) - lag)
+    about = slice(max(start, one.peak - ABOUT_PEAK), min(stop, one.peak + ABOUT_PEAK))
+    if _unlike(one.samples[about], other.samples[about.start + lag : about.stop + lag]) > COARSE:
+        return None
+    first, second = one.samples[start:stop], other.samples[start + lag : stop + lag]
+    if min(float(first @ first) / one.energy, float(second @ second) / other.energy) < LEAST_SHARED:
+        return None
+    first, second = first - first.mean(), second - second.mean()
+    if _unlike(first, second) > ROUNDING:
+        return None
+    size = sqrt(float(second @ second) / float(first @ first))
+    return size if float(first @ second) > 0.0 else -size
+
+
+def _unlike(first: Samples, second: Samples) -> float:
+    """1 − r² of two stretches of one length, r their correlation; 1 where one is too short or holds no motion."""
+    both = float(first @ first) * float(second @ second) if len(first) > 2 else 0.0
+    return 1.0 - float(first @ second) ** 2 / both if both > 0.0 else 1.0
+
+
+def _is_quiet_outside(one: _Record, other: _Record) -> bool:
+    """Whether the longer of two records that start together holds no shaking after the shorter ends."""
+    count = min(len(one.samples), len(other.samples))
+    return all(float(np.sum(each.samples[count:] ** 2)) <= ROUNDING * each.energy for each in (one, other))

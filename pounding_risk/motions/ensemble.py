@@ -1,0 +1,344 @@
+"""The ground motions of a scene: what names, files, folders and sets stand for, read, turned to the row and scaled.
+
+A file may hold several components and a folder may hold more than records. Verticals do not drive a row, so that a
+pattern, a folder and a file of several components stand for their horizontals; whatever is left out is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import isclose, isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pounding_risk._common.progress import Progress
+from pounding_risk.errors import RecordError, SceneError
+from pounding_risk.models.effects.contact import wave_of
+from pounding_risk.motions import record_sets, scaling, treatment
+from pounding_risk.motions.copies import Copy, copies
+from pounding_risk.motions.formats import is_record
+from pounding_risk.motions.manifest import read_manifest, source_of
+from pounding_risk.motions.motion import Motion, processed
+from pounding_risk.motions.processing.chain import DEFAULT_CHAIN
+from pounding_risk.motions.processing.noise import shared_corners
+from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
+from pounding_risk.motions.recordings import STATED, recording, recording_words
+from pounding_risk.motions.request import RecordRequest, conflicts, matching
+from pounding_risk.motions.rotation import rotated
+from pounding_risk.motions.source import (
+    RAW,
+    Source,
+    components,
+    file_name,
+    is_vertical,
+    lowest_usable,
+    open_source,
+    parted,
+)
+from pounding_risk.scene.scene import Study
+
+BESIDE = ".xml"  # StationXML, which belongs to the records beside it
+SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
+
+
+class Gathered(NamedTuple):
+    """Motions, a sentence for each thing that was left out, and one for each record that is another's copy."""
+
+    motions: tuple[Motion, ...]
+    left_out: tuple[str, ...]
+    copies: tuple[str, ...] = ()
+
+
+class _Chosen(NamedTuple):
+    """A record that is asked for, with what a manifest says of it and where."""
+
+    source: Source
+    row: Mapping[str, Any] | None = None
+    place: str = ""
+
+    @property
+    def factor(self) -> float:
+        """What the manifest multiplies the record by."""
+        return 1.0 if self.row is None else float(self.row["factor"])
+
+
+def motions_of(study: Study) -> tuple[Motion, ...]:
+    """The motions of `gathered`."""
+    return gathered(study).motions
+
+
+def gathered(study: Study) -> Gathered:
+    """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
+
+    Raises as `gather`, and SceneError where the grid sets the amplitude that the records have already, where no file is
+    a record and where a record ends before a passing wave has reached both buildings.
+    """
+    faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
+    if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
+        raise SceneError(study.source, sentences)
+    found = gather(study.records, study.folder, scaled=study.grid.pgas == (None,))
+    found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
+    if not found.motions:
+        asked = ", ".join(study.records.files)
+        left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
+        raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
+    lag = abs(getattr(wave_of(study.effects), "lag", 0.0))
+    for motion in found.motions:
+        if lag >= motion.duration:
+            told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
+    return found
+
+
+def _for_buildings(motion: Motion, study: Study) -> Motion:
+    """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
+    periods = [building.period for building in study.buildings if not building.is_rigid]
+    if not periods:
+        return motion
+    findings = quality(
+        motion.acceleration,
+        motion.dt,
+        shortest_period=min(periods),
+        longest_period=max(periods),
+        usable=lowest_usable(motion.record),
+        checks=OF_BUILDINGS,
+    )
+    return replace(motion, flags=(*motion.flags, *failed(findings)))
+
+
+def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None) -> Gathered:
+    """The motions that a request stands for, in its order, before polarity.
+
+    ``folder`` is what files are relative to; without ``scaled`` the motions keep their amplitude, whatever the request
+    says of it. ``progress`` is called with (read, all).
+
+    Raises RecordError for keys that exclude each other, a record that cannot be used, and a component without its
+    partner where the row has a direction.
+    """
+    for key, sentence in conflicts(request.given()):
+        raise RecordError(f"records.{key}: {sentence}")
+    left_out: list[str] = []
+    chosen = list(_of_manifest(request, folder) if request.manifest else _of_sources(request, folder, left_out))
+    one_size = not scaled or request.pga is not None or request.sa is not None
+    chosen, repeated, copied = _each_once(chosen, one_size)
+    groups: list[tuple[Source, ...]] = [(each.source,) for each in chosen]
+    if request.direction is not None:
+        groups = pairs([each.source for each in chosen], repeated)
+    motions = []
+    for number, group in enumerate(groups, start=1):
+        motion = _in_direction(request, group)
+        motions.append(_as_chosen(motion, chosen[number - 1], request.manifest) if request.manifest else motion)
+        if progress is not None:
+            progress(number, len(groups))
+    motions = treatment.treated(motions, treatment.treatment_of(request, scaled=scaled))
+    return Gathered(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
+
+
+def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> Iterator[_Chosen]:
+    """Every record that the request names; a sentence in ``left_out`` for each that is not taken."""
+    stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
+    if request.set:
+        found = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
+    else:
+        found = [open_source(name, **stated) for name in request.names]
+    for pattern in request.files:
+        found += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
+    once = {(source.record["file"], source.name): source for source in found}
+    return (_Chosen(source) for source in once.values())
+
+
+def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], list[str], list[str]]:
+    """The records without those that would drive the same runs as an earlier one.
+
+    With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
+    ``one_size`` where all motions are scaled to one amplitude, so that their own counts for nothing.
+    """
+    found = copies([(each.source.trace.data * each.factor, each.source.trace.stats.delta) for each in chosen])
+    repeated = [copy for copy in found if copy.is_same_motion(any_size=one_size)]
+    left_out = [_repetition(copy, chosen) for copy in repeated]
+    sentences = [_in_one_recording(copy, chosen) for copy in found if copy not in repeated]
+    gone = {copy.place for copy in repeated}
+    return [each for place, each in enumerate(chosen) if place not in gone], left_out, sentences
+
+
+def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
+    """A copy that is left out, in words."""
+    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    same_file = one.record["file"] != other.record["file"] and one.record["sha256"] == other.record["sha256"]
+    words = "is a copy of the file" if same_file else "holds the same motion as"
+    return f"{other.name} {words} {one.name}, which is used once"
+
+
+def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
+    """Put a copy, and what shares its recording, into the recording of its original; the sentence that tells it."""
+    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    keys = [recording(each.source.record, each.source.name) for each in chosen]
+    stated = recording_words(keys[copy.original])
+    for place, key in enumerate(keys):
+        if key in (keys[copy.original], keys[copy.place]):
+            record = {**chosen[place].source.record, STATED: stated}
+            chosen[place] = chosen[place]._replace(source=chosen[place].source._replace(record=record))
+    doubt = f"the record {one.name} {copy.words()}: one recording, counted as one"
+    source = chosen[copy.place].source
+    chosen[copy.place] = chosen[copy.place]._replace(source=source._replace(doubts=(*source.doubts, doubt)))
+    return f"{other.name} is {doubt}"
+
+
+def sources_named(
+    pattern: str,
+    folder: Path,
+    left_out: list[str],
+    *,
+    unit: str | None = None,
+    dt: float | None = None,
+    lenient: bool = False,
+) -> Iterator[Source]:
+    """Every component of every file that a name, a pattern or a folder stands for.
+
+    What is no record is left out of a folder, and told in ``left_out``; with ``lenient`` a damaged record is too.
+    """
+    in_folder = (folder / pattern).is_dir()
+    for path in matching(folder, pattern):
+        if in_folder and not is_record(path):
+            left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
+            continue
+        try:
+            if parted(path)[1]:
+                yield open_source(path, unit=unit, dt=dt)
+            else:
+                yield from components(path, unit=unit, dt=dt)
+        except RecordError as error:
+            if not (in_folder and lenient):
+                raise
+            left_out.append(str(error).partition(";")[0])
+
+
+def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
+    """The records that may drive a row, or the one that there is, which was meant."""
+    if len(sources) == 1:
+        return sources
+    left_out += [f"{source.record['id']} is vertical" for source in sources if is_vertical(source.record)]
+    return [source for source in sources if not is_vertical(source.record)]
+
+
+def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
+    """The records of a manifest; raises RecordError where one is not the file that the manifest says."""
+    path = folder / request.manifest
+    rows = read_manifest(path)
+    if not rows:
+        raise RecordError(f"{path}: names no record; choose again")
+    for number, row in enumerate(rows, start=2):
+        place = f"{path}, line {number}"
+        _check_row(place, row)
+        source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
+        if source.record["sha256"] != row["sha256"]:
+            raise RecordError(
+                f"{place}: {row['name']} has another checksum than the manifest says: the file was "
+                "changed; fetch it again, or choose again"
+            )
+        yield _Chosen(source, row, place)
+
+
+def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
+    """A motion with its name and factor of a manifest; raises RecordError where it is not the one that was chosen."""
+    assert chosen.row is not None
+    motion = replace(motion, name=chosen.row["name"])
+    if chosen.factor != 1.0:
+        motion = scaling.by_factor(motion, chosen.factor, f"the factor of {Path(manifest).name}")
+    if not isclose(motion.pga, chosen.row["PGA [m/s2]"], rel_tol=SAME_PEAK):
+        raise RecordError(
+            f"{chosen.place}: {motion.name} has a PGA of {motion.pga:g} m/s² after its factor, the manifest "
+            f"says {chosen.row['PGA [m/s2]']:g}: it was processed, cut or turned otherwise; choose again"
+        )
+    return motion
+
+
+def _check_row(place: str, row: Mapping[str, Any]) -> None:
+    """Refuse a row of a manifest without a name or a PGA, or with a factor that scales nothing."""
+    empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
+    if empty:
+        raise RecordError(f"{place}: {' and '.join(empty)} left empty; choose again")
+    if not (isfinite(row["factor"]) and row["factor"] > 0.0):
+        raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
+
+
+def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
+    """The two horizontals of each recording; raises RecordError where there are not two.
+
+    ``repeated`` are sentences about copies that are not among the sources any more.
+    """
+    recordings: dict[Any, list[Source]] = {}
+    for source in sources:
+        recordings.setdefault(recording(source.record, source.name), []).append(source)
+    for found in recordings.values():
+        if len(found) != 2:
+            listed = ", ".join(file_name(source) for source in found)
+            without = f"; left out: {'; '.join(repeated)}" if repeated else ""
+            raise RecordError(
+                f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
+                f"horizontal components of each recording: name both, or leave direction out{without}"
+            )
+    return [tuple(found) for found in recordings.values()]
+
+
+def _recording(source: Source) -> str:
+    record = source.record
+    return " at ".join(str(record[key]) for key in ("event", "station") if record.get(key)) or source.name
+
+
+def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
+    """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
+    return treatment.treated([_in_direction(request, group)], treatment.treatment_of(request))[0]
+
+
+def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
+    """One component, or two turned to the row, processed."""
+    return _turned(request, group) if len(group) == 2 else processed(group[0], request.processing)
+
+
+def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
+    """Both horizontals, processed alike, in the direction of the row."""
+    assert request.direction is not None
+    processing: Any = request.processing
+    words: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
+    if processing == "auto" and all(source.record["state"] == RAW for source in pair):
+        processing, words, flags = _one_band(pair)
+    first, second = (processed(source, processing) for source in pair)
+    motion = rotated(first, second, request.direction)
+    return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
+
+
+def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
+    """The default chain with the stricter corners of both components, so that both keep the same frequencies.
+
+    With a sentence that says why the corners are where they are, and doubts.
+    """
+    steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
+    at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
+    before = [processed(source, steps[:at]) for source in pair]
+    if before[0].dt != before[1].dt:  # `rotated` refuses them
+        return steps, (), ()
+    found = shared_corners([motion.acceleration for motion in before], before[0].dt)
+    steps[at] |= {"low": found.low, "high": found.high}
+    return steps, (f"corners of the band-pass: {found.words}",), found.flags
+
+
+def _distinct(motions: Sequence[Motion]) -> list[Motion]:
+    """Motions with names of their own: those that share one are named as their files, then with folders or numbers."""
+    names = [motion.name for motion in motions]
+    for longer in (_as_file, _in_folder):
+        again = {name for name in names if names.count(name) > 1}
+        names = [longer(motion) if name in again else name for motion, name in zip(motions, names, strict=True)]
+    again = {name for name in names if names.count(name) > 1}
+    names = [f"{name} ({at})" if name in again else name for at, name in enumerate(names, start=1)]
+    return [replace(motion, name=name) for motion, name in zip(motions, names, strict=True)]
+
+
+def _as_file(motion: Motion) -> str:
+    return Path(str(motion.record.get("source") or motion.name)).name
+
+
+def _in_folder(motion: Motion) -> str:
+    return "/".join(Path(str(motion.record.get("source") or motion.name)).parts[-2:])

@@ -1,0 +1,249 @@
+"""Strong-motion files: which formats are read, how one is told from another, and the formats ObsPy lacks.
+
+A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and says yes to its own
+files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` gives m/s² as float64 with ``stats.calib = 1`` and
+``stats.record`` (`_text.told`), or raises RecordError. Two entry points make it known to ObsPy, so that ``obspy.read``
+opens such files in any script once this package is installed:
+
+    [project.entry-points."obspy.plugin.waveform"]
+    PEER_AT2 = "pounding_risk.motions.formats.peer_at2"
+    [project.entry-points."obspy.plugin.waveform.PEER_AT2"]
+    isFormat = "pounding_risk.motions.formats.peer_at2:_is_at2"
+    readFormat = "pounding_risk.motions.formats.peer_at2:_read_at2"
+
+A format that ObsPy reads by itself is ``native``: its module says what its samples are and how they become m/s².
+
+`read_components` itself never lets ObsPy guess: its detection unpickles a file that looks like one of its own pickles,
+which runs whatever code the file holds. Formats are an allow-list, told by content.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from difflib import get_close_matches
+from functools import lru_cache
+from hashlib import sha256
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk.errors import RecordError
+from pounding_risk.units import shown
+
+if TYPE_CHECKING:
+    from obspy import Stream, Trace
+
+LARGEST = 256 * 2**20  # bytes; an hour at 200 Hz has 6 MB
+COMPONENT = "#"  # parts the name of a file from that of one of its components
+
+
+class Format(NamedTuple):
+    """A file format.
+
+    ``read`` takes an open file and the keywords ``name`` (what messages call the file), ``folder`` (where the file is,
+    for what stands beside it), ``unit`` and ``dt`` [s] (what the user says of files that do not say it).
+    """
+
+    name: str  # as ObsPy calls it, in capitals
+    words: str  # for lists, such as "PEER AT2 (.at2)"
+    suffixes: tuple[str, ...]  # in small letters; only for a better message where the content says nothing
+    recognises: Callable[[Any], bool]
+    read: Callable[..., Stream]
+    native: bool = False  # ObsPy reads it by itself, so that it has no entry points of ours
+    takes: tuple[str, ...] = ()  # of "unit" and "dt", what its files may leave to the user
+
+
+class FileRead(NamedTuple):
+    """One component of a file: a trace in m/s², whether it is raw or processed, and what was read."""
+
+    trace: Trace
+    state: str  # "raw" or "processed"
+    format: str
+    sha256: str
+    units: str  # a sentence: how the samples became m/s²
+    component: str  # its name where the file has several, otherwise ""
+
+
+@lru_cache(maxsize=1)
+def formats() -> tuple[Format, ...]:
+    """Every format that is read, by name: one a module of this folder."""
+    modules = (import_module(f"{__name__}.{found.name}") for found in iter_modules(__path__) if found.name[0] != "_")
+    return tuple(sorted(module.FORMAT for module in modules))
+
+
+def _columns() -> Any:
+    return import_module(f"{__name__}.columns")
+
+
+def readable() -> str:
+    """The formats that are read, in words."""
+    *most, last = (each.words for each in formats())
+    return f"{', '.join(most)} and {last}"
+
+
+def read_file(path: Path, component: str = "", *, unit: str | None = None, dt: float | None = None) -> FileRead:
+    """One record of a file, in m/s²: its only component, or the one of that name.
+
+    Raises as `read_components`, and RecordError where a file has several components and none, or another, is named.
+    """
+    found = read_components(path, unit=unit, dt=dt)
+    if not component and len(found) == 1:
+        return found[0]
+    names = [each.component or each.trace.stats.channel for each in found]
+    chosen = [each for each, name in zip(found, names, strict=True) if name.lower() == component.lower()]
+    if len(chosen) == 1:
+        return chosen[0]
+    listed = ", ".join(f'"{name}"' for name in names)
+    if component:
+        raise RecordError(f'{path}: has no component "{component}"; it has {listed}')
+    raise RecordError(
+        f"{path}: holds {len(found)} components ({listed}), one is needed; name it after {COMPONENT}, such as "
+        f"{path.name}{COMPONENT}{names[0]}"
+    )
+
+
+def read_components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[FileRead, ...]:
+    """Every component in a file, in m/s², by a format of the allow-list.
+
+    ``unit`` (such as "cm/s^2") and ``dt`` [s] are for files that do not say what their samples are. A format with a
+    unit of its own is believed; plain columns that state another one are refused. A MiniSEED or SAC file holds counts,
+    so it needs a StationXML file beside it that says what a count is, named as the file itself with ``.xml`` or
+    NETWORK.STATION.xml, or else ``unit``.
+
+    Raises RecordError for a missing, empty, unknown or damaged file, gaps, and an unknown unit.
+    """
+    raw = _bytes(path)
+    found = _format(path, raw, unit is not None or dt is not None)
+    stream = found.read(BytesIO(raw), name=str(path), folder=path.parent, unit=unit, dt=dt)
+    traces = _whole(stream, str(path))
+    digest = sha256(raw).hexdigest()
+    names = _component_names(traces)
+    given = [word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in found.takes]
+    unused = f"; the file states its own, the {' and '.join(given)} given went unused" if given else ""
+    return tuple(
+        FileRead(trace, trace.stats.record.state, found.name, digest, trace.stats.record.units + unused, name)
+        for trace, name in zip(traces, names, strict=True)
+    )
+
+
+def is_record(path: Path) -> bool:
+    """True for a file that one of the formats recognises, by its content or by its name.
+
+    Names of plain columns are names of any text or table, so that such a file starts as plain columns do, or is empty.
+    """
+    known, suffix = formats(), path.suffix.lower()
+    columns = _columns()
+    if any(suffix in each.suffixes for each in known if each is not columns.FORMAT):
+        return True
+    with path.open("rb") as opened:
+        if any(each.recognises(opened) for each in known):
+            return True
+        return suffix in columns.FORMAT.suffixes and (not path.stat().st_size or columns.fits(opened))
+
+
+def _component_names(traces: list[Trace]) -> list[str]:
+    """What to call each trace of a file: nothing where it is alone, otherwise its component or whole id."""
+    if len(traces) == 1:
+        return [""]
+    for names in (
+        [str(trace.stats.record.get("component") or trace.stats.channel) for trace in traces],
+        [trace.id for trace in traces],
+    ):
+        if all(names) and len({name.lower() for name in names}) == len(names):
+            return names
+    return [str(number) for number in range(1, len(traces) + 1)]
+
+
+def _whole(stream: Stream, name: str) -> list[Trace]:
+    """The traces of a stream, each in one piece; raises RecordError for none, and for gaps."""
+    by_id: dict[str, list[Trace]] = {}
+    numbered = len({trace.id for trace in stream}) < len(stream) and all(
+        trace.stats.record.get("component") for trace in stream
+    )
+    for trace in stream:
+        key = f"{trace.id} {trace.stats.record.component}" if numbered else trace.id
+        by_id.setdefault(key, []).append(trace)
+    if not by_id:
+        raise RecordError(f"{name}: holds no samples; check the file")
+    return [single_trace(pieces, name) for pieces in by_id.values()]
+
+
+def single_trace(stream: Stream | list[Trace], name: str) -> Trace:
+    """The one trace of a stream; raises RecordError for none, several components, gaps, mixed time steps."""
+    traces = list(stream)
+    if not traces:
+        raise RecordError(f"{name}: holds no samples; check the file")
+    components = list(dict.fromkeys(trace.id for trace in traces))
+    if len(components) > 1:
+        raise RecordError(
+            f"{name}: holds {len(components)} components ({', '.join(components)}), one is needed; hand over one trace"
+        )
+    steps = sorted({trace.stats.delta for trace in traces})
+    if len(steps) > 1:
+        listed = " and ".join(f"{dt:g}" for dt in steps)
+        raise RecordError(f"{name}: has time steps of {listed} s in one record; resample it to one before")
+    if len(traces) > 1:
+        raise RecordError(
+            f"{name}: is in {len(traces)} pieces, with gaps or overlaps between them, the first at "
+            f"{traces[0].stats.endtime}; cut the piece you want, or fill the gaps yourself"
+        )
+    return traces[0]
+
+
+def one_trace(source: Any) -> Trace:
+    """The trace that an ObsPy trace or stream in memory is; raises RecordError for anything else."""
+    from obspy import Stream, Trace
+
+    if isinstance(source, Stream):
+        return single_trace(source, "the ObsPy stream")
+    if not isinstance(source, Trace):
+        raise RecordError(
+            f"{shown(source)} is not a record; give an id of the catalogue, a path, or an ObsPy trace in m/s²"
+        )
+    return source
+
+
+def _bytes(path: Path) -> bytes:
+    """The bytes of a file, at most ``LARGEST``."""
+    if path.is_dir():
+        raise RecordError(f"{path}: is a folder; name a record file in it")
+    try:
+        with path.open("rb") as opened:
+            raw = opened.read(LARGEST + 1)  # and no more, as a device has no end
+    except (FileNotFoundError, NotADirectoryError):
+        others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = get_close_matches(path.name, others, 3, 0.6)
+        hint = f" (did you mean {' or '.join(near)}?)" if near else ""
+        raise RecordError(f"{path}: no such record file{hint}; check the name and the folder") from None
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    if len(raw) > LARGEST:
+        raise RecordError(f"{path}: has more than {LARGEST >> 20} MiB; cut the record before")
+    if not raw:
+        raise RecordError(f"{path}: is empty (0 bytes); fetch the record again")
+    return raw
+
+
+def _format(path: Path, raw: bytes, stated: bool) -> Format:
+    """The format by content; by extension only where the content says nothing, for a better message.
+
+    Where the caller ``stated`` what samples are, numbers in columns are such samples, whatever the file's name.
+    """
+    start = raw[:512].lstrip().lower()
+    if start.startswith((b"<!doctype html", b"<html")):
+        raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
+    if raw[:1] == b"\x80" or b"obspy.core.stream" in raw[:100]:
+        raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {readable()} are read")
+    found = next((each for each in formats() if each.recognises(BytesIO(raw))), None)
+    if found is None:
+        # Its reader says what is missing. Files of plain columns say little of themselves.
+        found = next((each for each in formats() if path.suffix.lower() in each.suffixes), None)
+        if (found is None or stated) and _columns().fits(BytesIO(raw)):
+            found = _columns().FORMAT
+    if found is None:
+        raise RecordError(
+            f"{path}: is not a known record format; {readable()} are read: convert the record to one of them"
+        )
+    return found

@@ -1,0 +1,362 @@
+"""Plain columns as text: one of acceleration, or two of time and acceleration, with unit and time step stated.
+
+    # unit = cm/s^2                                   time [s], acceleration [g]
+    # dt = 0.01 s                                     0.00, 0.00012
+    0.12                                              0.01, -0.00034
+    -0.34
+
+Commas, semicolons, tabs or blanks part the columns. Comments begin with #, % or !. What they may state, one a line:
+unit, dt, state ("raw" or "processed"), samples (their number), starttime (of the first sample), event, magnitude, date,
+distance_km, station, component, azimuth, low_corner, high_corner, processing (a line a step).
+
+Such a file says of itself only what somebody wrote into it. Where it states no unit or no time step, whoever reads it
+must; neither is guessed. Its state is "processed" unless it says "# state = raw": somebody made it, with a program that
+had read the record before, and filtering a processed record again is the commoner damage.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from obspy import Stream, Trace, UTCDateTime
+
+from pounding_risk.errors import PoundingError, RecordError
+from pounding_risk.motions.formats import Format, one_trace
+from pounding_risk.motions.formats._columns_head import Head, Statement, head_of, parts
+from pounding_risk.motions.formats._columns_times import TIGHTEST, column, step_of_times
+from pounding_risk.motions.formats._text import (
+    NEWLINE,
+    check_count,
+    check_step,
+    number,
+    quoted,
+    start_of,
+    text_of,
+    told,
+)
+from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
+from pounding_risk.units import STEP, QuantityError, parse
+
+KIND = "plain columns"
+STATES = ("raw", "processed")
+SECONDS = ("s", "sec", "secs", "second", "seconds")
+WORDS, NUMBERS = ("event", "date", "station", "component"), ("magnitude", "distance_km", "azimuth")
+CORNERS = ("low_corner", "high_corner")
+HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")  # sentences of what leaves a raw record raw
+TO_STATE = {
+    "unit": (
+        "the unit of its acceleration",
+        f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}',
+    ),
+    "dt": (
+        "its time step",
+        'write "# dt = 0.01 s" above the samples, or give it: records.dt = "0.01 s" in a scene, dt=0.01 in Python, '
+        '--dt "0.01 s" on the command line',
+    ),
+}
+
+_INSTANT = re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?)?Z?", re.ASCII)
+
+
+class _Said(NamedTuple):
+    """Something stated, and where: "x.txt, line 2" or "unit" of a caller."""
+
+    value: Any
+    place: str
+
+
+def fits(file: Any) -> bool:
+    """True where text is laid out as plain columns, whether it states unit and time step or not. Never raises."""
+    try:
+        return _start(file) is not None
+    except Exception:
+        return False
+
+
+def _is_columns(file: Any) -> bool:
+    """True for plain columns that state their unit and, by ``dt`` or a column, their time step. Never raises.
+
+    ``file`` is a path or a binary file, whose position is left where it was.
+    """
+    try:
+        head = _start(file)
+        unit = head is not None and ("unit" in head.statements or bool(head.titles and head.titles[-1].unit))
+        return head is not None and unit and (head.columns > 1 or "dt" in head.statements)
+    except Exception:
+        return False
+
+
+def _start(file: Any) -> Head | None:
+    """The head, from the start of a file alone; None where that is none of plain columns."""
+    text = start_of(file)
+    if "\0" in text:
+        return None
+    try:
+        return head_of("", NEWLINE.split(_unicode(text)))
+    except RecordError:
+        return None
+
+
+def _read_columns(
+    file: Any,
+    headonly: bool = False,
+    *,
+    name: str = "",
+    unit: str | None = None,
+    dt: float | None = None,
+    **_kwargs: Any,
+) -> Stream:
+    """One trace in m/s² from plain columns: a path, or a file open for reading.
+
+    ``unit`` and ``dt`` [s] are what the caller knows of a file that does not say it; where both say it, they must
+    agree. A column of times must rise in equal steps: each may be off its place on the line from the first to the last
+    by one unit of the last digit printed (of the most decimals, or of the most significant digits, whichever is
+    coarser), but by no more than a tenth of the step. The time step is then the shortest decimal that fits them.
+
+    Raises RecordError, naming file and line, for no unit or time step or two that differ, for what is no column of
+    finite numbers, for times that do not fit, fewer than two samples, and another number of them than stated.
+    """
+    name, text = text_of(file, name, KIND)
+    lines = NEWLINE.split(_unicode(text).rstrip())
+    head = head_of(name, lines)
+    size, units = _unit(name, head, unit, dt)
+    facts = _facts(name, head, units)
+    words = _words(name, lines, head)
+    if "samples" in head.statements:
+        _check_samples(name, head.statements["samples"], len(words))
+    stats = {"delta": _time_step(name, words, head, dt), "calib": 1.0, **facts}
+    if headonly:
+        return Stream([Trace(header={**stats, "npts": len(words)})])
+    values = column(name, head.first, [row[-1] for row in words])
+    return Stream([Trace(values * size, header=stats)])
+
+
+def _unicode(text: str) -> str:
+    """Text that was read byte by byte, as UTF-8 where it is that."""
+    try:
+        return text.encode("latin-1").decode("utf-8-sig")
+    except UnicodeError:
+        return text
+
+
+# --- what is stated ---------------------------------------------------------------------------------------
+
+
+def _unit(name: str, head: Head, given: str | None, dt: float | None) -> tuple[float, str]:
+    """How many m/s² one unit of the samples is, with the sentence; the caller, a comment and a head must agree."""
+    said: list[_Said] = []
+    if "unit" in head.statements:
+        said.append(_Said(head.statements["unit"].value, f"{name}, line {head.statements['unit'].line}"))
+    if head.titles and head.titles[-1].unit is not None:
+        said.append(_Said(head.titles[-1].unit, f"{name}, line {head.title_line}"))
+    if given is not None:
+        said.append(_Said(given, f"{name}: unit as given"))
+    if not said:
+        stepless = head.columns == 1 and dt is None and "dt" not in head.statements
+        raise _unstated(name, "unit", *(["dt"] if stepless else []))
+    sizes = [size_of(each.value, each.place) for each in said]
+    for other, size in zip(said[1:], sizes[1:], strict=True):
+        if size != sizes[0]:
+            raise RecordError(
+                f"{other.place}: the unit is {quoted(other.value)}, {said[0].place.removeprefix(name).strip(', ')} "
+                f"says {quoted(said[0].value)}; keep the right one"
+            )
+    return sizes[0], sentence(str(said[0].value), sizes[0])
+
+
+def _unstated(name: str, *missing: str) -> RecordError:
+    what = " nor ".join(TO_STATE[key][0] for key in missing)
+    repair = "; ".join(TO_STATE[key][1] for key in missing)
+    return RecordError(f"{name}: {'says neither' if len(missing) > 1 else 'does not say'} {what}; {repair}")
+
+
+def _state(name: str, head: Head) -> str:
+    found = head.statements.get("state")
+    if found is None:
+        return "processed"
+    if found.value not in STATES:
+        raise RecordError(f'{name}, line {found.line}: state is {quoted(found.value)}; it may be "raw" or "processed"')
+    return found.value
+
+
+def _stated_step(name: str, head: Head) -> _Said | None:
+    """The time step that a comment states [s]; a number without a unit is in seconds, as in every format."""
+    found = head.statements.get("dt")
+    if found is None:
+        return None
+    place, step = f"{name}, line {found.line}", number(found.value)
+    if step is None:
+        try:
+            step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", found.value), STEP)
+        except QuantityError:
+            step = None
+    return _Said(check_step(place, step, found.value, "dt"), place)
+
+
+def _check_samples(name: str, stated: Statement, found: int) -> None:
+    place, word = f"{name}, line {stated.line}", stated.value
+    if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
+        raise RecordError(f"{place}: samples is {quoted(word)}; it must be a whole number, how many there are")
+    check_count(place, int(word), found, "samples")
+
+
+def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
+    """The other facts as ObsPy statistics."""
+    facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
+    for key in (*NUMBERS, *CORNERS):
+        value = number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
+        if value is not None:
+            facts[key] = value
+    stats: dict[str, Any] = {"station": facts.get("station", ""), "channel": facts.get("component", "")}
+    start = head.statements.get("starttime")
+    if start is not None:
+        try:
+            stats["starttime"] = _instant(start.value)
+        except ValueError:
+            raise RecordError(
+                f"{name}, line {start.line}: starttime is {quoted(start.value)}; write a time such as "
+                "2019-07-06T03:19:53.04Z, or leave that line out"
+            ) from None
+    if head.history:
+        stats["processing"] = list(head.history)
+    return {**stats, "record": told(state=_state(name, head), units=units, **facts)}
+
+
+def _instant(text: str) -> UTCDateTime:
+    """A time of day in UTC; raises ValueError for any other text."""
+    if not _INSTANT.fullmatch(text):
+        raise ValueError("not a time")
+    return UTCDateTime(text)
+
+
+# --- samples and times ------------------------------------------------------------------------------------
+
+
+def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
+    """The words of every line of samples; each must have as many as the first."""
+    rows = [parts(line, head.separator, head.decimal_comma) for line in lines[head.first :]]
+    for at, row in enumerate(rows, head.first):
+        if head.decimal_comma and "." in lines[at]:
+            raise RecordError(
+                f"{name}, line {at + 1}: {quoted(lines[at])} has a decimal point, other lines have decimal commas; "
+                "write one of the two throughout"
+            )
+        if len(row) != head.columns or not row[0]:
+            found = f"{quoted(lines[at])} has {len(row)}" if lines[at].strip() else "is blank"
+            raise RecordError(
+                f"{name}, line {at + 1}: {found}, where the first line of samples has {head.columns} "
+                f"column{'s' if head.columns > 1 else ''}; repair that line, or fetch the file again"
+            )
+    if len(rows) < 2:
+        raise RecordError(f"{name}: has 1 sample; a record needs at least 2")
+    return rows
+
+
+def _time_step(name: str, words: list[list[str]], head: Head, given: float | None) -> float:
+    """The time step [s] that the caller, a comment and a column of times agree upon."""
+    said = _stated_step(name, head)
+    if given is not None:
+        check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
+        if said is not None and abs(said.value - given) > TIGHTEST * given:
+            raise RecordError(f"{said.place}: dt is {said.value:g} s, as given it is {given:g} s; keep the right one")
+        said = said or _Said(given, f"{name}: dt as given")
+    if head.columns == 1:
+        if said is None:
+            raise _unstated(name, "dt")
+        return float(said.value)
+    _check_seconds(name, head)
+    step, drift = step_of_times(name, head.first, [row[0] for row in words])
+    if said is None:
+        return step
+    if abs(said.value - step) * (len(words) - 1) > drift:
+        raise RecordError(
+            f"{said.place}: dt is {said.value:g} s, but the times rise by {step:g} s; correct one of them"
+        )
+    return float(said.value)
+
+
+def _check_seconds(name: str, head: Head) -> None:
+    unit = head.titles[0].unit if head.titles else None
+    if unit is not None and unit.lower() not in SECONDS:
+        raise RecordError(
+            f"{name}, line {head.title_line}: the times are in {quoted(unit)}; write them in seconds, in a column "
+            "headed time [s]"
+        )
+
+
+# --- writing ----------------------------------------------------------------------------------------------
+
+
+def write_columns(source: Any, path: str | Path) -> Path:
+    """Write a `Motion` or an ObsPy trace in m/s² as two columns, which `_read_columns` reads back bit for bit.
+
+    The head states unit, time step, state, number of samples and what is known of the recording. The file appears under
+    its name when it is whole. Raises RecordError for samples no run could use, PoundingError where nothing can be
+    written.
+    """
+    samples, dt, facts, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
+    lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
+    lines += [f"# {key} = {_plain(value)}" for key, value in facts.items() if value not in (None, "")]
+    lines += [f"# processing: {_plain(step)}" for step in history]
+    lines += ["time [s], acceleration [m/s^2]"]
+    lines += [f"{at * dt!r}, {value!r}" for at, value in enumerate(samples)]
+    target = Path(path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("w", encoding="utf-8", newline="\n") as opened:
+            opened.write("\n".join(lines) + "\n")
+            opened.flush()
+            os.fsync(opened.fileno())
+        os.replace(partial, target)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return target
+
+
+def _plain(value: Any) -> str:
+    """A fact on one line."""
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in str(value)).split())
+
+
+def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
+    """Samples, time step, facts and history of a motion; what was raw is processed once a step was taken.
+
+    A raw record that is cut, turned or scaled still has its offset and drift, and is still raw.
+    """
+    keys = (*WORDS, *NUMBERS, *CORNERS)
+    taken = [line for line in motion.processing if not line.startswith(HARMLESS)]
+    state = "processed" if taken else motion.record.get("state", "processed")
+    source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
+    facts = {"state": state, "starttime": motion.record.get("start"), **{key: motion.record.get(key) for key in keys}}
+    facts["source"] = ", ".join(source)
+    return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing
+
+
+def _of_trace(source: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
+    from pounding_risk.motions.source import open_source
+
+    found = open_source(one_trace(source))
+    stats = found.trace.stats
+    history = stats.get("processing", [])
+    state = "processed" if history else stats.get("record", {}).get("state", "processed")
+    keys = (*WORDS, *NUMBERS, *CORNERS)
+    facts = {"state": state, "starttime": stats.starttime, **{key: found.record.get(key) for key in keys}}
+    samples = np.asarray(found.trace.data, dtype=np.float64)
+    return samples.tolist(), float(stats.delta), facts, (*history, found.units)
+
+
+FORMAT = Format(
+    "COLUMNS",
+    "plain columns (.csv, .txt, .dat)",
+    (".csv", ".txt", ".dat"),
+    _is_columns,
+    _read_columns,
+    takes=("unit", "dt"),
+)

@@ -1,0 +1,404 @@
+"""COSMOS strong-motion format, version 1.20: what CESMD, CGS and USGS give out as .v0c, .v1c and .v2c.
+
+A file holds one or more channels, each on its own, with thirteen lines of text, a hundred whole numbers, a hundred
+real numbers, comments, and samples in the columns that a line before them names:
+
+    Corrected acceleration    (Format v01.20 with 13 text lines) Src: ...
+    ...
+     100 Integer-header values follow on  10 lines, Format= (10I8)
+     100 Real-header values follow on  17 lines, Format= (6F13.6)
+      2 Comment line(s) follow, each starting with a "|":
+       7000  acceleration pts, approx   70 secs, units=cm/sec2(04),Format=(8F10.5)
+
+The numbers mean what their place says: the stage of processing, the quantity and its unit, the time step. Where the
+text says otherwise, they are believed.
+
+Source: COSMOS Strong Motion Programs Board, COSMOS Strong Motion Data Format, Ver. 1.20, 15 August 2001.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from obspy import Stream, Trace, UTCDateTime
+from obspy.core import AttribDict
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import Format
+from pounding_risk.motions.formats._lines import END, Columns, Lines, channel_code, columns_of, counted, tell_missing
+from pounding_risk.motions.formats._peaks import check_peak, stated_peak
+from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+from pounding_risk.units import STANDARD_GRAVITY
+
+KIND = "COSMOS"
+VERSION = "01.20"
+TEXT_LINES = 13  # or more; these are told
+HEADER = 100  # whole numbers, and as many real ones
+PEAK = 64  # of the real numbers
+UNKNOWN = -999.0  # where the text does not say another number for what is not known
+
+ACCELERATION = 1
+QUANTITIES = {
+    2: "velocity",
+    3: "displacement",
+    4: "relative displacement",
+    10: "angular acceleration",
+    11: "angular velocity",
+    12: "angular displacement",
+    20: "absolute pressure",
+    21: "relative pressure",
+    30: "volumetric strain",
+    31: "linear strain",
+}
+RAW_COUNTS, UNCORRECTED, CORRECTED = 0, 1, 2
+TITLES = {"raw acc": RAW_COUNTS, "uncorrected acc": UNCORRECTED, "corrected acc": CORRECTED}
+STATES = {RAW_COUNTS: "raw", UNCORRECTED: "raw", CORRECTED: "processed"}
+COUNTS = 50
+UNITS = {  # of acceleration: its words and m/s² in one of it
+    2: ("g", STANDARD_GRAVITY),
+    4: ("cm/s²", 0.01),
+    7: ("in/s²", 0.0254),
+    10: ("gal", 0.01),
+    11: ("mg", 1e-3 * STANDARD_GRAVITY),
+    12: ("µg", 1e-6 * STANDARD_GRAVITY),
+}
+VERTICAL = {400: "Up", 401: "Down", 402: "Vertical"}
+
+_TITLE = re.compile(r"(.*?)\(Format v(\d\d\.\d\d) with\s+(\d{1,3}) text lines?\)", re.I)
+_HEADER = re.compile(r"\s*(\d{1,4})\s+(integer|real)-header values follow on\s+\d+\s+lines?\s*,\s*format\s*=", re.I)
+_COMMENTS = re.compile(r"\s*(\d{1,4})\s+comment line\(s\) follow", re.I)
+_SAMPLES = re.compile(
+    r"\s*(\d{1,9})\s+(\D*?)\s*pts?\b.*?units\s*=\s*([^,(]*?)\s*(?:\(\s*(\d+)\s*\)\s*)?,?\s*format\s*=", re.I
+)
+_UNKNOWN = re.compile(r":\s*(-?\d+)\s*,?\s*(-?\d+(?:\.\d*)?)")
+_STATION = re.compile(r"code:\s*(..)-\s*(\S+)", re.I)
+_ORIENTATION = re.compile(r"sta\s+cha\w*\s*:?\s*(\S*?):\s*([^(]*)", re.I)
+_SCNL = re.compile(r"<SCNL>\s*(\w+)\.(\w+)\.(\w+)\.([\w-]+)", re.I)
+
+
+class Channel(NamedTuple):
+    """One channel: its headers, its samples in the unit of the file, and where messages say that they are."""
+
+    place: str  # of the line that starts the whole numbers
+    stage: int
+    text: list[str]
+    codes: NDArray[np.float64]
+    reals: NDArray[np.float64]
+    comments: list[str]
+    words: str  # of the quantity, before "pts"
+    npts: int
+    samples: NDArray[np.float64]  # none with headonly
+    peak: tuple[str, str]  # the header's number for the largest acceleration, as text, with file and line
+
+    def code(self, number: int) -> float | None:
+        """A whole number of the header, counted from 1; None where it is not known."""
+        return _known(self.text, 1, self.codes[number - 1])
+
+    def real(self, number: int) -> float | None:
+        """A real number of the header, counted from 1; None where it is not known."""
+        return _known(self.text, 2, self.reals[number - 1])
+
+
+def _is_cosmos(file: Any) -> bool:
+    """True for a file whose first line names a version of the COSMOS format. Never raises.
+
+    ``file`` is a path or a binary file, whose position is left where it was.
+    """
+    try:
+        return bool(_TITLE.match(NEWLINE.split(start_of(file, 512))[0]))
+    except Exception:
+        return False
+
+
+def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
+    """The traces of acceleration, in m/s², of a COSMOS file: a path, or a file open for reading.
+
+    Stages 0 (counts) and 1 (uncorrected) are raw, 2 (corrected) is processed. Counts become m/s² by the
+    least significant bit, the gain and the sensitivity of the header, where it has all of them and they agree with
+    the full scale of the sensor. ``stats.cosmos`` has stage, unit and coordinates. Velocity and displacement beside
+    the acceleration are left out. With ``headonly`` no sample is read. ``name`` is what messages call a file that
+    has no name of its own.
+
+    Raises RecordError, naming file and line, for another version, headers of other lengths, a file without
+    acceleration, response spectra, a unit that is none of acceleration, a time step out of range or against the
+    stated length, another number of samples than promised, another largest one than stated, and any number that is not
+    finite.
+    """
+    name, text = text_of(file, name, KIND)
+    lines = Lines(name, text)
+    channels: list[Channel] = []
+    while not lines.ended() or not channels:
+        channels.extend(_channels(lines, headonly))
+    wanted = [channel for channel in channels if _of_acceleration(channel)]
+    if not wanted:
+        code = float(channels[0].codes[1])
+        quantity = QUANTITIES.get(int(code), channels[0].words or f"quantity {code:g}")
+        raise RecordError(
+            f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
+        )
+    numbers = [found[1] if (found := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
+    traces = [_trace(channel) for channel in wanted]
+    tell_missing(traces, channels[0].text[6], len(channels))
+    return Stream(counted(traces, numbers))
+
+
+def _of_acceleration(channel: Channel) -> bool:
+    return channel.code(2) in (ACCELERATION, None) and "acc" in channel.words.lower()
+
+
+def _channels(lines: Lines, headonly: bool) -> list[Channel]:
+    """The series under the next headers: one as a rule, or acceleration, velocity and displacement in turn."""
+    text = _text(lines)
+    place = f"{lines.name}, line {lines.at + 1}"
+    codes, _, _ = _header(lines, "integer", "-999")
+    stage = _stage(place, text, codes)
+    reals, columns, at = _header(lines, "real", "-999.000000")
+    peak = lines.word(at, columns, PEAK)
+    comments = _comments(lines)
+    found: list[Channel] = []
+    while not found or _SAMPLES.match(lines.ahead):
+        (line,) = lines.take(1, "the line that says how many samples follow")
+        words, count, columns = _promise(lines, line, codes)
+        if headonly:
+            lines.skip(count, columns)
+            samples = np.empty(0)
+        else:
+            samples = lines.table(count, columns, "-.12345", "samples")
+        found.append(Channel(place, stage, text, codes, reals, comments, words, count, samples, peak))
+    _end(lines)
+    return found
+
+
+def _text(lines: Lines) -> list[str]:
+    (title,) = lines.take(1, 'a first line with "(Format v01.20 with 13 text lines)"')
+    found = _TITLE.match(title)
+    if not found:
+        raise RecordError(
+            f'{lines.place}: {quoted(title)} is no first line of a COSMOS channel, which says "(Format v01.20 with 13 '
+            'text lines)"; check that this is one, or fetch the file again'
+        )
+    if found[2] != VERSION or int(found[3]) < TEXT_LINES:
+        raise RecordError(
+            f"{lines.place}: says version {found[2]} with {found[3]} text lines; version {VERSION} with at least "
+            f"{TEXT_LINES} is read: fetch the record in that version"
+        )
+    return [title, *lines.take(int(found[3]) - 1, "the lines of text of its header")]
+
+
+def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64], Columns, int]:
+    """The whole or real numbers of a header, their columns, and how many lines are before them.
+
+    More than a hundred are allowed, and not used.
+    """
+    (line,) = lines.take(1, f"the {kind} header")
+    found, columns = _HEADER.match(line), columns_of(line)
+    if not found or found[2].lower() != kind or columns is None:
+        sample = f"100 {kind.capitalize()}-header values follow on ... lines, Format= (...)"
+        raise RecordError(
+            f'{lines.place}: {quoted(line)} should be "{sample}"; restore that line, or fetch the file again'
+        )
+    if int(found[1]) < HEADER:
+        raise RecordError(
+            f"{lines.place}: promises {found[1]} values of the {kind} header; the format has {HEADER}: fetch the file "
+            "again"
+        )
+    at = lines.at
+    return lines.table(int(found[1]), columns, example, f"values of the {kind} header"), columns, at
+
+
+def _known(text: list[str], group: int, value: float) -> float | None:
+    """A number of a header; None for the one that stands for what is not known, as line 13 of the text says."""
+    found = _UNKNOWN.search(text[12])
+    return None if value == (float(found[group]) if found else UNKNOWN) else float(value)
+
+
+def _stage(place: str, text: list[str], codes: NDArray[np.float64]) -> int:
+    """The stage of processing: the first whole number or, where that is not known, the first line in words."""
+    stage = _known(text, 1, codes[0])
+    if stage is None:
+        stage = next((number for start, number in TITLES.items() if text[0].strip().lower().startswith(start)), None)
+    if stage not in STATES:
+        raise RecordError(
+            f"{place}: the first whole number, the stage of processing, is {codes[0]:g}; 0 (counts), 1 (uncorrected) "
+            "and 2 (corrected acceleration) are read: take such a file of this record"
+        )
+    return int(stage)
+
+
+def _comments(lines: Lines) -> list[str]:
+    (line,) = lines.take(1, "the line that says how many comments follow")
+    found = _COMMENTS.match(line)
+    if not found:
+        raise RecordError(
+            f'{lines.place}: {quoted(line)} should be "... Comment line(s) follow"; restore that line, or fetch the '
+            "file again"
+        )
+    return lines.take(int(found[1]), "its comments")
+
+
+def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, int, Columns]:
+    """The quantity in words, the number of samples and their columns; the unit must be that of the header."""
+    found, columns = _SAMPLES.match(line), columns_of(line)
+    if not found or columns is None:
+        sample = "7000 acceleration pts, approx 70 secs, units=cm/sec2(04), Format=(8F10.5)"
+        raise RecordError(
+            f'{lines.place}: {quoted(line)} does not say what follows, as "{sample}" does; restore that line, or '
+            "fetch the file again"
+        )
+    count = int(found[1])
+    if count < 2:
+        raise RecordError(f"{lines.place}: promises {count} samples; a record needs at least 2: fetch the file again")
+    if "acc" in found[2].lower() and found[4] and float(found[4]) != codes[2]:
+        raise RecordError(
+            f"{lines.place}: says unit {int(found[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
+            "fetch the file again"
+        )
+    return found[2].strip(), count, columns
+
+
+def _end(lines: Lines) -> None:
+    """The line that ends a channel, which the last one of a file may lack."""
+    if lines.ended():
+        return
+    (line,) = lines.take(1, "the end of the channel")
+    if not END.match(line):
+        raise RecordError(
+            f"{lines.place}: {quoted(line)} follows the last promised sample, where End-of-data should be; correct "
+            "the number of samples, or fetch the file again"
+        )
+
+
+def _trace(channel: Channel) -> Trace:
+    """A trace in m/s², with what the headers say."""
+    stage = channel.stage
+    words, factor = _counts(channel) if stage == RAW_COUNTS else _unit(channel)
+    dt = _step(channel)
+    start = _start(channel)
+    peak = channel.real(PEAK)
+    if channel.samples.size and peak is not None:
+        word, place = channel.peak
+        unit = words.partition(",")[0]
+        check_peak(channel.samples, stated_peak(word, unit, 1.0, place))
+    record = told(
+        state=STATES[stage],
+        units=f"units: {words}",
+        date="" if start is None else str(start.date),
+        timed=start is not None and channel.real(30) is not None,  # otherwise to the minute
+        low_corner=channel.real(54) if stage == CORRECTED else None,
+        high_corner=channel.real(57) if stage == CORRECTED else None,
+        # That of counts has their offset in it.
+        header_pga=None if peak is None or stage == RAW_COUNTS else abs(peak) * factor,
+        **_earthquake(channel),
+        **_place(channel),
+    )
+    stats: dict[str, Any] = {"delta": dt, "calib": 1.0, "record": record}
+    stats["cosmos"] = AttribDict(
+        stage=stage, unit=int(channel.codes[2]), latitude=channel.real(1), longitude=channel.real(2)
+    )
+    stats.update(_codes(channel, dt, record.azimuth))
+    if start is not None:
+        stats["starttime"] = start
+    if not channel.samples.size:
+        return Trace(header={**stats, "npts": channel.npts})
+    return Trace(channel.samples * factor, header=stats)
+
+
+def _unit(channel: Channel) -> tuple[str, float]:
+    code = channel.code(3)
+    if code not in UNITS:
+        listed = ", ".join(f"{code} ({words})" for code, (words, _) in UNITS.items())
+        raise RecordError(
+            f"{channel.place}: the third whole number, the unit, is {channel.codes[2]:g}; acceleration is read in "
+            f"{listed}: convert the samples, or take another file of this record"
+        )
+    words, factor = UNITS[int(code)]
+    return f"{words}, times {factor:.7g}{'' if words != 'g' else ' m/s²'}", factor
+
+
+def _counts(channel: Channel) -> tuple[str, float]:
+    """What one count is: (least significant bit [V]) / gain / (sensitivity [V/g]), and 9.80665 m/s² in g."""
+    bit, gain, sensitivity, volts, full = (channel.real(number) or 0.0 for number in (22, 47, 42, 43, 44))
+    agreed = abs(volts - sensitivity * full) <= 0.01 * volts
+    if channel.code(3) != COUNTS or min(bit, gain, sensitivity, volts, full) <= 0.0 or not agreed:
+        raise RecordError(
+            f"{channel.place}: holds counts, and its headers do not say for certain what a count is (unit "
+            f"{channel.codes[2]:g}, bit {bit:g} µV, gain {gain:g}, sensitivity {sensitivity:g} V/g, full scale "
+            f"{volts:g} V at {full:g} g); take the V1 or V2 file of this record, which holds acceleration"
+        )
+    words = f"counts, times {bit:g} µV, over gain {gain:g} and {sensitivity:g} V/g, times 9.80665 m/s²"
+    return words, 1e-6 * bit / gain / sensitivity * STANDARD_GRAVITY
+
+
+def _step(channel: Channel) -> float:
+    """The time step [s], which the stated length must bear out to 1 %, enough to tell a wrong digit."""
+    step, length = channel.real(62), channel.real(63)
+    word = f"{channel.reals[61]:g} ms"
+    dt = check_step(channel.place, None if step is None else 1e-3 * step, word, "the 62nd real number")
+    if length is not None and abs(length - channel.npts * dt) > dt + 0.01 * channel.npts * dt:
+        raise RecordError(
+            f"{channel.place}: {channel.npts} samples every {dt:g} s last {channel.npts * dt:g} s, the 63rd real "
+            f"number says {length:g} s; correct the wrong one, or fetch the file again"
+        )
+    return dt
+
+
+def _start(channel: Channel) -> UTCDateTime | None:
+    """The time of the first sample; None where it is not known to the minute."""
+    parts = [channel.code(number) for number in (40, 42, 43, 44, 45)]
+    if any(part is None for part in parts):
+        return None
+    try:
+        return UTCDateTime(*(int(part) for part in parts if part is not None)) + (channel.real(30) or 0.0)
+    except (ValueError, OverflowError):
+        shown = " ".join(f"{part:g}" for part in parts if part is not None)
+        raise RecordError(
+            f"{channel.place}: the start, year month day hour minute, is {shown}; correct these whole numbers (40, 42 "
+            "to 45), or write -999 where they are not known"
+        ) from None
+
+
+def _earthquake(channel: Channel) -> dict[str, Any]:
+    magnitudes = (channel.real(number) for number in (13, 15, 14, 16))  # moment, local, surface, other
+    return {
+        "event": " ".join(channel.text[1].split()),
+        "magnitude": next((value for value in magnitudes if value is not None), None),
+        "distance_km": channel.real(17),
+    }
+
+
+def _place(channel: Channel) -> dict[str, Any]:
+    """Station and orientation: degrees from north as the header's number or text has them, or its words."""
+    station = _STATION.search(channel.text[4])
+    name = channel.text[4][40:].strip() or (station[2] if station else "")
+    found, code = _ORIENTATION.search(channel.text[8]), channel.code(54)
+    words = found[2].strip() if found else ""
+    degrees = re.match(r"(\d{1,3})\s*deg", words, re.I)
+    if code is not None and 1 <= code <= 360:
+        return {"station": name, "component": f"{code:g}", "azimuth": float(code)}
+    if code in VERTICAL:
+        return {"station": name, "component": VERTICAL[int(code)], "azimuth": None}
+    if degrees and 0 <= int(degrees[1]) <= 360:
+        return {"station": name, "component": degrees[1], "azimuth": float(degrees[1])}
+    scnl = _scnl(channel)
+    return {"station": name, "component": scnl[2] if scnl else words, "azimuth": None}
+
+
+def _scnl(channel: Channel) -> re.Match[str] | None:
+    return next((found for found in map(_SCNL.search, channel.comments) if found), None)
+
+
+def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]:
+    """Network, station, location and channel, as a comment names them or as the text and the orientation do."""
+    scnl = _scnl(channel)
+    if scnl:
+        return {"station": scnl[1], "channel": scnl[2], "network": scnl[3], "location": scnl[4].strip("-")}
+    found = _STATION.search(channel.text[4])
+    network, station = (found[1].strip(" -"), found[2]) if found else ("", "")
+    vertical = channel.code(54) in VERTICAL
+    return {"network": network, "station": station, "channel": channel_code(dt, azimuth, vertical)}
+
+
+FORMAT = Format("COSMOS", "COSMOS (.v1c, .v2c)", (".v0c", ".v1c", ".v2c"), _is_cosmos, _read_cosmos)

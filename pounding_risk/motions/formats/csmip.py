@@ -1,0 +1,350 @@
+"""CSMIP volumes 1 and 2: the text format of the California Strong Motion Instrumentation Program (CDMG, now CGS).
+
+A file holds one or more channels. Volume 1, uncorrected, has thirteen lines of text, a hundred whole numbers, fifty
+real numbers and the acceleration, or pairs of time and acceleration where a film was digitised. Volume 2, corrected,
+has twenty-five lines of text, a hundred numbers of each kind, and acceleration, velocity and displacement in turn:
+
+    Corrected accelerogram   89146-L2500-12044.02       Chan  1: 360 Deg     from
+    Uncorrected Accelerogram Data             Processed: 02/13/12, CGS  146be002
+    ...
+     12000 points of accel data equally spaced at  .005 sec, in cm/sec2. (8f10.6)
+
+Lines of samples name their number, step, unit and, in later files, columns. Other agencies write it too, such as
+RENADIC of Chile. A trigger time counts as that of the first sample.
+
+Source: A. F. Shakal and M. J. Huang, Standard Tape Format for CSMIP Strong-Motion Data Tapes, report OSMS 85-03, 1985.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from obspy import Stream, Trace, UTCDateTime
+from obspy.core import AttribDict
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import Format
+from pounding_risk.motions.formats._lines import (
+    END,
+    Columns,
+    Even,
+    Lines,
+    channel_code,
+    columns_of,
+    counted,
+    evened,
+    tell_missing,
+)
+from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
+from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+from pounding_risk.units import STANDARD_GRAVITY
+
+KIND = "CSMIP"
+UNCORRECTED, CORRECTED, SPECTRA = 1, 2, 3
+TITLES = {
+    "uncorrected accelerogram data": UNCORRECTED,
+    "corrected accelerogram": CORRECTED,
+    "response and fourier": SPECTRA,
+}
+STATES = {UNCORRECTED: "raw", CORRECTED: "processed"}
+TEXT_LINES = {UNCORRECTED: 13, CORRECTED: 25}
+WHOLE, WHOLE_COLUMNS = 100, Columns(16, 5)
+REAL, REAL_COLUMNS = {UNCORRECTED: 50, CORRECTED: 100}, Columns(8, 10)
+PEAK = {UNCORRECTED: 7, CORRECTED: 66}  # of the real numbers
+SAMPLES = {UNCORRECTED: Columns(8, 9), CORRECTED: Columns(8, 10)}  # where the line before them names none
+PAIRS, ROUNDING = Columns(10, 7), 6e-4  # s, half of the last digit of a time and a little
+_CM = ("cm/s²", 0.01)
+UNITS = {  # of acceleration: its words and m/s² in one of it
+    "g": ("g", STANDARD_GRAVITY),
+    "g/10": ("g/10", 0.1 * STANDARD_GRAVITY),
+    **dict.fromkeys(("cm/sec2", "cm/sec/sec", "cm/sec^2", "cm/s2", "cm/s/s", "cm/s^2", "gal"), _CM),
+}
+ZONES = {"UTC": 0, "GMT": 0, "PST": 8, "PDT": 7}  # hours behind UTC
+CENTURY = 30  # two digits of a year from here on are of the twentieth century, as are the first records of 1933
+
+_SERIES = re.compile(
+    r"\s*(\d{1,9})\s+points of (\w+) data equally spaced at\s+(\d*\.\d+)\s*sec[.,\s]*"
+    r"(?:\(units:\s*(?P<listed>[^)\s]+)\s*\)|in\s+(?P<named>[^\s(]+))",
+    re.I,
+)
+_POINTS = re.compile(r"\s*(\d{1,9})\s+accelerogram points at\s+(\d+(?:\.\d*)?)\s*pts/sec in units of\s+(\S+)", re.I)
+_PAIRED = re.compile(r"no\. of points\s*=\s*(\d{1,9})", re.I)
+_PAIR_UNIT = re.compile(r"units of uncor\w*\s+\w+\s+are\s+sec\s+and\s+(\S+)", re.I)
+_LENGTH = re.compile(r"record\s+length\s*=\s*(\d+(?:\.\d*)?)\s*sec", re.I)
+_CHANNEL = re.compile(r"\s*chan\s*(\d+)\s*:\s*(.*?)\s*(?:\(|$)", re.I)
+_MAGNITUDE = re.compile(r"\bM([WLS])\s*=\s*(\d\.\d+)", re.I)
+_START = re.compile(
+    r"(?:start|trigger) time:\s*(\d{1,2})[/-](\d{1,2})[/-](\d{4}|\d\d),?\s+"
+    r"(\d{1,2}):\s*(\d{1,2}):\s*(\d*\.?\d*)\s*(UTC|GMT|PST|PDT)",
+    re.I,
+)
+_NO_EVENT = re.compile(r"\s*(?:rcrd|record) of (?:mon|tue|wed|thu|fri|sat|sun)\w* ", re.I)
+_NETWORK = re.compile(r"\S+?\.([A-Z]{2})\.(\w+)\.")
+
+
+class Channel(NamedTuple):
+    """One channel: its volume, its headers, its acceleration in the unit of the file."""
+
+    place: str  # of its first line
+    volume: int
+    text: list[str]  # of volume 1; that of volume 2 starts with one more line
+    reals: NDArray[np.float64]
+    even: Even
+    unit: str
+    peak: tuple[str, str]  # the header's number for the largest sample, as text, with file and line
+
+
+def _is_csmip(file: Any) -> bool:
+    """True for a file of volume 1, 2 or 3: the title and, for the later volumes, those before. Never raises.
+
+    ``file`` is a path or a binary file, whose position is left where it was.
+    """
+    try:
+        head = NEWLINE.split(start_of(file, 1024))
+        volume = _volume(head[0])
+        titles = [_volume(line) for line in head[: volume or 0]]
+        text = head[(volume or 0) - 1 :]
+        return bool(titles) and titles[-1] == UNCORRECTED and (volume == SPECTRA or bool(_CHANNEL.match(text[6])))
+    except Exception:
+        return False
+
+
+def _volume(line: str) -> int | None:
+    return next((volume for start, volume in TITLES.items() if line.strip().lower().startswith(start)), None)
+
+
+def _read_csmip(
+    file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any
+) -> Stream:
+    """The traces of acceleration, in m/s², of a file of volume 1 or 2: a path, or a file open for reading.
+
+    Volume 1 is raw, volume 2 processed. Film that was digitised at uneven times is read at every ``dt`` [s] off the
+    straight lines between them. ``stats.csmip`` has volume, channel and agency's line. With ``headonly`` the samples
+    are left out. ``name`` is what messages call a file that has no name of its own.
+
+    Raises RecordError, naming file and line, for volume 3, headers cut short, an unknown unit, a time step out of
+    range or against the stated length, uneven times without ``dt``, that do not rise or leave gaps, another number of
+    samples than promised, another largest one than stated, and any number that is not finite.
+    """
+    name, text = text_of(file, name, KIND)
+    lines = Lines(name, text)
+    channels: list[Channel] = []
+    while not lines.ended() or not channels:
+        channels.append(_channel(lines, dt))
+    traces = [_trace(channel, headonly) for channel in channels]
+    tell_missing(traces, channels[0].text[4], len(channels))
+    return Stream(counted(traces, [trace.stats.csmip.channel for trace in traces]))
+
+
+def _channel(lines: Lines, dt: float | None) -> Channel:
+    volume = _volume(lines.ahead)
+    place = f"{lines.name}, line {lines.at + 1}"
+    if volume not in STATES:
+        allowed = '"Uncorrected Accelerogram Data" (volume 1) or "Corrected accelerogram" (volume 2)'
+        raise RecordError(
+            f"{place}: {quoted(lines.ahead)} is not the title of a channel of acceleration, {allowed}; take such a "
+            "file of this record"
+        )
+    text = lines.take(TEXT_LINES[volume], "the lines of text of its header")[volume - 1 :]
+    lines.table(WHOLE, WHOLE_COLUMNS, "-999", "whole numbers of the header")
+    at = lines.at
+    reals = lines.table(REAL[volume], REAL_COLUMNS, "-999.00000", "real numbers of the header")
+    peak = lines.word(at, REAL_COLUMNS, PEAK[volume])
+    if _SERIES.match(lines.ahead) or _POINTS.match(lines.ahead):
+        even, unit = _series(lines, volume, text, reals)
+    else:
+        even, unit = _pairs(lines, volume, text, dt)
+    while volume == CORRECTED and _SERIES.match(lines.ahead):  # velocity and displacement
+        _series(lines, volume, text, reals)
+    _end(lines)
+    return Channel(place, volume, text, reals, even, unit, peak)
+
+
+def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float64]) -> tuple[Even, str]:
+    """Samples at even times and their unit, as the line before them promises."""
+    (line,) = lines.take(1, "the line that says how many samples follow")
+    series, points = _SERIES.match(line), _POINTS.match(line)
+    if series:
+        count, unit = int(series[1]), series["listed"] or series["named"]
+        dt = _rounded(lines.place, series[3], float(reals[60]) if volume == CORRECTED else None)
+    elif points:
+        count, unit, rate = int(points[1]), points[3], float(points[2])
+        dt = check_step(lines.place, 1.0 / rate if rate else None, f"1/({points[2]}/s)", "the time step")
+    _check_length(lines.place, text, count, dt)
+    columns = columns_of(line) or SAMPLES[volume]
+    samples = lines.table(count, columns, "-.123456", "samples")
+    return Even(samples, dt, "", samples), unit
+
+
+def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tuple[Even, str]:
+    """Acceleration of pairs with times, whose number and unit the text has: film of volume 1."""
+    count, unit = _PAIRED.search(text[10]), _PAIR_UNIT.search(text[11])
+    if volume != UNCORRECTED or not count or not unit:
+        raise RecordError(
+            f'{lines.name}, line {lines.at + 1}: {quoted(lines.ahead)} does not say what follows, as "12000 points of '
+            'accel data equally spaced at .005 sec, in cm/sec2" does; restore that line, or fetch the file again'
+        )
+    place = f"{lines.name}, line {lines.at + 1}"
+    if int(count[1]) < 2:
+        raise RecordError(f"{place}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
+    even = evened(place, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
+    return even, unit[1]
+
+
+def _rounded(place: str, shown: str, finer: float | None) -> float:
+    """The time step [s] of a line, or the one of the header where that has more digits of the same step."""
+    half = 0.5 * 10.0 ** -len(shown.partition(".")[2])
+    value = float(shown)
+    if finer is not None and finer > 0.0:
+        if abs(finer - value) > 1.001 * half:
+            raise RecordError(
+                f"{place}: says a step of {shown} s, the 61st real number of the header {finer:g} s; correct the wrong "
+                "one, or fetch the file again"
+            )
+        value = finer
+    return check_step(place, value, f"{value:g}", "the time step")
+
+
+def _check_length(place: str, text: list[str], count: int, dt: float) -> None:
+    """The stated length must bear out number and step to 1 %, enough to tell a wrong digit."""
+    if count < 2:
+        raise RecordError(f"{place}: {count} samples are promised; a record needs at least 2: fetch the file again")
+    found = _LENGTH.search(text[10])
+    if found and abs(float(found[1]) - count * dt) > dt + 0.01 * count * dt:
+        raise RecordError(
+            f"{place}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {found[1]} s; correct the "
+            "wrong one, or fetch the file again"
+        )
+
+
+def _end(lines: Lines) -> None:
+    """The line that ends a channel, which the last one of a file may lack."""
+    if lines.ended():
+        return
+    (line,) = lines.take(1, "the end of the channel")
+    if not END.match(line):
+        raise RecordError(
+            f"{lines.place}: {quoted(line)} follows the last promised sample, where /& and End of data should be; "
+            "correct the number of samples, or fetch the file again"
+        )
+
+
+def _trace(channel: Channel, headonly: bool) -> Trace:
+    """A trace in m/s², with what the headers say."""
+    words, factor = _unit(channel)
+    number, component, azimuth = _orientation(channel.text[6])
+    readings = _stated_peaks(channel)
+    peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
+    start = _start(channel)
+    record = told(
+        state=STATES[channel.volume],
+        units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
+        date="" if start is None else str(start.date),
+        timed=start is not None,
+        event=_event(channel.text[1]),
+        magnitude=_magnitude(channel.text[8]),
+        station=re.split(r"\s{2,}", channel.text[5].strip())[0],
+        component=component,
+        azimuth=azimuth,
+        header_pga=None if peak is None else peak.value * peak.size,
+        **_header_numbers(channel),
+    )
+    network, station = _station(channel.text)
+    vertical = component.lower() in ("up", "down", "v", "vert", "vertical", "z")
+    stats: dict[str, Any] = {"delta": channel.even.dt, "calib": 1.0, "record": record}
+    stats["csmip"] = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
+    stats.update(network=network, station=station, channel=channel_code(channel.even.dt, azimuth, vertical))
+    if start is not None:
+        stats["starttime"] = start
+    if headonly:
+        return Trace(header={**stats, "npts": len(channel.even.samples)})
+    return Trace(channel.even.samples * factor, header=stats)
+
+
+def _unit(channel: Channel) -> tuple[str, float]:
+    unit = channel.unit.rstrip(".,").lower()
+    if unit not in UNITS:
+        raise RecordError(
+            f"{channel.place}: the channel that starts here is in {quoted(unit)}; acceleration is read in "
+            f"{', '.join(UNITS)}: convert the samples, or take the file of acceleration of this record"
+        )
+    return UNITS[unit]
+
+
+def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
+    """What the header's peak may mean: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
+    word, place = channel.peak
+    if channel.volume == CORRECTED:
+        return (stated_peak(word, *_CM, place),)
+    return tuple(stated_peak(word, *unit, place) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
+
+
+def _orientation(line: str) -> tuple[str, str, float | None]:
+    """The channel's number, its direction in the file's words, and degrees from north where these are some."""
+    found = _CHANNEL.match(line)
+    number, words = (found[1], found[2]) if found else ("", line.strip())
+    degrees = re.match(r"(\d{1,3})\s*deg", words, re.I)
+    if degrees and int(degrees[1]) <= 360:
+        return number, degrees[1], float(degrees[1])
+    return number, words.capitalize() if words.lower() in ("up", "down") else words, None
+
+
+def _event(line: str) -> str:
+    """The earthquake; nothing where the line has the record's own time alone, which differs from station to station."""
+    return "" if _NO_EVENT.match(line) else re.split(r"\s{2,}", line.strip())[0]
+
+
+def _magnitude(line: str) -> float | None:
+    """Moment, local or surface magnitude, in this order of choice."""
+    found = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
+    return next((found[kind] for kind in "WLS" if found.get(kind)), None)
+
+
+def _station(text: list[str]) -> tuple[str, str]:
+    """Network and station: of the record's id in later files, otherwise the station's number and, of CSMIP, CE."""
+    found = _NETWORK.match(text[3])
+    if found:
+        return found[1], found[2]
+    network = "CE" if re.search(r"\b(CDMG|CGS)\b", text[0]) else ""
+    return network, text[4][11:19].strip()
+
+
+def _header_numbers(channel: Channel) -> dict[str, float | None]:
+    """The peaks of velocity and displacement [m/s, m] and the corners [Hz] of volume 2; volume 1 has none."""
+    if channel.volume == UNCORRECTED:
+        return {}
+    values = [float(channel.reals[at]) for at in (67, 69, 71, 72)]
+    names = ("header_pgv", "header_pgd", "low_corner", "high_corner")
+    scales = (0.01, 0.01, 1.0, 1.0)
+    return {name: abs(value) * scale or None for name, value, scale in zip(names, values, scales, strict=True)}
+
+
+def _start(channel: Channel) -> UTCDateTime | None:
+    """The time of the first sample in UTC; None where the text has none with a zone."""
+    found = _START.search(channel.text[3])
+    if not found:
+        return None
+    month, day, year, hour, minute = (int(found[group]) for group in range(1, 6))
+    if year < 100:
+        year += 1900 if year >= CENTURY else 2000
+    try:
+        local = UTCDateTime(year, month, day, hour, minute) + float(found[6] or 0.0)
+        return local + 3600.0 * ZONES[found[7].upper()]
+    except ValueError:
+        raise RecordError(
+            f"{channel.place}: the channel that starts here has no valid time in {quoted(found[0])}; correct that "
+            "line, or remove the time where it is not known"
+        ) from None
+
+
+FORMAT = Format(
+    "CSMIP",
+    "CSMIP volumes 1 and 2 (.v1, .v2, .raw)",
+    (".v1", ".v2", ".raw"),
+    _is_csmip,
+    _read_csmip,
+    takes=("dt",),
+)

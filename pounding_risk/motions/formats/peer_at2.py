@@ -1,0 +1,202 @@
+"""PEER AT2: acceleration in g as text, from the PEER ground motion databases.
+
+A header of a few lines, then the samples, five or so on a line:
+
+    PEER NGA STRONG MOTION DATABASE RECORD
+    Imperial Valley-02, 5/19/1940, El Centro Array #9, 180
+    ACCELERATION TIME SERIES IN UNITS OF G
+    NPTS=   5372, DT=   .0100 SEC,
+
+The older databases write ``NPTS=  4000, DT= .01000 SEC`` or ``4096 0.0100 NPTS, DT`` in the last of these
+lines, the corners of the filter in the line of the unit, and in the title a time of day and the owner of the
+station, as in ``LOMA PRIETA 10/18/89 00:05, GILROY ARRAY #1, 000 (CDMG STATION 47379)``. Reading is strict: the number
+of samples must be the one promised, and every one finite, because a cut file or a stray character otherwise passes
+unseen.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+from obspy import Stream, Trace, UTCDateTime
+from obspy.core import AttribDict
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import Format
+from pounding_risk.motions.formats._text import (
+    NEWLINE,
+    NUMBER,
+    check_count,
+    check_step,
+    free_numbers,
+    number,
+    quoted,
+    start_of,
+    text_of,
+    told,
+)
+from pounding_risk.units import STANDARD_GRAVITY
+
+KIND = "PEER AT2"
+HEADER_LINES = 10  # the header ends within these
+LONGEST_TITLE = 500  # characters; beyond, looking for the date in it would take minutes
+COMPASS = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0}
+
+_UNIT = re.compile(r"\bIN\s+UNITS?\s+OF\s+([^\s,;]+)", re.IGNORECASE)
+_COUNT = re.compile(r"\bNPTS\s*=\s*([^\s,]+)", re.IGNORECASE)
+_STEP = re.compile(r"\bDT\s*=\s*([^\s,]+)", re.IGNORECASE)
+_BARE = re.compile(r"\s*(\S+)\s+(\S+)\s+NPTS\s*,\s*DT\b", re.IGNORECASE)
+_CORNER = re.compile(rf"\b([HL]P)\s*=\s*({NUMBER})", re.IGNORECASE)
+_TITLE = re.compile(
+    r"(?P<event>.*?)[,\s]\s*(?P<date>\d{1,2}/\d{1,2}/(?:\d{4}|\d{2}))"
+    r"(?:\s+(?P<time>\d{3,4})|[,\s]\s*(?P<clock>\d{1,2}:\d\d))?\s*,"
+    r"\s*(?P<station>.*),\s*(?P<component>[^,(]*)(?:\(.*\)\s*)?"
+)
+
+
+class Header(NamedTuple):
+    """What the lines before the samples say."""
+
+    title: str  # the line with event, date, station and component
+    unit_line: str
+    npts: int
+    dt: float  # s
+    lines: int  # of the file, up to the first sample
+
+
+def _is_at2(file: Any) -> bool:
+    """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines. Never raises.
+
+    ``file`` is a path or a binary file, whose position is left where it was.
+    """
+    try:
+        head = [line.upper() for line in NEWLINE.split(start_of(file))[:HEADER_LINES]]
+        of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
+        return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
+    except Exception:
+        return False
+
+
+def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
+    """One trace in m/s² from a PEER AT2 file: a path, or a file open for reading.
+
+    ``stats.station`` and ``stats.channel`` are the station and the component in the header's words;
+    ``stats.peer_at2`` has event, date, time, station, component, unit and filter corners. The header has no
+    absolute time: ``starttime`` is the day of the earthquake at 0:00. With ``headonly`` no sample is read.
+    ``name`` is what messages call a file that has no name of its own.
+
+    Raises RecordError, naming file and line, for a header without unit, NPTS or DT, a unit other than g, a
+    time step that is not positive, fewer than two samples, a number of samples other than NPTS, and for any
+    sample that is no finite number.
+    """
+    name, text = text_of(file, name, KIND)
+    lines = NEWLINE.split(text)
+    header = _header(name, lines)
+    stats = _stats(header)
+    if headonly:
+        return Stream([Trace(header={**stats, "npts": header.npts})])
+    values = free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
+    check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
+    return Stream([Trace(values * STANDARD_GRAVITY, header=stats)])
+
+
+def _header(name: str, lines: list[str]) -> Header:
+    """Unit, number of samples and time step, with the line each stands in."""
+    head = lines[:HEADER_LINES]
+    at_unit = next((at for at, line in enumerate(head) if _UNIT.search(line)), None)
+    if at_unit is None:
+        raise RecordError(
+            f'{name}: no line with "IN UNITS OF" among the first {HEADER_LINES}, found '
+            f"{quoted(lines[0])} first; a PEER AT2 file says ACCELERATION TIME SERIES IN UNITS OF G there: "
+            "check that this is one"
+        )
+    _check_unit(name, at_unit + 1, head[at_unit])
+    at_count = next((at for at, line in enumerate(head) if at > at_unit and "NPTS" in line.upper()), None)
+    if at_count is None:
+        found = quoted(lines[at_unit + 1]) if at_unit + 1 < len(lines) else "the end of the file"
+        raise RecordError(
+            f"{name}: no line with NPTS and DT after line {at_unit + 1}, found {found}; a PEER AT2 file has "
+            '"NPTS= 4000, DT= .0100 SEC" there: restore that line, or fetch the file again'
+        )
+    count, dt = _count_and_step(f"{name}, line {at_count + 1}", head[at_count])
+    title = head[at_unit - 1].strip() if at_unit else ""
+    return Header(title, head[at_unit], count, dt, at_count + 1)
+
+
+def _check_unit(name: str, number: int, line: str) -> None:
+    found = _UNIT.search(line)
+    unit = found[1].rstrip(".") if found else ""
+    if "ACCELERATION" not in line.upper() or unit.upper() != "G":
+        quantity = "acceleration" if "ACCELERATION" in line.upper() else "something other than acceleration"
+        raise RecordError(
+            f"{name}, line {number}: the header says {quantity} in units of {quoted(unit)}; a PEER AT2 file holds "
+            "acceleration in units of G: convert the samples to g, or take the AT2 file of this record"
+        )
+
+
+def _count_and_step(place: str, line: str) -> tuple[int, float]:
+    """NPTS and DT, in the words `NPTS= n, DT= dt` or `n dt NPTS, DT`."""
+    bare = _BARE.match(line)
+    if bare:
+        count_text, step_text = bare[1], bare[2]
+    else:
+        count_found, step_found = _COUNT.search(line), _STEP.search(line)
+        if not count_found or not step_found:
+            missing = "NPTS" if not count_found else "DT"
+            repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
+            raise RecordError(f"{place}: no {missing} in {quoted(line)}; {repair}")
+        count_text, step_text = count_found[1], step_found[1]
+    if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
+        raise RecordError(f"{place}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
+    count = int(count_text)
+    if count < 2:
+        raise RecordError(f"{place}: NPTS is {count}; a record needs at least 2 samples")
+    return count, check_step(place, number(step_text), step_text)
+
+
+def _stats(header: Header) -> dict[str, Any]:
+    """The header as ObsPy statistics."""
+    title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
+    facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
+    facts["time"] = facts.pop("clock") or facts["time"]
+    corners = {kind.upper(): number(corner) for kind, corner in _CORNER.findall(header.unit_line)}
+    at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
+    at2 |= {name: corners[kind] for name, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
+    day = _day(facts["date"])
+    record = told(
+        state="processed",
+        timed=False,  # the day is all that a header tells
+        units="units: g, times 9.80665 m/s²",
+        event=facts["event"],
+        date=facts["date"] if day is None else str(day.date),
+        station=facts["station"],
+        component=facts["component"],
+        azimuth=_azimuth(facts["component"]),
+        low_corner=corners.get("HP"),
+        high_corner=corners.get("LP"),
+    )
+    stats: dict[str, Any] = {"delta": header.dt, "calib": 1.0, "peer_at2": AttribDict(at2), "record": record}
+    stats.update(station=facts["station"], channel=facts["component"])
+    if day is not None:
+        stats["starttime"] = day
+    return stats
+
+
+def _azimuth(component: str) -> float | None:
+    """Degrees clockwise from north, where the component's name is a whole number of them, or a letter (N)."""
+    if component.upper() in COMPASS:
+        return COMPASS[component.upper()]
+    return float(component) if re.fullmatch(r"\d{1,3}", component, re.ASCII) and int(component) <= 360 else None
+
+
+def _day(date: str) -> UTCDateTime | None:
+    """Month/day/year as the databases write it; two digits of a year are of the twentieth century."""
+    try:
+        month, day, year = (int(part) for part in date.split("/"))
+        return UTCDateTime(year + 1900 if year < 100 else year, month, day)
+    except ValueError:
+        return None
+
+
+FORMAT = Format("PEER_AT2", "PEER AT2 (.at2)", (".at2",), _is_at2, _read_at2)

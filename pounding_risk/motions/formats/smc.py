@@ -1,0 +1,235 @@
+"""SMC: the text format of the USGS National Strong-Motion Program, one component a file.
+
+Eleven lines of text, 48 whole numbers, 50 real numbers, comments that start with "|", then the samples, eight on a
+line of ten characters each, which may touch:
+
+    2 CORRECTED ACCELEROGRAM
+    ...
+     1.5057E+0-2.2223E+0-1.9234E+0-3.1562E+0-3.2440E+0-3.5638E+0-5.1941E+0-5.7933E+0
+
+The numbers mean what their place says. Accelerations are in cm/s², by the definition of the format. What is not known
+is the first of the whole and the first of the real numbers, -32768 and 1.7e38 as a rule. Records of film know their
+start to the minute only.
+
+Source: U.S. Geological Survey, National Strong-Motion Program, "SMC- and BBF-format Data Files" (smcfmt.txt).
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from obspy import Stream, Trace, UTCDateTime
+from obspy.core import AttribDict
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import Format
+from pounding_risk.motions.formats._lines import Columns, Even, Lines, channel_code, evened
+from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
+from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+
+KIND = "SMC"
+TEXT_LINES = 11
+WHOLE, WHOLE_COLUMNS = 48, Columns(8, 10)
+REAL, REAL_COLUMNS = 50, Columns(5, 15)
+SAMPLES = Columns(8, 10)
+UNIT = 0.01  # m/s² in one cm/s²
+EXTREMES = (30, 32)  # of the real numbers: the largest and the smallest acceleration
+TINY = 1e-3  # s; a time has five digits, of which the last is rounded, and the first of a record is 0
+LARGEST = 1e30  # real numbers above mean: not known
+STATES = {"1 UNCORRECTED ACCELEROGRAM": "raw", "2 CORRECTED ACCELEROGRAM": "processed"}
+
+_EVENT = re.compile(r"\s*(\d{4})\s+(\d{1,2})\s+(\d{1,2})\s+(?:\d{3,4}\s+)?(.*)")
+_STATION = re.compile(r"station\s*=(.*?)\s*component\s*=(.*)", re.I)
+
+
+class Header(NamedTuple):
+    """What stands before the samples."""
+
+    name: str
+    text: list[str]
+    codes: NDArray[np.float64]
+    reals: NDArray[np.float64]
+    peak: StatedPeak | None
+
+    def code(self, number: int) -> int | None:
+        """A whole number of the header, counted from 1; None where it is not known."""
+        value = float(self.codes[number - 1])
+        return None if value == self.codes[0] or not value.is_integer() else int(value)
+
+    def real(self, number: int) -> float | None:
+        """A real number of the header, counted from 1; None where it is not known."""
+        value = float(self.reals[number - 1])
+        return None if value == self.reals[0] or abs(value) > LARGEST else value
+
+
+def _is_smc(file: Any) -> bool:
+    """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them. Never raises.
+
+    ``file`` is a path or a binary file, whose position is left where it was.
+    """
+    try:
+        head = NEWLINE.split(start_of(file, 1024))
+        magnitudes, station, instrument = head[4].lower(), head[5].lower(), head[7].lower()
+        words = station.startswith("station") and "component" in station
+        return magnitudes.startswith("moment mag") and words and instrument.startswith("inst type")
+    except Exception:
+        return False
+
+
+def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any) -> Stream:
+    """One trace in m/s² from an SMC file: a path, or a file open for reading.
+
+    Uncorrected accelerograms are raw, corrected ones processed. Those of film that were digitised at uneven times are
+    read at every ``dt`` [s] off the straight lines between them. ``stats.smc`` has the title, the coordinates and
+    whether the file is marked as having a problem. With ``headonly`` the samples are left out. ``name`` is what
+    messages call a file that has no name of its own.
+
+    Raises RecordError, naming file and line, for anything but acceleration, for uneven times without ``dt``, that do
+    not rise or leave gaps, a time step out of range, another number of samples than the header says, another largest
+    one, and any number that is not finite.
+    """
+    name, text = text_of(file, name, KIND)
+    lines = Lines(name, text)
+    head = lines.take(TEXT_LINES, "the eleven lines of text")
+    state = _state(name, head[0])
+    codes = lines.table(WHOLE, WHOLE_COLUMNS, "-32768", "whole numbers of the header")
+    at = lines.at
+    reals = lines.table(REAL, REAL_COLUMNS, "0.1700000E+39", "real numbers of the header")
+    header = Header(name, head, codes, reals, _peak(lines, at, reals))
+    count = _count(header)
+    _check_comments(lines, header)
+    place, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
+    if rate is None:  # pairs of times and accelerations
+        pairs = _samples(lines, count, spare=1)
+        even = evened(place, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+    else:
+        step = check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
+        # A header's count may be damaged, so that nothing is allocated for it.
+        samples = np.broadcast_to(0.0, count) if headonly else _samples(lines, count)
+        even = Even(samples, step, "", samples)
+    stats = _stats(header, state, even)
+    if headonly:
+        return Stream([Trace(header={**stats, "npts": len(even.samples)})])
+    check_peak(even.digitised * UNIT, header.peak)
+    return Stream([Trace(even.samples * UNIT, header=stats)])
+
+
+def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
+    """The numbers after the comments, and nothing but blank lines behind them.
+
+    Files of pairs have a ``spare`` line, of times that do not go on from the promised ones, which is left out; those
+    of the Loma Prieta earthquake do.
+    """
+    samples = lines.table(count, SAMPLES, "-2.2223E+0", "samples")
+    if spare and not lines.ended():
+        lines.take(spare, "its last line")
+    if not lines.ended():
+        raise RecordError(
+            f"{lines.name}, line {lines.at + 1}: {quoted(lines.ahead)} follows the last of the {count} samples that "
+            f"line {TEXT_LINES + 3} promises; correct that number, or fetch the file again"
+        )
+    return samples
+
+
+def _state(name: str, title: str) -> str:
+    found = " ".join(title.upper().split())
+    if found not in STATES:
+        allowed = " or ".join(f'"{each}"' for each in STATES)
+        raise RecordError(
+            f"{name}, line 1: the title is {quoted(title)}; an SMC file of acceleration has {allowed} there: take "
+            "such a file of this record"
+        )
+    return STATES[found]
+
+
+def _count(header: Header) -> int:
+    count = header.code(17)
+    if count is None or count < 2 or (header.real(2) is None and (count < 4 or count % 2)):
+        raise RecordError(
+            f"{header.name}, line {TEXT_LINES + 3}: the number of samples is {header.codes[16]:g}; a record needs at "
+            "least 2, or as many pairs of time and acceleration: fetch the file again"
+        )
+    return count
+
+
+def _check_comments(lines: Lines, header: Header) -> None:
+    count = header.code(16)
+    if count is None or count < 0:
+        raise RecordError(
+            f"{header.name}, line {TEXT_LINES + 2}: the number of comments is {header.codes[15]:g}; it must be 0 or "
+            "more: fetch the file again"
+        )
+    for at, line in enumerate(lines.take(count, "its comments"), start=lines.at - count + 1):
+        if not line.startswith("|"):
+            raise RecordError(
+                f'{header.name}, line {at}: {quoted(line)} should be one of {count} comments, which start with "|"; '
+                "restore that line, or fetch the file again"
+            )
+
+
+def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
+    """The header as ObsPy statistics."""
+    vertical, direction = header.code(13) in (0, 180), header.code(14)
+    azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
+    start, facts = _start(header), _facts(header)
+    record = told(
+        state=state,
+        units=f"units: cm/s², times 0.01{even.words}",
+        azimuth=azimuth,
+        magnitude=next((each for each in map(header.real, (6, 8, 7, 9)) if each is not None), None),
+        distance_km=header.real(17),
+        low_corner=header.real(33) if state == "processed" else None,
+        high_corner=header.real(35) if state == "processed" else None,
+        header_pga=None if header.peak is None else header.peak.value * UNIT,
+        timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
+        **facts,
+    )
+    smc = {"title": header.text[0].strip(), "latitude": header.real(11), "longitude": header.real(12)}
+    stats: dict[str, Any] = {"delta": even.dt, "calib": 1.0, "record": record}
+    stats["smc"] = AttribDict({**smc, "problem": header.code(18) == 1})
+    stats.update(station=header.text[2].strip(" \0*"), channel=channel_code(even.dt, azimuth, vertical))
+    if start is not None:
+        stats["starttime"] = start
+    return stats
+
+
+def _facts(header: Header) -> dict[str, str]:
+    event, station = _EVENT.match(header.text[3]), _STATION.match(header.text[5])
+    return {
+        "event": event[4].strip() if event else header.text[3].strip(),
+        "date": f"{event[1]}-{int(event[2]):02d}-{int(event[3]):02d}" if event else "",
+        "station": station[1].strip() if station else header.text[2].strip(),
+        "component": station[2].strip() if station else "",
+    }
+
+
+def _peak(lines: Lines, at: int, reals: NDArray[np.float64]) -> StatedPeak | None:
+    """The larger of the header's largest and smallest acceleration; None where one of them is not known."""
+    extremes = [
+        stated_peak(word, "cm/s²", UNIT, place)
+        for word, place in (lines.word(at, REAL_COLUMNS, number) for number in EXTREMES)
+    ]
+    known = [peak for peak in extremes if peak is not None and peak.value not in (reals[0], -reals[0])]
+    known = [peak for peak in known if peak.value <= LARGEST]
+    return max(known) if len(known) == len(EXTREMES) else None
+
+
+def _start(header: Header) -> UTCDateTime | None:
+    """Year, day of the year, hour, minute, second and millisecond; None where not known to the minute."""
+    year, day, hour, minute = (header.code(number) for number in (2, 3, 4, 5))
+    if not year or day is None or hour is None or minute is None:
+        return None
+    try:
+        start = UTCDateTime(year=year, julday=day, hour=hour, minute=minute)
+        return start + (header.code(6) or 0) + 1e-3 * (header.code(7) or 0)
+    except (ValueError, TypeError, OverflowError):
+        raise RecordError(
+            f"{header.name}, line {TEXT_LINES + 1}: the time, year day hour minute, is {year} {day} {hour} {minute}; "
+            f"correct these whole numbers, or write {header.codes[0]:g} where they are not known"
+        ) from None
+
+
+FORMAT = Format("SMC", "SMC (.smc)", (".smc",), _is_smc, _read_smc, takes=("dt",))

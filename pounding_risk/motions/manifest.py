@@ -1,0 +1,187 @@
+"""A list of the records that a study used, one row each, as CSV: what they are, and whether they still are.
+
+>>> import numpy as np
+>>> from pounding_risk.motions.manifest import manifest
+>>> from pounding_risk.motions.motion import Motion
+>>> row = manifest([Motion("r", np.array([0.0, 1.5, -2.0]), 0.01, {"event": "Somewhere", "sha256": "ab"})])[0]
+>>> row["PGA [m/s2]"], row["npts"], row["magnitude"]
+(2.0, 3, None)
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.source import parted
+
+SEPARATOR = " | "  # between the steps of the processing
+SAME = 1e-12  # numbers are written with every digit
+
+
+def _of_record(key: str) -> Callable[[Motion], Any]:
+    return lambda motion: motion.record.get(key)
+
+
+# What a row holds, and how it is read back.
+COLUMNS: dict[str, tuple[Callable[[Motion], Any], type]] = {
+    "name": (lambda motion: motion.name, str),
+    "source": (_of_record("source"), str),
+    "file": (_of_record("file"), str),
+    "sha256": (_of_record("sha256"), str),
+    "event": (_of_record("event"), str),
+    "date": (_of_record("date"), str),
+    "magnitude": (_of_record("magnitude"), float),
+    "distance [km]": (_of_record("distance_km"), float),
+    "station": (_of_record("station"), str),
+    "component": (_of_record("component"), str),
+    "azimuth [deg]": (_of_record("azimuth"), float),
+    "dt [s]": (lambda motion: motion.dt, float),
+    "npts": (lambda motion: len(motion.acceleration), int),
+    "duration [s]": (lambda motion: motion.duration, float),
+    "PGA [m/s2]": (lambda motion: motion.pga, float),
+    "factor": (lambda motion: motion.record.get("factor", 1.0), float),
+    "state": (_of_record("state"), str),
+    "origin": (_of_record("origin"), str),
+    "processing": (lambda motion: SEPARATOR.join(motion.processing), str),
+}
+CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
+
+
+def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
+    """One row a motion, with the columns of ``COLUMNS``; None where a record does not say."""
+    return [{name: _value(read(motion)) for name, (read, _) in COLUMNS.items()} for motion in motions]
+
+
+def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
+    """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
+
+    Sources that are files are written relative to the manifest, so that both can move together. The file appears under
+    its name when it is whole. Raises RecordError where it cannot be written.
+    """
+    target = Path(path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            writer.writeheader()
+            writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+        os.replace(partial, target)
+    except OSError as error:
+        raise RecordError(f"{target}: cannot be written ({error.strerror}); check the folder") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return target
+
+
+def _beside(source: str | None, folder: Path) -> str | None:
+    """A source relative to a folder, where it is a file; an id as it is."""
+    if source is None or not parted(source)[0].is_file():
+        return source
+    return Path(os.path.relpath(source, folder)).as_posix()
+
+
+def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
+    """What to read for a row of a manifest in ``folder``: an id, or a file with its component.
+
+    Raises RecordError for a motion that was in memory only, or made of two.
+    """
+    if row["source"] is None:
+        raise RecordError(
+            f"{row['name']}: no source is named, as the motion was in memory or made of two; write it to a file and "
+            "choose from the files"
+        )
+    place = folder / row["source"]
+    return place if parted(place)[0].is_file() else str(row["source"])
+
+
+def read_manifest(path: str | Path) -> list[dict[str, Any]]:
+    """The rows of a file that `write_manifest` wrote, as `manifest` gave them.
+
+    Raises RecordError for a file that cannot be read, other columns, and a value that is no number where one belongs.
+    """
+    source = Path(path)
+    try:
+        with source.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file)
+            columns, rows = list(reader.fieldnames or ()), list(reader)
+    except FileNotFoundError:
+        raise RecordError(f"{source}: no such manifest; check the name and the folder") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RecordError(f"{source}: cannot be read as CSV ({error}); write the manifest again") from None
+    if columns != list(COLUMNS):
+        raise RecordError(
+            f"{source}: its columns are {', '.join(columns) or 'none'}; a manifest has {', '.join(COLUMNS)}"
+        )
+    return [_read(source, number, row) for number, row in enumerate(rows, start=2)]
+
+
+def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
+    """Raise RecordError, naming every difference, unless ``motions`` are those of the manifest at ``path``.
+
+    Compared are the names, and for each record the checksum of its file, dt, the number of samples, PGA and the
+    processing.
+    """
+    told, found = _by_name(read_manifest(path)), _by_name(manifest(motions))
+    faults = [f"{name} is not there" for name in told if name not in found]
+    faults += [f"{name} is not in the manifest" for name in found if name not in told]
+    for name in (name for name in told if name in found):
+        faults += [f"{name}: {words}" for words in _differences(told[name], found[name])]
+    if faults:
+        count = f"{len(faults)} difference{'s' if len(faults) > 1 else ''}"
+        raise RecordError(f"{path}: {count} from the records: {'; '.join(faults)}")
+
+
+def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Rows by the names of their records; a record may be there again, reversed or scaled otherwise."""
+    found: dict[str, dict[str, Any]] = {}
+    times: Counter[str] = Counter()
+    for row in rows:
+        times[row["name"]] += 1
+        again = f" ({times[row['name']]})" if times[row["name"]] > 1 else ""
+        found[f"{row['name']}{again}"] = row
+    return found
+
+
+def _value(value: Any) -> Any:
+    return None if value == "" else value
+
+
+def _read(source: Path, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
+    if None in row or None in row.values():
+        raise RecordError(f"{source}: line {number} has not one value a column; write the manifest again")
+    found: dict[str, Any] = {}
+    for name, (_, kind) in COLUMNS.items():
+        try:
+            found[name] = kind(row[name]) if row[name] else None
+        except ValueError:
+            raise RecordError(
+                f'{source}: line {number}, {name}: "{row[name]}" is no number; write the manifest again'
+            ) from None
+    return found
+
+
+def _differences(told: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+    """What differs between two rows, in words."""
+    words = []
+    for key in CHECKED:
+        one, other = told[key], found[key]
+        numbers = isinstance(one, float) and isinstance(other, float)
+        if one == other or (numbers and isclose(one, other, rel_tol=SAME)):
+            continue
+        if key == "sha256":
+            words.append(
+                f"the file has sha256 {str(other)[:12]}..., the manifest says {str(one)[:12]}...: it was changed"
+            )
+        elif key == "processing":
+            words.append("it was processed otherwise")
+        else:
+            words.append(f"{key} is {other}, the manifest says {one}")
+    return words

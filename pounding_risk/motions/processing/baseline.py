@@ -1,0 +1,177 @@
+"""Baseline correction of the processing chain, by a polynomial or by offsets in acceleration; see
+`pounding_risk.motions.processing.chain`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK, ORDER, Done, step, whole
+from pounding_risk.motions.processing.signals import Samples, energy_time, quiet_before, velocity_displacement
+from pounding_risk.units import TIME
+
+POLYNOMIAL, BILINEAR = "polynomial", "bilinear"
+STRONG = (0.05, 0.95)  # of the energy: between them the shaking is strong, and shifts a baseline
+SETTLING = 0.5  # of the earthquake's length up to 95 % of its energy, after that: then its waves have passed
+SHORTEST_END = 10.0  # s after that from which an offset is read
+
+
+@step("baseline", scheme=(POLYNOMIAL, BILINEAR), order=ORDER, start=TIME, end=TIME)
+def baseline(
+    samples: Samples,
+    dt: float,
+    *,
+    scheme: str = POLYNOMIAL,
+    order: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+) -> Done:
+    """Subtract what makes velocity and displacement drift.
+
+    "polynomial": the second derivative of a polynomial of ``order`` (6) fitted to the displacement. Its constant and
+    linear coefficients are zero, so the motion still starts from rest (PEER NGA-West2, Ancheta et al. 2013). Time runs
+    from 0 to 1 in the fit, which keeps it well-conditioned. It comes after a band-pass, and leaves no permanent
+    displacement.
+
+    "bilinear": offsets in acceleration, for a raw record less its mean before the earthquake, in place of the
+    band-pass's lower corner. A line v = v0 + a_f t is fitted to the velocity of the quiet end. Without times the
+    offset a_f is taken off from where that line starts at zero (Boore 2001); nothing is free to choose then. With
+    ``start`` and ``end`` [s], t1 and t2, or where the line has no zero in the shaking, a_m = (v0 + a_f t2)/(t2 - t1)
+    is taken off between them and a_f from t2 on, so that velocity stays continuous (Iwan et al. 1985); t1 and t2 are
+    where 5 % and 95 % of the energy have come unless given. A permanent displacement stays, and is told; it hangs on
+    those times (Boore 2001), and so what another choice of them gives is told with it.
+
+    Velocity that does not come to rest is flagged, displacement only for a polynomial. Raises RecordError for options
+    of the other scheme, times that do not rise, and less than 10 s of quiet at the end to read an offset from.
+    """
+    if scheme == BILINEAR:
+        if order is not None:
+            raise RecordError('order is one of a polynomial; leave it out, or write scheme = "polynomial"')
+        return _bilinear(samples, dt, (start, end))
+    if start is not None or end is not None:
+        raise RecordError('start and end are times of offsets; leave them out, or write scheme = "bilinear"')
+    return _polynomial(samples, dt, whole(6 if order is None else order, "a baseline", 2))
+
+
+def _polynomial(samples: Samples, dt: float, degree: int) -> Done:
+    duration = (len(samples) - 1) * dt
+    place = np.linspace(0.0, 1.0, len(samples))
+    powers = np.arange(2, degree + 1)
+    _, displacement = velocity_displacement(samples, dt)
+    fit = np.linalg.lstsq(place[:, None] ** powers, displacement, rcond=None)[0]
+    bend = (place[:, None] ** (powers - 2)) @ (fit * powers * (powers - 1)) / duration**2
+    corrected = samples - bend
+    sentence = f"baseline: subtracted the second derivative of an order-{degree} polynomial in displacement"
+    words, flags = _ends(corrected, dt, ("velocity", "displacement"))
+    return Done(corrected, f"{sentence}; {words}", flags)
+
+
+class _Shaking(NamedTuple):
+    """When [s] the earthquake arrives, when 5 and 95 % of its energy have come, and when its waves have passed."""
+
+    arrival: float
+    strong: tuple[float, float]
+    settled: float
+
+
+class _Line(NamedTuple):
+    """Velocity of the quiet end: ``speed`` [m/s] at time zero and ``slope`` [m/s²], the offset after the shaking."""
+
+    speed: float
+    slope: float
+
+    def at(self, time: float) -> float:
+        return self.speed + self.slope * time
+
+
+def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | None]) -> Done:
+    shaking = _shaking(samples, dt, given[1])
+    line = _line(samples, dt, shaking.settled)
+    zero = -line.speed / line.slope if line.slope else -1.0
+    if given == (None, None) and shaking.arrival <= zero <= shaking.settled:
+        corrected = samples - line.slope * _unit_step(len(samples), dt, zero)
+        words = f"offset of {line.slope:.4g} m/s² subtracted from {zero:.4g} s on"
+        others = shaking.strong
+    else:
+        times = _times(given, shaking.strong)
+        corrected = samples - _offsets(len(samples), dt, line, times)
+        middle = line.at(times[1]) / (times[1] - times[0])
+        words = f"offsets of {middle:.4g} m/s² from {times[0]:.4g} to {times[1]:.4g} s and {line.slope:.4g} after"
+        others = (shaking.arrival, shaking.settled)
+    instead = samples - _offsets(len(samples), dt, line, others)
+    left, otherwise = (100.0 * _static(each, dt, shaking.settled) for each in (corrected, instead))
+    told = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
+    permanent = f"permanent displacement {left:.3g} cm ({told})"
+    ends, flags = _ends(corrected, dt, ("velocity",))
+    fitted = f"fitted to the velocity after {shaking.settled:.4g} s"
+    return Done(corrected, f"baseline: bilinear, {words}, {fitted}; {permanent}; {ends}", flags)
+
+
+def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
+    """When it shakes; what is quiet begins after the ``end`` of the offsets, too, where that is given."""
+    arrival = quiet_before(samples, dt)
+    first, last = (energy_time(samples, dt, share) for share in STRONG)
+    if not arrival < last > first:
+        raise RecordError('the record has no shaking in which its baseline could shift; write scheme = "polynomial"')
+    settled = max(last + SETTLING * (last - arrival), end or 0.0)
+    left = (len(samples) - 1) * dt - settled
+    if left < SHORTEST_END:
+        raise RecordError(
+            f"the bilinear scheme reads the offset from {SHORTEST_END:g} s or more of quiet after the shaking, the "
+            f'record ends {max(left, 0.0):.3g} s after it; take a longer record, or scheme = "polynomial"'
+        )
+    return _Shaking(arrival, (first, last), settled)
+
+
+def _line(samples: Samples, dt: float, settled: float) -> _Line:
+    """Least squares on the velocity from ``settled`` [s] to the end, in time from its middle for a good condition."""
+    velocity = velocity_displacement(samples, dt)[0][round(settled / dt) :]
+    time = np.arange(len(samples))[round(settled / dt) :] * dt
+    middle = float(time.mean())
+    slope = float((time - middle) @ velocity / ((time - middle) @ (time - middle)))
+    return _Line(float(velocity.mean()) - slope * middle, slope)
+
+
+def _times(given: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
+    """The times asked for, and those of the strong shaking in the place of the others."""
+    start, end = (usual if asked is None else asked for asked, usual in zip(given, strong, strict=True))
+    if end <= start:
+        raise RecordError(
+            f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"
+        )
+    return start, end
+
+
+def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> Samples:
+    """a_m between the times and a_f after them."""
+    middle = line.at(times[1]) / (times[1] - times[0])
+    first, second = (_unit_step(count, dt, time) for time in times)
+    return middle * first + (line.slope - middle) * second
+
+
+def _unit_step(count: int, dt: float, time: float) -> Samples:
+    """Zero before ``time`` and one after it; what the trapezoidal rule makes of it is right between samples too."""
+    rise: Samples = np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
+    return rise
+
+
+def _static(samples: Samples, dt: float, settled: float) -> float:
+    """Mean displacement [m] of the quiet end."""
+    return float(velocity_displacement(samples, dt)[1][round(settled / dt) :].mean())
+
+
+def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
+    """Peaks and last values of velocity and displacement in words; flags where those of ``at_rest`` do not end so."""
+    flags, words = [], []
+    for name, trace, unit in zip(
+        ("velocity", "displacement"), velocity_displacement(samples, dt), ("cm/s", "cm"), strict=True
+    ):
+        peak, last = 100.0 * float(np.abs(trace).max()), 100.0 * float(trace[-1])
+        words.append(f"peak {name} {peak:.4g} {unit}, at the end {last:.3g}")
+        if name in at_rest and abs(last) > DRIFT_OF_PEAK * peak:
+            share = 100.0 * abs(last) / peak
+            flags.append(f"after baseline correction the {name} ends at {share:.0f} % of its peak")
+    return ", ".join(words), tuple(flags)

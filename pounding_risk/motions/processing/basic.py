@@ -1,0 +1,102 @@
+"""Steps that cut, level and taper a record; see `pounding_risk.motions.processing.chain`."""
+
+from __future__ import annotations
+
+from math import ceil, floor, inf
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.registry import ORDER, Done, step, whole
+from pounding_risk.motions.processing.signals import Samples, cosine_rise, quiet_before
+from pounding_risk.units import TIME
+
+PRE_EVENT, WHOLE = "pre-event", "whole"
+SHORTEST_PRE_EVENT = 1.0  # s: a mean over less says little about the baseline
+LONGEST_LEAD, LONGEST_TAIL = 1.0, 5.0  # s of taper
+
+
+@step("window", start=TIME, end=TIME)
+def window(samples: Samples, dt: float, *, start: float = 0.0, end: float = inf) -> Done:
+    """Keep the samples from ``start`` to ``end`` [s], both included where they fall on a sample."""
+    last = (len(samples) - 1) * dt
+    if end <= start:
+        raise RecordError(f"the window {start:g} s to {end:g} s is empty; write a start before the end")
+    if start >= last:
+        raise RecordError(f"the window starts at {start:g} s, the record ends at {last:g} s; write a start before that")
+    first = ceil(start / dt - 1e-6)
+    stop = min(len(samples), floor(min(end, last) / dt + 1e-6) + 1)
+    if stop - first < 2:
+        raise RecordError(
+            f"the window {start:g} s to {end:g} s has fewer than 2 samples, {dt:g} s apart; write a later end"
+        )
+    flags: tuple[str, ...] = ()
+    if last + dt / 2 < end < inf:
+        flags = (f"the window asked for ends at {end:g} s, the record already at {last:g} s",)
+    sentence = f"window: kept {first * dt:g} s to {(stop - 1) * dt:g} s ({stop - first} samples)"
+    return Done(samples[first:stop].copy(), sentence, flags, first)
+
+
+@step("mean", of=(PRE_EVENT, WHOLE))
+def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
+    """Subtract the mean before the earthquake arrives, or of the whole record.
+
+    The first is the instrument's offset; it falls back to the second, flagged, without a second of quiet.
+    """
+    quiet = quiet_before(samples, dt)
+    flags: tuple[str, ...] = ()
+    part, words = samples, "the whole record"
+    if of == PRE_EVENT and quiet >= SHORTEST_PRE_EVENT:
+        part, words = samples[: round(quiet / dt)], f"the {quiet:.2f} s before the earthquake arrives"
+    elif of == PRE_EVENT:
+        flags = ("less than 1 s before the earthquake arrives: the mean of the whole record was taken",)
+    offset = float(part.mean())
+    return Done(samples - offset, f"mean: subtracted {offset:.6g} m/s², the mean of {words}", flags)
+
+
+@step("trend", order=ORDER)
+def trend(samples: Samples, dt: float, *, order: float = 1) -> Done:
+    """Subtract the polynomial that fits the acceleration best (least squares), a straight line unless told.
+
+    It is fitted as a sum of Legendre polynomials over the record's length, which keeps order 20 as well-conditioned
+    as a line.
+    """
+    degree = whole(order, "a trend", 1)
+    place = np.linspace(-1.0, 1.0, len(samples))
+    shapes = np.polynomial.legendre.legvander(place, degree)
+    fit = np.linalg.lstsq(shapes, samples, rcond=None)[0]
+    if degree > 1:
+        return Done(samples - shapes @ fit, f"trend: subtracted a polynomial of order {degree} in acceleration")
+    rate = 2.0 * float(fit[1]) / ((len(samples) - 1) * dt)
+    return Done(samples - shapes @ fit, f"trend: subtracted a straight line of {rate:.6g} m/s² per s")
+
+
+@step("taper", lead=TIME, tail=TIME)
+def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float | None = None) -> Done:
+    """Bring both ends to zero by half a cosine wave of ``lead`` and ``tail`` [s].
+
+    By time and not by a percentage, which would reach into the shaking of a record that starts late (5 % of
+    RSN6-180 hides its peak). The lead stays within the quiet before the earthquake: half of it and at most
+    1 s, none where it is shorter than a second; the tail is 5 s, or a tenth of a short record.
+    """
+    duration = (len(samples) - 1) * dt
+    if lead is None:
+        lead = usual_lead(quiet_before(samples, dt))
+    if tail is None:
+        tail = min(LONGEST_TAIL, duration / 10)
+    if lead + tail > duration:
+        raise RecordError(
+            f"a taper of {lead:g} s and {tail:g} s does not fit a record of {duration:g} s; write shorter"
+        )
+    time = np.arange(len(samples)) * dt
+    weight = np.ones(len(samples))
+    if lead > 0.0:
+        weight *= cosine_rise(time / lead)
+    if tail > 0.0:
+        weight *= cosine_rise((duration - time) / tail)
+    return Done(samples * weight, f"taper: cosine, first {lead:.3g} s and last {tail:.3g} s")
+
+
+def usual_lead(quiet: float) -> float:
+    """The taper [s] at the start of a record with so much quiet [s] before the earthquake."""
+    return min(LONGEST_LEAD, quiet / 2) if quiet >= SHORTEST_PRE_EVENT else 0.0

@@ -1,0 +1,214 @@
+"""What of a record is earthquake and what is noise, frequency by frequency, and the filter corners that follow.
+
+The quiet before the earthquake shows the noise. Its Fourier amplitudes, grown to the length of the earthquake, are set
+beside the earthquake's; the band in which the earthquake stands out is worth keeping. Baseline shifts come with the
+shaking and not before it, so that noise is seen otherwise: by the drift that it leaves in the displacement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import floor, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.signals import (
+    Samples,
+    cosine_rise,
+    energy_time,
+    filtered,
+    quiet_before,
+    velocity_displacement,
+)
+
+LONGEST_LEAD = 1.0  # s, or half of the quiet: what a taper at the start has made smaller is no noise
+SHORTEST_NOISE = 2.0  # s after that: two cycles of the frequency around which the band is looked for
+CENTRE = 1.0  # Hz, within every band worth having
+LEAST_RATIO = 2.0  # of amplitudes, gmprocess' (U.S. Geological Survey)
+BAND = (0.3, 5.0)  # Hz: what buildings respond to; a lower ratio anywhere in it is flagged
+LOW_CORNER = 0.08  # Hz, gmprocess' fallback where the noise says nothing
+HIGHEST_CORNER, NYQUIST_SHARE = 40.0, 0.75  # Hz; of the Nyquist frequency
+BANDWIDTH = 20.0  # b of Konno and Ohmachi (1998)
+PER_DECADE = 40  # frequencies of the smoothed spectra
+TAPERED = 0.05  # of a window, at each end
+ENERGY, AFTER = 0.95, 5.0  # the earthquake ends this many seconds after this part of its energy has come
+DRIFT, DRIFT_ORDER = 0.02, 6  # of PGD; of the polynomial that is the drift
+SLOW, DRIFT_STEP = 2.0, 0.05  # Hz and s: displacement has little above, and a tenth of the samples are enough
+HIGHEST_LOW, TRIES_PER_DECADE = 0.5, 20  # Hz, from which the lower corner goes down as long as nothing drifts
+FILTER_ORDER = 5.0
+
+
+class NoiseSpectra(NamedTuple):
+    """Smoothed Fourier amplitudes of acceleration [m/s] at ``frequency`` [Hz], both for the earthquake's length."""
+
+    frequency: Samples
+    signal: Samples
+    noise: Samples
+
+    @property
+    def ratio(self) -> Samples:
+        """Signal, with the noise that is in it, over noise; inf where there is none."""
+        out = np.full(len(self.frequency), np.inf)
+        return np.divide(self.signal, self.noise, out=out, where=self.noise > 0.0)
+
+
+class Corners(NamedTuple):
+    """The corners of a band-pass [Hz], why they are where they are, and doubts."""
+
+    low: float
+    high: float
+    words: str
+    flags: tuple[str, ...] = ()
+
+
+def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
+    """Fourier amplitudes of the earthquake and of the quiet before it, from one cycle in the record to Nyquist.
+
+    Noise: the quiet, without the first second or half of it, where a taper may have been. Signal: from there to 5 s
+    after 95 % of the energy; a long coda would add noise and no signal. Both windows lose their mean, are tapered over
+    5 % at each end and smoothed after Konno and Ohmachi (1998), b = 20. A noise's amplitude grows with the root of its
+    duration, and is scaled to the signal's. Below one cycle in the quiet it is at least what it is there, as the mean
+    taken away hides the rest.
+
+    Raises RecordError where less than 2 s of noise are left.
+    """
+    quiet = quiet_before(samples, dt)
+    length = quiet - min(LONGEST_LEAD, quiet / 2.0)
+    if length < SHORTEST_NOISE:
+        raise RecordError(
+            f"the record is quiet for {quiet:.2g} s before the earthquake arrives; its noise is seen in "
+            f"{SHORTEST_NOISE + LONGEST_LEAD:g} s or more"
+        )
+    first = round(quiet / dt)
+    end = round((energy_time(samples, dt, ENERGY) + AFTER) / dt)
+    before, shaking = samples[first - round(length / dt) : first], samples[first:end]
+    size = 1 << (len(samples) - 1).bit_length()
+    lowest, nyquist = 1.0 / (len(samples) * dt), 0.5 / dt
+    frequency = np.geomspace(lowest, nyquist, 1 + round(PER_DECADE * np.log10(nyquist / lowest)))
+    signal, noise = (_smoothed(_amplitudes(part, dt, size), dt, size, frequency) for part in (shaking, before))
+    noise *= sqrt(len(shaking) / len(before))
+    unseen = frequency < 1.0 / (len(before) * dt)
+    noise[unseen] = np.maximum(noise[unseen], noise[~unseen][0])
+    return NoiseSpectra(frequency, signal, noise)
+
+
+def corners_from_noise(samples: Samples, dt: float) -> Corners:
+    """The band in which the earthquake stands out of the noise and leaves no drift.
+
+    Around 1 Hz the ratio of amplitudes is at least 2 (`signal_to_noise`). The lower corner is where that band begins,
+    never below one cycle in the record, and raised as long as the displacement drifts: a polynomial of order 6 fitted
+    to it reaches more than 2 % of its peak. The upper corner is where the band ends, and at most 40 Hz and 3/4 of the
+    Nyquist frequency. Without 3 s of quiet, or without a band, the corners are those of `default_corners`.
+    """
+    try:
+        spectra = signal_to_noise(samples, dt)
+    except RecordError as error:
+        return default_corners(dt, f"by default, as {error}")
+    band = _band(spectra)
+    if band is None:
+        flag = f"at {CENTRE:g} Hz the earthquake is less than {LEAST_RATIO:g} times the noise: the record tells little"
+        return default_corners(dt, "by default, as no band stands out of the noise")._replace(flags=(flag,))
+    lowest = max(band[0], 1.0 / ((len(samples) - 1) * dt))
+    low, drifts = _without_drift(samples, dt, lowest)  # a doubt where every corner drifts
+    high = min(band[1], _highest(dt))
+    words = f"signal-to-noise is at least {LEAST_RATIO:g} from {band[0]:.3g} to {band[1]:.3g} Hz"
+    if low > lowest and not drifts:
+        words += f", and the displacement drifts below {low:.3g} Hz"
+    return Corners(low, high, words, (*_weak(spectra), *drifts))
+
+
+def shared_corners(components: Sequence[Samples], dt: float) -> Corners:
+    """The stricter corners of components that belong together, such as both horizontals: one filter for all."""
+    each = [corners_from_noise(samples, dt) for samples in components]
+    low, high = max(each, key=lambda found: found.low), min(each, key=lambda found: found.high)
+    words = low.words if low is high or low.words == high.words else f"lower corner: {low.words}; upper: {high.words}"
+    flags = dict.fromkeys(flag for found in each for flag in found.flags)
+    return Corners(low.low, high.high, f"the stricter of {len(each)} components: {words}", tuple(flags))
+
+
+def default_corners(dt: float, words: str) -> Corners:
+    """0.08 Hz, and 40 Hz or 3/4 of the Nyquist frequency: where no noise is seen."""
+    return Corners(LOW_CORNER, _highest(dt), f"corners {words}")
+
+
+def _highest(dt: float) -> float:
+    return min(HIGHEST_CORNER, NYQUIST_SHARE * 0.5 / dt)
+
+
+def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
+    """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
+    place = np.linspace(0.0, 1.0, len(part))
+    weight = cosine_rise(place / TAPERED) * cosine_rise((1.0 - place) / TAPERED)
+    amplitudes: Samples = np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt
+    return amplitudes
+
+
+def _smoothed(amplitudes: Samples, dt: float, size: int, centres: Samples) -> Samples:
+    """Weighted means by [sin(b log10(f/fc)) / (b log10(f/fc))]^4, within the first zeros of that."""
+    frequency = np.fft.rfftfreq(size, dt)
+    reach = 10.0 ** (pi / BANDWIDTH)
+    smooth = np.empty(len(centres))
+    for place, centre in enumerate(centres):
+        # At least the two frequencies beside the centre, of which the transform has few at the lowest.
+        first = min(int(np.searchsorted(frequency, centre / reach)), int(np.searchsorted(frequency, centre)) - 1)
+        last = max(int(np.searchsorted(frequency, centre * reach)), first + 2)
+        near = np.maximum(frequency[first:last], 0.5 * frequency[1])
+        weight = np.sinc(BANDWIDTH * np.log10(near / centre) / pi) ** 4
+        smooth[place] = weight @ amplitudes[first:last] / weight.sum()
+    return smooth
+
+
+def _band(spectra: NoiseSpectra) -> tuple[float, float] | None:
+    """The lowest and highest frequency [Hz] of the stretch around 1 Hz in which the ratio is high enough."""
+    fails = np.flatnonzero(spectra.ratio < LEAST_RATIO)
+    centre = int(np.argmin(np.abs(np.log(spectra.frequency / CENTRE))))
+    if centre in fails:
+        return None
+    below, above = fails[fails < centre], fails[fails > centre]
+    first = int(below[-1]) + 1 if len(below) else 0
+    last = int(above[0]) - 1 if len(above) else len(spectra.frequency) - 1
+    return float(spectra.frequency[first]), float(spectra.frequency[last])
+
+
+def _weak(spectra: NoiseSpectra) -> tuple[str, ...]:
+    """A flag where the noise reaches into the frequencies of buildings."""
+    ratio, frequency = spectra.ratio, spectra.frequency
+    within = (frequency >= BAND[0]) & (frequency <= BAND[1])
+    if not within.any() or ratio[within].min() >= LEAST_RATIO:
+        return ()
+    worst = float(frequency[within][np.argmin(ratio[within])])
+    return (
+        f"signal-to-noise is {ratio[within].min():.2g} at {worst:.2g} Hz, below {LEAST_RATIO:g} within "
+        f"{BAND[0]:g} to {BAND[1]:g} Hz: spectra there are noise",
+    )
+
+
+def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, tuple[str, ...]]:
+    """The lowest corner [Hz] from ``lowest`` on down to which no higher one lets the displacement drift."""
+    every = max(1, floor(DRIFT_STEP / dt))
+    smooth, pad = filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
+    coarse = smooth[pad : pad + len(samples) : every]
+    if lowest >= HIGHEST_LOW or len(coarse) <= DRIFT_ORDER + 1:
+        return lowest, ()
+    tries = np.geomspace(HIGHEST_LOW, lowest, 1 + round(TRIES_PER_DECADE * np.log10(HIGHEST_LOW / lowest)))
+    found = None
+    for corner in tries:
+        if _drift(coarse, every * dt, float(corner)) > DRIFT:
+            break
+        found = float(corner)
+    if found is None:
+        flag = f"no lower corner up to {HIGHEST_LOW:g} Hz keeps the displacement from drifting"
+        return max(lowest, LOW_CORNER), (flag,)
+    return found, ()
+
+
+def _drift(samples: Samples, dt: float, corner: float) -> float:
+    """The peak of a polynomial fitted to the displacement of the filtered motion, over the displacement's own."""
+    passed, pad = filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
+    displacement = velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
+    place = np.linspace(-1.0, 1.0, len(samples))
+    fit = np.polynomial.legendre.legval(place, np.polynomial.legendre.legfit(place, displacement, DRIFT_ORDER))
+    peak = float(np.abs(displacement).max())
+    return float(np.abs(fit).max()) / peak if peak > 0.0 else 0.0

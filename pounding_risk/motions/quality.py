@@ -1,0 +1,293 @@
+"""Is a record fit for a run: one check a doubt, each with what it found, what it allows, and where the limit is from.
+
+`quality` runs every check of `CHECKS`. To add one is to write one function under ``@check``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.basic import SHORTEST_PRE_EVENT
+from pounding_risk.motions.processing.noise import BAND, LEAST_RATIO, signal_to_noise
+from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK
+from pounding_risk.motions.processing.signals import Samples, quiet_before, velocity_displacement
+from pounding_risk.motions.source import PROCESSED, RAW
+
+LONGEST_STEP = 0.02  # s; longer steps miss peaks
+STEPS_A_PERIOD = 10.0  # as for gmprocess' oscillators
+SHORTEST_SHAKING = 5.0  # s from the arrival to the end, as in gmprocess
+LONGEST_FLAT, SAME = 2, 1e-6  # samples in a row at the extreme, equal to this part of the range
+SPIKE_OF_RANGE, SPIKE_OF_OTHERS, NEIGHBOURHOOD = 0.02, 4.0, 0.25  # range; sharpest bend within so many s
+FIRST_OF_PEAK, OFFSET_OF_PEAK = 0.02, 0.05
+FEWEST_CROSSINGS = 0.1  # a second, as in gmprocess
+TAIL, TAIL_VELOCITY, TAIL_DISPLACEMENT = 5.0, 0.3, 0.9  # s at the end, and of the peaks, as in gmprocess
+
+
+class Finding(NamedTuple):
+    """What a check found, what it allows, both in words, and whether that is met."""
+
+    check: str
+    found: str
+    allowed: str
+    passed: bool
+
+    @property
+    def sentence(self) -> str:
+        """In one line, for a flag."""
+        return f"{self.check}: {self.found}; allowed: {self.allowed}"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A record under the checks, and what several of them need; see `quality` for the fields."""
+
+    samples: Samples
+    dt: float
+    shortest_period: float | None
+    longest_period: float | None
+    usable: float | None
+
+    @cached_property
+    def centred(self) -> Samples:
+        """Without its mean."""
+        centred: Samples = self.samples - self.samples.mean()
+        return centred
+
+    @cached_property
+    def peak(self) -> float:
+        """max|a| without the mean [m/s²]."""
+        return float(np.abs(self.centred).max())
+
+    @cached_property
+    def quiet(self) -> float:
+        """Before the earthquake arrives [s]."""
+        return quiet_before(self.samples, self.dt)
+
+    @cached_property
+    def integrals(self) -> tuple[Samples, Samples]:
+        """Velocity [m/s] and displacement [m]."""
+        return velocity_displacement(self.samples, self.dt)
+
+
+class Check(NamedTuple):
+    """A check of the registry: its function, and the states of a record that it concerns."""
+
+    function: Callable[[Seen], Finding | None]
+    states: tuple[str, ...]
+
+
+CHECKS: dict[str, Check] = {}
+# What no processing mends, and what says that a motion has not come to rest: flags of a motion. Others of its doubts
+# are told by the steps that met them.
+LASTING = ("duration", "clipping", "spikes", "zero crossings")
+OF_BUILDINGS = ("time step of the stiffest building", "period of the softest building")
+AT_REST = ("velocity at the end", "displacement at the end", "tail")
+
+
+def check(
+    name: str, states: tuple[str, ...] = (RAW, PROCESSED)
+) -> Callable[[Callable[[Seen], tuple[str, str, bool] | None]], Callable[[Seen], Finding | None]]:
+    """Enter a function in the registry: it tells what it found, what is allowed and whether that is met, or None."""
+
+    def enter(function: Callable[[Seen], tuple[str, str, bool] | None]) -> Callable[[Seen], Finding | None]:
+        def told(seen: Seen) -> Finding | None:
+            result = function(seen)
+            return None if result is None else Finding(name, *result)
+
+        told.__doc__ = function.__doc__
+        CHECKS[name] = Check(told, states)
+        return told
+
+    return enter
+
+
+def quality(
+    samples: Samples,
+    dt: float,
+    *,
+    shortest_period: float | None = None,
+    longest_period: float | None = None,
+    usable: float | None = None,
+    state: str = PROCESSED,
+    checks: tuple[str, ...] | None = None,
+) -> tuple[Finding, ...]:
+    """What every check finds in ``samples`` [m/s²] at every ``dt`` [s]; those that do not apply say nothing.
+
+    ``shortest_period`` and ``longest_period`` [s] are those of the buildings; ``usable`` [Hz] is the lowest frequency
+    that the record's filter left. A ``state`` "raw" asks for quiet before the earthquake, and for an earthquake that
+    stands out of it, which a processed record need not have any more. ``checks`` are those of `CHECKS` unless named.
+    """
+    seen = Seen(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
+    if seen.peak == 0.0:
+        return (Finding("motion", "every sample is the same", "a motion", False),)
+    asked = CHECKS if checks is None else checks
+    findings = (CHECKS[name].function(seen) for name in asked if state in CHECKS[name].states)
+    return tuple(found for found in findings if found is not None)
+
+
+def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:
+    """One sentence for each check that is not met."""
+    return tuple(found.sentence for found in findings if not found.passed)
+
+
+@check("time step")
+def _time_step(seen: Seen) -> tuple[str, str, bool]:
+    """Peaks of acceleration lie between samples that are too far apart."""
+    return f"{seen.dt:g} s", f"at most {LONGEST_STEP:g} s", seen.dt <= LONGEST_STEP * (1.0 + 1e-9)
+
+
+@check("time step of the stiffest building")
+def _stiffest(seen: Seen) -> tuple[str, str, bool] | None:
+    """dt <= T/10: straight lines between samples keep sinc²(dt/T) of a wave of period T, 97 % then and 87 % at T/5."""
+    if seen.shortest_period is None:
+        return None
+    longest = seen.shortest_period / STEPS_A_PERIOD
+    words = f"{seen.dt:g} s, {seen.shortest_period / seen.dt:.3g} in a period of {seen.shortest_period:g} s"
+    return words, f"at most {longest:.3g} s", seen.dt <= longest * (1.0 + 1e-9)
+
+
+@check("period of the softest building")
+def _softest(seen: Seen) -> tuple[str, str, bool] | None:
+    """What its filter took from a record no longer drives a building of such a period."""
+    if seen.longest_period is None or not seen.usable:
+        return None
+    return f"{seen.longest_period:g} s", f"at most {1.0 / seen.usable:.3g} s", seen.longest_period <= 1.0 / seen.usable
+
+
+@check("duration")
+def _duration(seen: Seen) -> tuple[str, str, bool]:
+    """From the arrival to the end."""
+    length = (len(seen.samples) - 1) * seen.dt - seen.quiet
+    return f"{length:.3g} s after the arrival", f"{SHORTEST_SHAKING:g} s or more", length >= SHORTEST_SHAKING
+
+
+@check("quiet before", (RAW,))
+def _quiet(seen: Seen) -> tuple[str, str, bool]:
+    """Offset and noise of the instrument are seen in it."""
+    return f"{seen.quiet:.3g} s", f"{SHORTEST_PRE_EVENT:g} s or more", seen.quiet >= SHORTEST_PRE_EVENT
+
+
+@check("signal-to-noise", (RAW,))
+def _noise(seen: Seen) -> tuple[str, str, bool] | None:
+    """Of Fourier amplitudes, the least within the frequencies of buildings; not seen without 3 s of quiet."""
+    try:
+        spectra = signal_to_noise(seen.centred, seen.dt)
+    except RecordError:
+        return None
+    within = (spectra.frequency >= BAND[0]) & (spectra.frequency <= BAND[1])
+    least = int(np.argmin(np.where(within, spectra.ratio, np.inf)))
+    ratio = float(spectra.ratio[least])
+    words = f"at least {ratio:.3g} within {BAND[0]:g} to {BAND[1]:g} Hz, least at {spectra.frequency[least]:.2g} Hz"
+    return words, f"{LEAST_RATIO:g} or more", ratio >= LEAST_RATIO
+
+
+@check("clipping")
+def _clipping(seen: Seen) -> tuple[str, str, bool]:
+    """A flat top: the extreme stands for several samples. 118 good records have one sample at each extreme."""
+    room = SAME * float(np.ptp(seen.samples))
+    longest = max(_longest_run(np.abs(seen.samples - top) <= room) for top in (seen.samples.min(), seen.samples.max()))
+    rows = "1 sample" if longest == 1 else f"{longest} samples in a row"
+    return f"{rows} at the extreme", f"at most {LONGEST_FLAT}", longest <= LONGEST_FLAT
+
+
+@check("spikes")
+def _spikes(seen: Seen) -> tuple[str, str, bool]:
+    """Single samples that stick out of both neighbours by 2 % of the range and four times the sharpest bend near them.
+
+    118 good records have none above 3.5 times, sharp arrivals near the source among them; a jump of a part of the range
+    alone, gmprocess' test, takes records of 50 samples a second for spiked.
+    """
+    place = _sharpest(seen.samples, seen.dt)
+    if place is None:
+        return "none", "none", True
+    return f"a single sample sticks out at {place * seen.dt:.4g} s", "none", False
+
+
+@check("offset")
+def _offset(seen: Seen) -> tuple[str, str, bool]:
+    """The mean, which integrates to a ramp of velocity."""
+    share = abs(float(seen.samples.mean())) / float(np.abs(seen.samples).max())
+    return f"mean of {_percent(share)} of PGA", f"at most {100 * OFFSET_OF_PEAK:g} %", share <= OFFSET_OF_PEAK
+
+
+@check("late trigger")
+def _first(seen: Seen) -> tuple[str, str, bool]:
+    """A record that starts in motion lacks what came before, and starts with a jump."""
+    share = abs(float(seen.centred[0])) / seen.peak
+    return f"starts at {_percent(share)} of PGA", f"at most {100 * FIRST_OF_PEAK:g} %", share <= FIRST_OF_PEAK
+
+
+@check("zero crossings")
+def _crossings(seen: Seen) -> tuple[str, str, bool]:
+    """An instrument that stuck, or a drift larger than the motion."""
+    signs = np.sign(seen.centred[seen.centred != 0.0])
+    rate = float(np.count_nonzero(np.diff(signs))) / ((len(seen.samples) - 1) * seen.dt)
+    return f"{rate:.2g} a second", f"more than {FEWEST_CROSSINGS:g}", rate > FEWEST_CROSSINGS
+
+
+@check("velocity at the end")
+def _velocity(seen: Seen) -> tuple[str, str, bool]:
+    """The ground stands still after an earthquake."""
+    return _end(seen.integrals[0])
+
+
+@check("displacement at the end")
+def _displacement(seen: Seen) -> tuple[str, str, bool]:
+    """Drift, or a permanent displacement that was left in on purpose."""
+    return _end(seen.integrals[1])
+
+
+@check("tail")
+def _tail(seen: Seen) -> tuple[str, str, bool] | None:
+    """Whether the record ends before the shaking does; a short one is told by its duration."""
+    count = round(TAIL / seen.dt)
+    if count >= len(seen.samples):
+        return None
+    velocity, displacement = (_share(trace[-count:], trace) for trace in seen.integrals)
+    words = f"last {TAIL:g} s reach {_percent(velocity)} of PGV and {_percent(displacement)} of PGD"
+    allowed = f"at most {100 * TAIL_VELOCITY:g} % and {100 * TAIL_DISPLACEMENT:g} %"
+    return words, allowed, velocity <= TAIL_VELOCITY and displacement <= TAIL_DISPLACEMENT
+
+
+def _end(trace: Samples) -> tuple[str, str, bool]:
+    """The last value against the peak."""
+    share = _share(trace[-1:], trace)
+    return f"{_percent(share)} of its peak", f"at most {100 * DRIFT_OF_PEAK:g} %", share <= DRIFT_OF_PEAK
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
+
+
+def _share(part: Samples, whole: Samples) -> float:
+    peak = float(np.abs(whole).max())
+    return float(np.abs(part).max()) / peak if peak > 0.0 else 0.0
+
+
+def _longest_run(marks: Samples) -> int:
+    """The most True in a row."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marks, [False]]).astype(np.int8)))
+    return int((edges[1::2] - edges[::2]).max())
+
+
+def _sharpest(samples: Samples, dt: float) -> int | None:
+    """The index of the sample that most looks like a spike; None where none does."""
+    if len(samples) < 3:
+        return None
+    jumps = np.diff(samples)
+    bends = np.abs(np.diff(jumps)) / 2.0
+    out = np.where(jumps[:-1] * jumps[1:] < 0.0, np.minimum(np.abs(jumps[:-1]), np.abs(jumps[1:])), 0.0)
+    # The sharpest bend on either side; the bends beside a spike are its own and are left out.
+    reach = max(5, round(NEIGHBOURHOOD / dt))
+    around = sliding_window_view(np.pad(bends, reach + 1), reach).max(axis=1)
+    others = np.maximum(around[: len(bends)], around[reach + 3 : reach + 3 + len(bends)])
+    excess = np.where(out > SPIKE_OF_RANGE * np.ptp(samples), out - SPIKE_OF_OTHERS * others, 0.0)
+    place = int(np.argmax(excess))
+    return place + 1 if excess[place] > 0.0 else None

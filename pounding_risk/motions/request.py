@@ -1,0 +1,180 @@
+"""Which ground motions a scene asks for, and what is done to them before a run: the table [records], in SI."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.chain import STEPS
+from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, STEP, TAIL, TIME, Quantity, exact
+
+AS_RECORDED, REVERSED = "as recorded", "reversed"
+POLARITIES = (AS_RECORDED, REVERSED)
+MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
+MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
+SOURCES = ("names", "files", "set", "manifest")  # a request has one of them
+AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
+
+
+class StepTable(Mapping[str, Any]):
+    """A processing step as `processing.read_steps` takes it: ``step`` and its options in SI; never changes."""
+
+    def __init__(self, values: Mapping[str, Any]):
+        self._values = dict(values)
+
+    def __getitem__(self, key: str) -> Any:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._values.items()))
+
+    def __repr__(self) -> str:
+        return f"StepTable({self._values!r})"
+
+    def written(self) -> dict[str, Any]:
+        """The table as a scene file has it: quantities as text, exact."""
+        options = STEPS[self["step"]].options
+        kinds = {key: options.get(key) for key in self}
+        return {
+            key: exact(value, kind) if isinstance(kind := kinds[key], Quantity) else value
+            for key, value in self.items()
+        }
+
+
+class Spectral(NamedTuple):
+    """Spectral acceleration at a period, and where one is asked for its value."""
+
+    period: float  # s
+    damping: float = 0.05
+    value: float | None = None  # m/s²
+
+    def written(self) -> dict[str, Any]:
+        """The table as a scene file has it."""
+        value = {} if self.value is None else {"value": exact(self.value, PGA)}
+        return {**value, "period": exact(self.period, PERIOD), "damping": exact(self.damping, DAMPING)}
+
+
+class RecordRequest(NamedTuple):
+    """Which ground motions, and what is done to them before a run."""
+
+    names: tuple[str, ...]  # ids of the catalogue
+    files: tuple[str, ...]  # names, patterns or folders, relative to the scene file's folder
+    window: tuple[float, float] | None  # s; None keeps the whole record
+    pga: float | None  # m/s²; None leaves the amplitude to the other ways of scaling
+    scale: float | None  # factor; None where neither is given: as recorded
+    polarities: tuple[str, ...]  # of POLARITIES
+    processing: str | tuple[StepTable, ...]  # "auto", "none", or the steps in their order
+    tail: float  # s of free vibration after the record
+    set: str = ""  # name of a record set
+    manifest: str = ""  # a list of records with their factors, relative to the scene file's folder
+    unit: str = ""  # of files that do not state theirs, such as "cm/s^2"
+    dt: float | None = None  # s, likewise
+    direction: float | None = None  # of the row, degrees clockwise from north; None takes components as they are
+    sa: Spectral | None = None  # every record is scaled to this spectral acceleration
+    to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
+
+    def given(self) -> tuple[str, ...]:
+        """The keys that say where records are from, how they are turned and how strong they are, as far as given."""
+        keys = (*SOURCES, "direction", *AMPLITUDES[1:], "scale")
+        return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
+
+    def written(self) -> dict[str, Any]:
+        """The table [records] as a scene file has it, every value stated, quantities exact."""
+        median = self.to_median
+        chosen = {
+            "names": list(self.names) or None,
+            "files": list(self.files) or None,
+            "set": self.set or None,
+            "manifest": self.manifest or None,
+            "unit": self.unit or None,
+            "dt": None if self.dt is None else exact(self.dt, STEP),
+            "direction": None if self.direction is None else exact(self.direction, DIRECTION),
+            "window": [exact(time, TIME) for time in self.window] if self.window else None,
+            "pga": None if self.pga is None else exact(self.pga, PGA),
+            "sa": self.sa.written() if self.sa else None,
+            "to_median": median.written() if isinstance(median, Spectral) else median,
+            "scale": self.scale,
+            "polarity": list(self.polarities),
+            "processing": self.processing
+            if isinstance(self.processing, str)
+            else [step.written() for step in self.processing],
+            "tail": exact(self.tail, TAIL),
+        }
+        return {key: value for key, value in chosen.items() if value is not None}
+
+
+def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tuple[str, str]]:
+    """Keys of [records] that exclude each other: the key that is to go, and a sentence.
+
+    Parameters
+    ----------
+    given : collection of str
+        The keys that are given, in a scene file or in a call.
+    grid_pga : bool
+        Whether the grid has amplitudes of its own.
+    """
+    sources = [key for key in SOURCES if key in given]
+    if len(sources) > 1:
+        hint = " (the file of a record in the catalogue can stand in files)" if sources == ["names", "files"] else ""
+        yield sources[-1], f"{' and '.join(sources)} are both given; keep one{hint}"
+    if "manifest" in given and "direction" in given:
+        yield "direction", "a manifest names single components; remove direction, or name the files"
+    amplitudes = [key for key in AMPLITUDES if key in given]
+    if len(amplitudes) > 1:
+        several = "both" if len(amplitudes) == 2 else "all"
+        words = " and ".join(amplitudes)
+        yield amplitudes[-1], f"{words} are {several} given, and each sets the amplitude; keep one"
+    # A common factor may follow the median or a choice: that is how a normalised set is scaled.
+    rivals = [key for key in amplitudes if key in ("pga", "sa")]
+    if rivals and "scale" in given:
+        yield "scale", f"{rivals[0]} and scale are both given, and each sets the amplitude; remove one"
+    elif grid_pga:
+        for key in ("scale", "sa", "to_median", "manifest"):
+            if key in given:
+                yield key, f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
+
+
+def matching(folder: Path, pattern: str) -> list[Path]:
+    """The files that a name, a pattern or a folder stands for, sorted.
+
+    Raises RecordError for a pattern ``**`` below which there are more than `MOST_ENTRIES` files and folders.
+
+    A file of that very name wins over a pattern; after the name of a file, "#" names one of its components. A folder
+    stands for the files in it whose names do not start with a dot.
+    """
+    literal = folder / pattern
+    if literal.is_file():
+        return [literal]
+    if literal.is_dir():
+        return sorted(path for path in literal.iterdir() if path.is_file() and not path.name.startswith("."))
+    if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
+        return [literal]
+    _check_width(folder, pattern)
+    found = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
+    return sorted(path for path in found if path.is_file())
+
+
+def _check_width(folder: Path, pattern: str) -> None:
+    """Refuse a recursive pattern that would walk through more than a folder of records: raises RecordError."""
+    if "**" not in pattern:
+        return
+    above = re.split(r"[*?\[]", pattern, maxsplit=1)[0].rpartition("/")  # up to the last folder without a wildcard
+    base, count = folder / (above[0] + above[1]), 0
+    for _, folders, files in os.walk(base):
+        count += len(folders) + len(files)
+        if count > MOST_ENTRIES:
+            raise RecordError(
+                f"{pattern}: {base} has more than {MOST_ENTRIES} files and folders below it; name the folder of the "
+                'records, such as files = ["my/records/**/*.AT2"]'
+            )

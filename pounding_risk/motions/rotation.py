@@ -1,0 +1,197 @@
+"""Two horizontal components turned to one direction: that of the row of buildings, or any other.
+
+>>> import numpy as np
+>>> from pounding_risk.motions.motion import Motion
+>>> from pounding_risk.motions.rotation import rotated
+>>> north = Motion("n", np.array([1.0, 2.0, 0.0]), 0.01, {"azimuth": 0.0})
+>>> east = Motion("e", np.array([0.0, 2.0, 1.0]), 0.01, {"azimuth": 90.0})
+>>> rotated(north, east, 90.0).acceleration.round(12).tolist()
+[0.0, 2.0, 1.0]
+>>> rotated(north, east, 45.0).acceleration.round(6).tolist()
+[0.707107, 2.828427, 0.707107]
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from math import cos, isfinite, radians, sin
+from typing import Any
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.recordings import recording
+from pounding_risk.units import shown
+
+SQUARE = 2.0  # degrees by which components called perpendicular may miss it
+LEAST_ANGLE = 10.0  # degrees between components: below, the motion across them is mostly noise
+SAME_STEP = 1e-6  # relative difference of time steps that are one, written with different digits
+OFF_GRID = 0.05  # samples by which two starts may miss whole steps
+KEPT = (
+    "event",
+    "magnitude",
+    "date",
+    "distance_km",
+    "vs30",
+    "station",
+    "sensor",
+    "recording",
+    "state",
+    "format",
+    "file",
+    "origin",
+    "terms",
+    "polarity",
+)
+# Of what filters left of the components, both have only the narrower band.
+NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": min}
+
+
+def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[float, float] | None = None) -> Motion:
+    """The horizontal motion along ``direction`` [degrees clockwise from north] of two components of one recording.
+
+    a(θ) = a1 cos(θ − α1) + a2 cos(θ − α2) for components perpendicular to 2°, so that a² along θ and across it add up
+    to a1² + a2². Components at another angle are solved for as they are: the vector whose projections on α1 and α2
+    they are, a(θ) = [a1 sin(α2 − θ) + a2 sin(θ − α1)] / sin(α2 − α1), and the sentence says so.
+
+    ``azimuths`` of the components [degrees] go before those of their records. Where neither is known the direction
+    counts from the first component, the second 90° clockwise from it, with a flag. Components that state when they
+    start are aligned by it, to the nearest sample, others at their first samples; both are cut to what they share.
+
+    Raises RecordError for time steps that differ, a direction or azimuth that is no finite number, components less
+    than 10° from one line, only one known azimuth, and nothing shared.
+    """
+    if not _is_number(direction):
+        raise RecordError(f"direction: {shown(direction)} is no finite number; write degrees clockwise from north")
+    if abs(first.dt - second.dt) > SAME_STEP * first.dt:
+        raise RecordError(
+            f"{first.name} has a time step of {first.dt:g} s, {second.name} of {second.dt:g} s; both must have the "
+            "same: resample one of them"
+        )
+    known = _azimuths(first, second, azimuths)
+    samples, words, doubts = _aligned(first, second)
+    along, angle = _weights(float(direction), *(known or (0.0, 90.0)))
+    if abs(sin(radians(angle))) < sin(radians(LEAST_ANGLE)):
+        raise RecordError(
+            f"{first.name} and {second.name} are {angle:g}° apart, almost along one line; two horizontal components "
+            "that cross are needed: check the azimuths"
+        )
+    made = samples[0] * along[0] + samples[1] * along[1]
+    sentence = (
+        f"rotation: {first.name} times {along[0]:.6g} and {second.name} times {along[1]:.6g}, {_to(direction, known)}"
+    )
+    if not _is_square(angle):
+        sentence += f"; the components are {angle:g}° apart and were solved for as such"
+    if recording(first.record, "") != recording(second.record, ""):
+        doubts += (f"{first.name} and {second.name} are not of one event, date and station",)
+    if not known:
+        doubts += (f"the azimuths are unknown: {direction:g}° counts from {first.name}",)
+    return Motion(
+        f"{first.name}+{second.name}@{direction:g}",
+        made,
+        first.dt,
+        _record(first, second, direction if known else None),
+        processing=(*_told(first, first.processing), *_told(second, second.processing), *words, sentence),
+        flags=tuple(dict.fromkeys((*_told(first, first.flags), *_told(second, second.flags), *doubts))),
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool) and isfinite(value)
+
+
+def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Where both components point [degrees]; None where neither is known."""
+    found = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
+    if found == (None, None):
+        return None
+    for motion, azimuth in zip((first, second), found, strict=True):
+        if not _is_number(azimuth):
+            raise RecordError(
+                f"{motion.name}: its azimuth is {shown(azimuth)}; give both, such as azimuths = (0.0, 90.0), in "
+                "degrees clockwise from north (a vertical component has none)"
+            )
+    return float(found[0]), float(found[1])  # type: ignore[arg-type]
+
+
+def _weights(direction: float, one: float, other: float) -> tuple[tuple[float, float], float]:
+    """What each component counts along ``direction``, and the angle between them, from 0 to 360 [degrees]."""
+    angle = (other - one) % 360.0
+    if _is_square(angle):
+        return (cos(radians(direction - one)), cos(radians(direction - other))), angle
+    whole = sin(radians(angle)) or 1.0  # components along one line are refused
+    return (sin(radians(other - direction)) / whole, sin(radians(direction - one)) / whole), angle
+
+
+def _is_square(angle: float) -> bool:
+    return abs(angle % 180.0 - 90.0) <= SQUARE
+
+
+def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tuple[str, ...], tuple[str, ...]]:
+    """Samples of both at the same times, what was cut to have them, and doubts."""
+    later = _later(first, second)
+    shift = round(later)
+    starts = (max(0, shift), max(0, -shift))
+    both = [motion.acceleration[start:] for motion, start in zip((first, second), starts, strict=True)]
+    count = min(len(each) for each in both)
+    if count < 2:
+        raise RecordError(
+            f"{first.name} and {second.name} share {count} samples: {_span(first)} and {_span(second)}; take two "
+            "components of one recording"
+        )
+    words = []
+    for motion, start, each in zip((first, second), starts, both, strict=True):
+        end = len(each) - count
+        if start or end:
+            words.append(
+                f"cut: {start * motion.dt:g} s from the start, {end * motion.dt:g} s from the end of {motion.name}"
+            )
+    doubts: tuple[str, ...] = ()
+    if abs(later - shift) > OFF_GRID:
+        off = 1000.0 * abs(later - shift) * first.dt
+        doubts = (f"{first.name} and {second.name} are sampled {off:.2g} ms apart, and were not interpolated",)
+    return (both[0][:count], both[1][:count]), tuple(words), doubts
+
+
+def _later(first: Motion, second: Motion) -> float:
+    """How many samples the second starts after the first; 0 where a start is unknown."""
+    starts = [motion.record.get("start") for motion in (first, second)]
+    if not all(starts):
+        return 0.0
+    one, other = (datetime.fromisoformat(start) for start in starts)  # type: ignore[arg-type]
+    return (other - one).total_seconds() / first.dt
+
+
+def _span(motion: Motion) -> str:
+    start = motion.record.get("start")
+    return f"{motion.duration:g} s from {start}" if start else f"{motion.duration:g} s"
+
+
+def _to(direction: float, known: tuple[float, float] | None) -> str:
+    if known is None:
+        return f"to {direction:g}° clockwise from the first"
+    return f"to {direction:g}° clockwise from north, from {known[0]:g}° and {known[1]:g}°"
+
+
+def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:
+    """Sentences about one component, with its name."""
+    return tuple(f"{motion.name}: {sentence}" for sentence in sentences)
+
+
+def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:
+    """What both records say alike; both where they differ in what tells them apart."""
+    one, other = first.record, second.record
+    record = {key: one[key] for key in KEPT if key in one and one[key] == other.get(key)}
+    for key in ("id", "file", "sha256", "component"):
+        parts = dict.fromkeys(str(each[key]) for each in (one, other) if each.get(key))
+        if parts:
+            record[key] = " + ".join(parts)
+    if one.get("start") and other.get("start"):
+        record["start"] = max(one["start"], other["start"])
+    for key, stricter in NARROWER.items():
+        corners = [each[key] for each in (one, other) if each.get(key)]
+        if corners:
+            record[key] = stricter(corners)
+    return {**record, "azimuth": None if azimuth is None else azimuth % 360.0}

@@ -1,0 +1,203 @@
+"""Motions times one factor: to a PGA, a spectral acceleration, the median of their ensemble.
+
+Whatever the aim, a motion is multiplied by one number, a sentence says which and why, and a factor outside 0.25 to 4
+is flagged, as is a PGA that no earthquake has. Sa is the pseudo-spectral acceleration ω² max|u|, as in codes and in
+models of ground motion; with 5 % damping the absolute one is up to 2 % larger at periods up to 1 s (in the FEMA P-695
+sets), and more at longer ones.
+
+    >>> import numpy as np
+    >>> from pounding_risk.motions.motion import Motion
+    >>> from pounding_risk.motions import scaling
+    >>> motion = Motion("swell", np.sin(np.arange(0.0, 20.0, 0.01)), 0.01, {})
+    >>> round(scaling.to_spectral_acceleration(motion, "0.3 g", "0.5 s").pga, 3)
+    2.875
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Hashable, Sequence
+from math import exp, isfinite, log
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.chain import Done
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, QuantityError, shown, si
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.motion import Motion
+
+USUAL_FACTORS = (0.25, 4.0)
+LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
+MEAN_PERIODS = 10  # in the mean of Sa over a range, evenly in the logarithm
+# How a measure grows with the motion: Arias intensity with its square.
+POWERS = {"pga": 1.0, "pgv": 1.0, "pgd": 1.0, "cav": 1.0, "arias": 2.0}
+_SA = re.compile(r"sa\((.+)\)", re.IGNORECASE)
+
+
+def asked(key: str, value: Any, quantity: Any) -> float:
+    """A number in SI, or text with a unit; raises RecordError that names ``key``."""
+    try:
+        return si(value, quantity)
+    except QuantityError as error:
+        raise RecordError(f"{key}: {error}") from None
+
+
+def scale_samples(samples: Samples, factor: float, aim: str = "") -> Done:
+    """Samples times ``factor``; ``aim`` are the words that say why."""
+    before, scaled = float(np.abs(samples).max()), samples * factor
+    pga = float(np.abs(scaled).max())
+    flags = list(unit_doubts(pga, "after scaling"))
+    if not USUAL_FACTORS[0] <= factor <= USUAL_FACTORS[1]:
+        flags.append(f"the scale factor {factor:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
+    peaks = f"from PGA {before / STANDARD_GRAVITY:.5g} g to {pga / STANDARD_GRAVITY:.5g} g"
+    words = f"scale: times {factor:.10g}{f' to {aim}' if aim else ''}, {peaks}"
+    return Done(scaled, words, tuple(flags), factor=factor)
+
+
+def scale_samples_to(samples: Samples, pga: float, name: str) -> Done:
+    """Samples times one factor, so that max|a| is ``pga`` [m/s²]; raises RecordError where no factor does that."""
+    peak = float(np.abs(samples).max())
+    if peak == 0.0:
+        raise RecordError(f"{name}: every sample is zero, which no factor scales; check record and window")
+    done = scale_samples(samples, pga / peak)
+    if not abs(float(np.abs(done.samples).max()) - pga) <= 1e-12 * pga:
+        raise RecordError(f"{name}: a PGA of {pga:g} m/s² is out of reach for samples of {peak:g} m/s²")
+    return done
+
+
+def unit_doubts(pga: float, when: str) -> tuple[str, ...]:
+    """A flag for a peak [m/s²] that no earthquake, or no earthquake of interest, has."""
+    in_g = pga / STANDARD_GRAVITY
+    if SMALLEST_PGA <= in_g <= LARGEST_PGA:
+        return ()
+    side = f"above {LARGEST_PGA:g} g" if in_g > LARGEST_PGA else f"below {SMALLEST_PGA:g} g"
+    return (f"PGA {when} is {in_g:.3g} g, {side}: check the unit",)
+
+
+def by_factor(motion: Motion, factor: float | str, aim: str = "") -> Motion:
+    """The motion times ``factor``; ``aim`` are words for its history. Raises RecordError for a factor not above 0."""
+    return motion.after(scale_samples(motion.acceleration, asked("scale", factor, SCALE), aim))
+
+
+def to_pga(motion: Motion, pga: float | str) -> Motion:
+    """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
+    return motion.after(scale_samples_to(motion.acceleration, asked("pga", pga, PGA), motion.name))
+
+
+def to_spectral_acceleration(motion: Motion, value: float | str, period: float | str, damping: float = 0.05) -> Motion:
+    """The motion times one factor, so that Sa(``period``, ``damping``) is ``value``, to rounding.
+
+    ``value`` [m/s²] and ``period`` [s] are numbers or text with a unit. The oscillator is followed to the end of the
+    record and no further. Raises RecordError for a value or period out of range and for a motion of zeros,
+    PoundingError for a damping ratio that is none.
+    """
+    target, at = asked("value", value, PGA), asked("period", period, PERIOD)
+    aim = f"Sa({at:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
+    found = spectral_accelerations([motion], [at], damping)[0, 0]
+    return by_factor(motion, _ratio(target, found, motion.name), aim)
+
+
+def to_mean_spectral_acceleration(
+    motion: Motion, value: float | str, periods: tuple[float | str, float | str], damping: float = 0.05
+) -> Motion:
+    """The motion times one factor, so that its mean Sa over a range of ``periods`` [s] is ``value`` [m/s²].
+
+    The mean is Sa_avg, geometric, over 10 periods evenly spaced in the logarithm, ends included (Baker and Cornell
+    2006; Eads, Miranda and Lignos 2015). Raises as `to_spectral_acceleration`, and for a range that is none.
+    """
+    target = asked("value", value, PGA)
+    low, high = period_range(periods)
+    aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
+    found = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
+    return by_factor(motion, _ratio(target, _geometric_mean(found), motion.name), aim)
+
+
+def to_median(
+    motions: Sequence[Motion],
+    measure: str | Callable[[Motion], float],
+    *,
+    groups: Sequence[Hashable] | None = None,
+    damping: float = 0.05,
+) -> tuple[Motion, ...]:
+    """The motions, each times one factor, so that all have the median of the ensemble in ``measure``.
+
+    ``measure`` is "pga", "pgv", "pgd", "cav", "arias" (whose factor is the root of the ratio), "sa(0.5 s)", or a
+    function of a motion that grows in proportion to it. Motions of one of ``groups``, one label a motion, keep one
+    factor: that of the geometric mean of the group, as both components of a station in FEMA P-695, whose NM is
+    ``to_median(motions, "pgv", groups=stations)`` but for its own PGV.
+
+    Raises RecordError for no motions, an unknown measure, labels that are not one a motion, and zeros.
+    """
+    labels = list(range(len(motions)) if groups is None else groups)
+    if not motions or len(labels) != len(motions):
+        raise RecordError(
+            f"{len(motions)} motions and {len(labels)} labels of groups; give one motion or more, and a label for each"
+        )
+    values, words = measured(motions, measure, damping)
+    for motion, value in zip(motions, values, strict=True):
+        _ratio(1.0, value, motion.name)  # names the motion that no factor scales
+    means = {
+        label: _geometric_mean([value for value, own in zip(values, labels, strict=True) if own == label])
+        for label in labels
+    }
+    median = float(np.median(list(means.values())))
+    power = POWERS.get(measure.lower(), 1.0) if isinstance(measure, str) else 1.0
+    aim = f"the median {words} of {len(means)} {'motions' if groups is None else 'groups'}"
+    factors = [(median / means[label]) ** (1.0 / power) for label in labels]
+    return tuple(by_factor(motion, factor, aim) for motion, factor in zip(motions, factors, strict=True))
+
+
+def measured(
+    motions: Sequence[Motion], measure: str | Callable[[Motion], float], damping: float = 0.05
+) -> tuple[list[float], str]:
+    """What a measure, as in `to_median`, is of each motion [SI], and the measure in words."""
+    if not isinstance(measure, str):
+        return [float(measure(motion)) for motion in motions], getattr(measure, "__name__", "measure")
+    name, inside = measure.strip().lower(), _SA.fullmatch(measure.strip())
+    if inside:
+        period = asked("measure", inside[1], PERIOD)
+        spectra = spectral_accelerations(motions, [period], damping)
+        return [float(value) for value in spectra[:, 0]], f"Sa({period:g} s, {100.0 * damping:g} %)"
+    if name not in POWERS:
+        raise RecordError(
+            f'measure: {shown(measure)} is not one; it may be {", ".join(POWERS)}, "sa(0.5 s)" or a function'
+        )
+    from pounding_risk.motions.intensity import measure as measure_all
+
+    found = [getattr(measure_all(motion.acceleration, motion.dt), name) for motion in motions]
+    return found, "Arias intensity" if name == "arias" else name.upper()
+
+
+def spectral_accelerations(motions: Sequence[Motion], periods: Any, damping: float = 0.05) -> Samples:
+    """Pseudo-spectral acceleration [m/s²] of each motion at each of ``periods`` [s], shape (motions, periods)."""
+    from pounding_risk.motions.intensity import response_spectra  # compiled, and reading a record needs none of it
+
+    if not DAMPING.allows(damping):
+        raise RecordError(f"damping: {damping:g} is no damping ratio; write one from 0 to below 1, such as 0.05")
+    samples = [motion.acceleration for motion in motions]
+    return response_spectra(samples, [motion.dt for motion in motions], periods, damping).pseudo_acceleration
+
+
+def period_range(periods: Any) -> tuple[float, float]:
+    """Two rising periods [s], numbers or text with a unit; raises RecordError for anything else."""
+    if isinstance(periods, str) or not isinstance(periods, Sequence) or len(periods) != 2:
+        raise RecordError(f"periods: {shown(periods)} is not a range; give two periods such as (0.2, 2.0)")
+    low, high = (asked("periods", period, PERIOD) for period in periods)
+    if not low < high:
+        raise RecordError(f"periods: {low:g} to {high:g} s is empty; write the shorter period first")
+    return low, high
+
+
+def _ratio(target: float, found: float, name: str) -> float:
+    """The factor from ``found`` to ``target``."""
+    if not (isfinite(found) and found > 0.0):
+        raise RecordError(f"{name}: what is to be scaled is {found:g}, which no factor scales; check record and window")
+    return target / float(found)
+
+
+def _geometric_mean(values: Any) -> float:
+    return exp(sum(log(value) for value in values) / len(values))

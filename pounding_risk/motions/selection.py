@@ -1,0 +1,355 @@
+"""Records chosen from many: by what is known of them, and by how close their spectra come to a target.
+
+    >>> import numpy as np
+    >>> from pounding_risk.motions.motion import Motion
+    >>> from pounding_risk.motions.selection import select
+    >>> from pounding_risk.motions.target_spectra import read_target
+    >>> random = np.random.default_rng(0)
+    >>> motions = [Motion(f"r{k}", random.standard_normal(1000), 0.01, {"magnitude": 6.0 + k}) for k in range(3)]
+    >>> target = read_target("asce7:sds=1.0,sd1=0.6,tl=8")
+    >>> chosen = select(motions, target, periods=(0.2, 1.0), count=1, magnitude=(6.5, 8.0))
+    >>> len(chosen.motions()), chosen.left_out
+    (1, {'magnitude outside 6.5 to 8': 1})
+
+Each record, or pair of horizontal components, is scaled by the one factor that brings it closest to the target; the
+closest are taken. Sa is the pseudo-spectral acceleration, at the damping of the target.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from math import exp, inf, isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.copies import copies
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.rotation import rotated
+from pounding_risk.motions.scaling import USUAL_FACTORS, asked, by_factor, period_range, spectral_accelerations
+from pounding_risk.motions.source import is_vertical, lowest_usable
+from pounding_risk.motions.target_spectra import Target
+from pounding_risk.units import PGA, shown
+
+NODES = 30  # periods in the range, evenly in the logarithm, ends included
+LEAST_OF_TARGET = 0.9  # ASCE 7-16, 16.2.3.2
+FILTERS = ("magnitude", "distance_km", "vs30", "pga")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is chosen, and how.
+
+    ``periods``: the range [s] in which spectra are compared, numbers or text with a unit. ``count``: how many
+    candidates, at most. ``spectrum``: "component" takes every component by itself; "geomean", "rotd50" and "rotd100"
+    take pairs, of which that is the spectrum, with one factor for both components. ``limits`` of the factor.
+    ``per_event``: at most so many candidates of one earthquake. ``magnitude``, ``distance_km``, ``vs30`` [m/s] and
+    ``pga`` [m/s², or text]: smallest and largest, of the record before it is scaled, of the larger component of a
+    pair. Raises RecordError for what none of these can be.
+    """
+
+    periods: tuple[float, float] = (0.2, 2.0)
+    count: int = 11
+    spectrum: str = "component"
+    limits: tuple[float, float] = USUAL_FACTORS
+    per_event: int | None = None
+    magnitude: tuple[float, float] | None = None
+    distance_km: tuple[float, float] | None = None
+    vs30: tuple[float, float] | None = None
+    pga: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "periods", period_range(self.periods))
+        if self.spectrum not in SPECTRA:
+            raise RecordError(f"spectrum: {shown(self.spectrum)} is not one; it may be {', '.join(SPECTRA)}")
+        for key in ("count", "per_event"):
+            value = getattr(self, key)
+            if not (value is None and key == "per_event") and not (isinstance(value, int | np.integer) and value >= 1):
+                raise RecordError(f"{key}: {shown(value)} is no number of records; write a whole number from 1 up")
+        if self.pga is not None:
+            object.__setattr__(self, "pga", tuple(asked("pga", bound, PGA) for bound in self.pga))
+        for key in ("limits", *FILTERS):
+            _check_bounds(key, getattr(self, key))
+        if self.limits[0] <= 0.0:
+            raise RecordError(
+                f"limits: a factor of {self.limits[0]:g} scales nothing; write two above 0, such as 0.25, 4"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One chosen candidate: a component, or a pair with one factor."""
+
+    motions: tuple[Motion, ...]  # as given, not scaled
+    factor: float
+    misfit: float  # root mean square of ln(scaled Sa / target)
+    limited: bool  # the factor is at one of its limits
+    acceleration: Samples  # Sa of the unscaled candidate at Selection.periods [m/s²]
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The names of the components."""
+        return " + ".join(motion.name for motion in self.motions)
+
+    def known(self, key: str) -> Any:
+        """What the records say of ``key``, such as "event"; None where they do not."""
+        return _known(self.motions, key)
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """What was chosen, closest first, and how the ensemble compares with the target."""
+
+    target: Target
+    wanted: Wanted
+    periods: Samples  # s, where spectra were compared
+    rows: tuple[Row, ...]
+    considered: int  # candidates, chosen or not
+    left_out: dict[str, int] = field(default_factory=dict)  # why, and how many
+
+    def motions(self) -> tuple[Motion, ...]:
+        """The chosen components, scaled."""
+        low, high = self.wanted.periods
+        aim = f"the target {self.target.name} from {low:g} to {high:g} s"
+        return tuple(
+            by_factor(_doubted(motion, row.doubts), row.factor, aim) for row in self.rows for motion in row.motions
+        )
+
+    @property
+    def spectra(self) -> Samples:
+        """Sa of the scaled candidates [m/s²], shape (rows, periods)."""
+        return np.array([row.factor * row.acceleration for row in self.rows])
+
+    def spectra_at(self, periods: Samples) -> Samples:
+        """What was compared (spectra of components, or of pairs as `Wanted.spectrum` has it), scaled, at other periods.
+
+        Sa [m/s²], shape (rows, periods).
+        """
+        found = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
+        return found * np.array([row.factor for row in self.rows])[:, None]
+
+    @property
+    def median_ratio(self) -> Samples:
+        """Geometric mean of the scaled spectra over the target, shape (periods,)."""
+        return np.exp(np.log(self.spectra).mean(axis=0)) / self.target.at(self.periods)
+
+    @property
+    def least_mean_ratio(self) -> float:
+        """The least of (arithmetic mean of the scaled spectra / target) over the range.
+
+        ASCE 7-16, 16.2.3.2 asks for 0.9, with "rotd100" and the range from 0.2 of the shortest to 2 of the longest
+        first-mode period.
+        """
+        return float((self.spectra.mean(axis=0) / self.target.at(self.periods)).min())
+
+    def words(self) -> tuple[str, ...]:
+        """The choice in sentences."""
+        low, high = self.wanted.periods
+        left = ", ".join(f"{count} for {why}" for why, count in self.left_out.items()) or "none"
+        factors, misfits = [[getattr(row, key) for row in self.rows] for key in ("factor", "misfit")]
+        limited = sum(row.limited for row in self.rows)
+        median, mean = self.median_ratio, self.least_mean_ratio
+        rule = ""
+        if self.wanted.spectrum == "rotd100":
+            rule = (
+                f", {'not ' if mean < LEAST_OF_TARGET else ''}the {LEAST_OF_TARGET:g} that ASCE 7-16, 16.2.3.2 asks for"
+            )
+        return (
+            f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} asked for",
+            f"left out: {left}",
+            f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
+            f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
+            f"median: {median.min():.3g} to {median.max():.3g} of {self.target.name} from {low:g} to {high:g} s",
+            f"mean: {mean:.3g} of it at least{rule}",
+        )
+
+
+class Fit(NamedTuple):
+    """How close a spectrum comes to a target with the best factor."""
+
+    factor: float
+    misfit: float
+    limited: bool
+
+
+def fit(acceleration: Samples, target: Samples, limits: tuple[float, float] = (0.0, inf)) -> Fit:
+    """The factor f within ``limits`` for which Σ ln²(f Sa / target) is least, and the root of the mean of it.
+
+    Closed form: the geometric mean of target / Sa; the sum is a parabola in ln f, so that beyond a limit the limit is
+    the best.
+    """
+    ratios = np.log(np.asarray(target) / np.asarray(acceleration))
+    best = exp(float(ratios.mean()))
+    factor = min(max(best, limits[0]), limits[1])
+    misfit = float(np.sqrt(np.mean((np.log(factor) - ratios) ** 2)))
+    return Fit(factor, misfit, factor != best)
+
+
+def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selection:
+    """The records whose spectra come closest to ``target``, each with its factor; ``choices`` are those of `Wanted`.
+
+    Vertical components are left out by their names (UP, DWN, HNZ ...). Pairs are two components of one recording: of
+    the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
+    left out. So is a record without a datum that is asked for, and one whose spectrum is zero. Everything left out is
+    counted in ``left_out``. Equal misfits are ordered by name, so that the choice never depends on the order given.
+
+    Raises RecordError for choices that `Wanted` refuses, a range of periods outside the target, components of a pair
+    that cannot be brought together, and where nothing is left.
+    """
+    wanted = _wanted(choices)
+    periods = np.geomspace(*wanted.periods, NODES)
+    goal = target.at(periods)
+    left: Counter[str] = Counter()
+    candidates = _candidates(list(motions), wanted, left)
+    considered = len(candidates) + sum(left.values())
+    candidates = [each for each in candidates if _passes(each, wanted, left)]
+    spectra = SPECTRA[wanted.spectrum](candidates, periods, target.damping) if candidates else np.empty((0, NODES))
+    rows = []
+    for parts, spectrum in zip(candidates, spectra, strict=True):
+        if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):
+            left["a spectrum of zero"] += 1
+            continue
+        best = fit(spectrum, goal, wanted.limits)
+        rows.append(Row(parts, best.factor, best.misfit, best.limited, spectrum, _doubts(parts, wanted)))
+    rows.sort(key=lambda row: (row.misfit, row.name))
+    chosen = _first(rows, wanted, left)
+    if not chosen:
+        why = ", ".join(f"{count} for {reason}" for reason, count in left.items()) or "none was given"
+        raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
+    return Selection(target, wanted, periods, tuple(chosen), considered, dict(left))
+
+
+def _wanted(choices: dict[str, Any]) -> Wanted:
+    unknown = [key for key in choices if key not in Wanted.__dataclass_fields__]
+    if unknown:
+        raise RecordError(
+            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Wanted.__dataclass_fields__)}"
+        )
+    return Wanted(**choices)
+
+
+def _check_bounds(key: str, bounds: Any) -> None:
+    if bounds is None:
+        return
+    numbers = isinstance(bounds, Sequence) and all(isinstance(each, int | float) for each in bounds)
+    if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
+        raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
+
+
+def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> list[tuple[Motion, ...]]:
+    """Components, or pairs of them, in an order that does not depend on the one given."""
+    level = [motion for motion in motions if not is_vertical(motion.record)]
+    if len(level) < len(motions):
+        left["being vertical"] += len(motions) - len(level)
+    level.sort(key=lambda motion: motion.name)
+    again = {copy.place for copy in copies([(motion.acceleration, motion.dt) for motion in level])}
+    if again:
+        left["being a copy of another candidate"] += len(again)
+    level = [motion for place, motion in enumerate(level) if place not in again]
+    if wanted.spectrum == "component":
+        return [(motion,) for motion in level]
+    groups: dict[Any, list[Motion]] = {}
+    for motion in level:
+        groups.setdefault(recording(motion.record, motion.name), []).append(motion)
+    for group in groups.values():
+        if len(group) != 2:
+            left[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
+    return [(group[0], group[1]) for group in groups.values() if len(group) == 2]
+
+
+def _known(parts: tuple[Motion, ...], key: str) -> Any:
+    if key == "pga":
+        return max(motion.pga for motion in parts)
+    return next((motion.record[key] for motion in parts if motion.record.get(key) not in (None, "")), None)
+
+
+def _passes(parts: tuple[Motion, ...], wanted: Wanted, left: Counter[str]) -> bool:
+    """True for a candidate that every filter lets through; the first that does not is counted."""
+    for key in FILTERS:
+        bounds = getattr(wanted, key)
+        if bounds is None:
+            continue
+        value = _known(parts, key)
+        if value is None or not isfinite(float(value)):
+            left[f"{key} unknown"] += 1
+            return False
+        if not bounds[0] <= float(value) <= bounds[1]:
+            left[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
+            return False
+    if wanted.per_event is not None and _known(parts, "event") is None:
+        left["event unknown"] += 1
+        return False
+    return True
+
+
+def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
+    """The closest, at most so many of one earthquake."""
+    chosen: list[Row] = []
+    events: Counter[tuple[Any, Any]] = Counter()
+    for row in rows:
+        event = row.known("event"), row.known("date")
+        if len(chosen) == wanted.count:
+            break
+        if wanted.per_event is not None and events[event] >= wanted.per_event:
+            left[f"more than {wanted.per_event} of one event"] += 1
+        else:
+            chosen.append(row)
+            events[event] += 1
+    return chosen
+
+
+def _doubts(parts: tuple[Motion, ...], wanted: Wanted) -> tuple[str, ...]:
+    """A flag for a record that is compared at periods at which it is not usable."""
+    lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
+    if wanted.periods[1] * lowest <= 1.0:
+        return ()
+    longest = f"{1.0 / lowest:.3g} s"
+    return (f"compared up to {wanted.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
+
+
+def _doubted(motion: Motion, doubts: tuple[str, ...]) -> Motion:
+    return Motion(
+        motion.name, motion.acceleration, motion.dt, motion.record, motion.processing, (*motion.flags, *doubts)
+    )
+
+
+def _alone(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
+    return spectral_accelerations([parts[0] for parts in candidates], periods, damping)
+
+
+def _geometric(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
+    """sqrt(Sa1 Sa2): peaks of the two need not be at one time."""
+    both = spectral_accelerations([motion for parts in candidates for motion in parts], periods, damping)
+    return np.sqrt(both[0::2] * both[1::2])
+
+
+def _of_direction(percentile: float) -> Callable[[list[tuple[Motion, ...]], Samples, float], Samples]:
+    """RotDnn of pairs, over the time that both components share."""
+
+    def spectra(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
+        from pounding_risk.motions.intensity import rotated_spectra
+
+        found = []
+        for first, second in candidates:
+            # Turned to the first component and across it: aligned, of one length, and perpendicular.
+            along = float(first.record.get("azimuth") or 0.0)
+            both = [rotated(first, second, along + turn) for turn in (0.0, 90.0)]
+            turned = rotated_spectra((both[0].acceleration, both[1].acceleration), first.dt, periods, damping)
+            found.append(turned.rotd(percentile))
+        return np.array(found)
+
+    return spectra
+
+
+SPECTRA: dict[str, Callable[[list[tuple[Motion, ...]], Samples, float], Samples]] = {
+    "component": _alone,
+    "geomean": _geometric,
+    "rotd50": _of_direction(50.0),
+    "rotd100": _of_direction(100.0),
+}

@@ -1,0 +1,283 @@
+"""Target spectra: from a file, from the shapes of ASCE 7 and Eurocode 8, or the median of a published set.
+
+    >>> from pounding_risk.motions.target_spectra import read_target
+    >>> target = read_target("asce7:sds=1.0,sd1=0.6,tl=8")
+    >>> (target.at([0.3, 1.2, 12.0]) / 9.80665).round(4).tolist()
+    [1.0, 0.5, 0.0333]
+    >>> read_target("ec8:ag=0.25 g,ground=B,type=1").name
+    'ec8:ag=0.25 g,ground=B,type=1'
+
+Ordinates are pseudo-spectral accelerations: codes go from them to displacements by (T/2π)².
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions import record_sets
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, Quantity, QuantityError, parse, shown
+
+NODES = 200  # periods at which a shape is tabulated, besides its corners
+SHORTEST, LONGEST, LONGEST_EC8 = 0.01, 10.0, 4.0  # s; EN 1998-1 ends at 4 s, and its annex A goes on
+LEAST_ETA = 0.55
+# EN 1998-1:2004, tables 3.2 and 3.3, recommended values: S, T_B, T_C, T_D [s] by type of spectrum and ground.
+GROUNDS = {
+    1: {
+        "A": (1.0, 0.15, 0.4, 2.0),
+        "B": (1.2, 0.15, 0.5, 2.0),
+        "C": (1.15, 0.2, 0.6, 2.0),
+        "D": (1.35, 0.2, 0.8, 2.0),
+        "E": (1.4, 0.15, 0.5, 2.0),
+    },
+    2: {
+        "A": (1.0, 0.05, 0.25, 1.2),
+        "B": (1.35, 0.05, 0.25, 1.2),
+        "C": (1.5, 0.1, 0.25, 1.2),
+        "D": (1.8, 0.1, 0.3, 1.2),
+        "E": (1.6, 0.05, 0.25, 1.2),
+    },
+}
+_HEADER = re.compile(r".*[\[(]\s*([^\])]+?)\s*[\])]\s*")
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A target spectrum: ``acceleration`` [m/s²] at rising ``periods`` [s], for a ``damping`` ratio.
+
+    Raises RecordError for arrays of unlike length, fewer than two periods, periods that do not rise from zero or
+    above, and ordinates that are not above zero and finite.
+    """
+
+    name: str
+    periods: Samples
+    acceleration: Samples
+    damping: float = 0.05
+    shape: Callable[[Samples], Samples] | None = field(default=None, repr=False)  # the formula, where there is one
+
+    def __post_init__(self) -> None:
+        periods, values = (np.array(each, dtype=np.float64) for each in (self.periods, self.acceleration))
+        if periods.ndim != 1 or periods.shape != values.shape or periods.size < 2:
+            raise RecordError(
+                f"{self.name}: {periods.size} periods and {values.size} ordinates; a target needs two or more of both"
+            )
+        if not (np.isfinite(periods).all() and periods[0] >= 0.0 and (np.diff(periods) > 0.0).all()):
+            raise RecordError(f"{self.name}: the periods do not rise; sort them, each once, from 0 s up")
+        if not (np.isfinite(values).all() and (values > 0.0).all()):
+            raise RecordError(f"{self.name}: an ordinate is not above zero and finite; correct or leave it out")
+        for key, value in (("periods", periods), ("acceleration", values)):
+            value.flags.writeable = False
+            object.__setattr__(self, key, value)
+
+    def at(self, periods: ArrayLike) -> Samples:
+        """The ordinates [m/s²] at ``periods`` [s]: by the code's formula, or between tabulated ones.
+
+        Those are joined by straight lines in logarithms, from a period of 0 by one in numbers. Raises RecordError for
+        a period outside the target's.
+        """
+        asked = np.asarray(periods, dtype=np.float64)
+        outside = asked[~((asked >= self.periods[0] * (1 - 1e-12)) & (asked <= self.periods[-1] * (1 + 1e-12)))]
+        if outside.size:
+            raise RecordError(
+                f"{self.name}: is given from {self.periods[0]:g} to {self.periods[-1]:g} s, and {outside.flat[0]:g} s "
+                "is asked for; narrow the range of periods"
+            )
+        return self.shape(asked) if self.shape else self._between(asked)
+
+    def _between(self, asked: Samples) -> Samples:
+        start = 1 if self.periods[0] == 0.0 else 0
+        periods, values = self.periods[start:], self.acceleration[start:]
+        safe = np.maximum(asked, periods[0])
+        joined = np.exp(np.interp(np.log(safe), np.log(periods), np.log(values)))
+        return np.where(asked < periods[0], np.interp(asked, self.periods, self.acceleration), joined)
+
+
+def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
+    """The target that ``text`` names.
+
+    - "asce7:sds=1.0,sd1=0.6,tl=8": the two-period design spectrum, S_DS and S_D1 in g, T_L in s;
+    - "ec8:ag=0.25 g,ground=B,type=1": Eurocode 8, with ``damping=0.02`` for another than 5 %;
+    - "fema-p695-farfield" or another published set: the geometric mean of its spectra as recorded;
+    - anything else is a file: comma, semicolon or tab between two columns, and a first line that states both units,
+      such as ``period [s], Sa [g]``. ``damping`` is that of a file; lines that begin with # are left out.
+
+    Raises RecordError for what cannot be read, with the repair.
+    """
+    name = str(text)
+    kind, _, rest = name.partition(":")
+    if kind.strip().lower() in SHAPES and isinstance(text, str):
+        return _shape(name, kind.strip().lower(), rest)
+    if name in record_sets.SETS:
+        carried = record_sets.carried_spectra(name)
+        return Target(name, carried.periods, np.exp(np.log(carried.pseudo_acceleration).mean(axis=0)))
+    return _file(Path(text), damping)
+
+
+def asce7(sds: float, sd1: float, tl: float) -> Target:
+    """The two-period design spectrum of ASCE 7-16, clause 11.4.6 (the same in ASCE 7-22, clause 11.4.5.2), 5 % damping.
+
+    S_a = S_DS (0.4 + 0.6 T / T_0) to T_0 = 0.2 S_D1 / S_DS; S_DS to T_S = S_D1 / S_DS; S_D1 / T to T_L;
+    S_D1 T_L / T² beyond. ``sds`` and ``sd1`` [g], ``tl`` [s]. Times 1.5 it is that of the MCE_R (11.4.7).
+
+    Raises RecordError for values that are not above zero, and T_L below T_S.
+    """
+    for key, value in (("sds", sds), ("sd1", sd1), ("tl", tl)):
+        if not (isfinite(value) and value > 0.0):
+            raise RecordError(f"asce7: {key} is {value:g}; it must be greater than 0 and finite")
+    short = sd1 / sds
+    if tl < short:
+        raise RecordError(f"asce7: T_L is {tl:g} s, below T_S = sd1 / sds = {short:g} s; check the three values")
+
+    def shape(period: Samples) -> Samples:
+        safe = np.maximum(period, 0.2 * short)
+        falling = np.where(safe <= tl, sd1 / safe, sd1 * tl / safe**2)
+        rising = sds * (0.4 + 0.6 * period / (0.2 * short))
+        return STANDARD_GRAVITY * np.where(period < 0.2 * short, rising, np.minimum(sds, falling))
+
+    return _tabulated(
+        f"asce7:sds={sds:g},sd1={sd1:g},tl={tl:g}", shape, (0.2 * short, short, tl), max(LONGEST, 2.0 * tl)
+    )
+
+
+def eurocode8(ag: float, ground: str, spectrum: int, damping: float = 0.05) -> Target:
+    """The horizontal elastic spectrum of EN 1998-1:2004, 3.2.2.2, recommended values of S, T_B, T_C and T_D.
+
+    S_e = a_g S [1 + T / T_B (2.5 η − 1)] to T_B; 2.5 a_g S η to T_C; 2.5 a_g S η T_C / T to T_D;
+    2.5 a_g S η T_C T_D / T² to 4 s. η = sqrt(10 / (5 + ξ)) ≥ 0.55, ξ in per cent. ``ag`` [m/s²] is that of
+    type A ground, ``spectrum`` 1 or 2. National annexes have other values; Eurocode 8 of 2024 has another spectrum.
+
+    Raises RecordError for a ground other than A to E, a type other than 1 or 2, and numbers out of range.
+    """
+    if spectrum not in GROUNDS or ground not in GROUNDS[spectrum]:
+        raise RecordError(
+            f"ec8: ground {shown(ground)} and type {shown(spectrum)} are not in tables 3.2 and 3.3; ground is A, B, C, "
+            "D or E, type 1 (surface-wave magnitude above 5.5) or 2"
+        )
+    if not (isfinite(ag) and ag > 0.0 and 0.0 < damping < 1.0):
+        raise RecordError(f"ec8: ag {ag:g} m/s² and damping {damping:g} must be greater than 0, damping below 1")
+    soil, b, c, d = GROUNDS[spectrum][ground]
+    eta = max(sqrt(10.0 / (5.0 + 100.0 * damping)), LEAST_ETA)
+    plateau = 2.5 * eta * ag * soil
+
+    def shape(period: Samples) -> Samples:
+        safe = np.maximum(period, b)
+        falling = np.where(safe <= d, plateau * c / safe, plateau * c * d / safe**2)
+        rising = ag * soil * (1.0 + period / b * (2.5 * eta - 1.0))
+        return np.where(period < b, rising, np.minimum(plateau, falling))
+
+    name = f"ec8:ag={ag / STANDARD_GRAVITY:.6g} g,ground={ground},type={spectrum}"
+    name += "" if damping == 0.05 else f",damping={damping:g}"
+    return _tabulated(name, shape, (b, c, d), LONGEST_EC8, damping)
+
+
+def _tabulated(
+    name: str, shape: Callable[[Samples], Samples], corners: tuple[float, ...], longest: float, damping: float = 0.05
+) -> Target:
+    """A target with its formula, tabulated from 0 with the corners among the periods."""
+    within = [corner for corner in corners if SHORTEST < corner < longest]
+    periods = np.unique([0.0, *np.geomspace(SHORTEST, longest, NODES), *within])
+    return Target(name, periods, shape(periods), damping, shape)
+
+
+def _asce7_of(given: Mapping[str, Any]) -> Target:
+    return asce7(given["sds"], given["sd1"], given["tl"])
+
+
+def _ec8_of(given: Mapping[str, Any]) -> Target:
+    return eurocode8(given["ag"], given["ground"].upper(), given["type"], given.get("damping", 0.05))
+
+
+def _number(text: str) -> float:
+    return float(text.removesuffix(" s").removesuffix(" g"))
+
+
+def _acceleration(text: str) -> float:
+    return parse(text, PGA)  # a_g is quoted in g as often as in m/s²
+
+
+# What a shape takes: how each key is read, its example, and which must be there.
+SHAPES: dict[str, tuple[Callable[[Mapping[str, Any]], Target], dict[str, Callable[[str], Any]], str]] = {
+    "asce7": (_asce7_of, {"sds": _number, "sd1": _number, "tl": _number}, "asce7:sds=1.0,sd1=0.6,tl=8"),
+    "ec8": (
+        _ec8_of,
+        {"ag": _acceleration, "ground": str, "type": int, "damping": float},
+        "ec8:ag=0.25 g,ground=B,type=1",
+    ),
+}
+
+
+def _shape(name: str, kind: str, rest: str) -> Target:
+    make, readers, example = SHAPES[kind]
+    given: dict[str, Any] = {}
+    for part in rest.split(","):
+        key, equals, value = (word.strip() for word in part.partition("="))
+        if not equals or key.lower() not in readers or key.lower() in given:
+            raise RecordError(
+                f'{name}: "{part.strip()}" is not one of {", ".join(readers)}, once each; write "{example}"'
+            )
+        try:
+            given[key.lower()] = readers[key.lower()](value)
+        except (ValueError, QuantityError) as error:
+            raise RecordError(f'{name}: {key} cannot be "{value}" ({error}); write "{example}"') from None
+    absent = [key for key in readers if key not in given and key != "damping"]
+    if absent:
+        raise RecordError(f'{name}: says nothing of {" and ".join(absent)}; write "{example}"')
+    return make(given)
+
+
+def _file(path: Path, damping: float) -> Target:
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError:
+        raise RecordError(
+            f"{path}: no such file, and no shape; write {' or '.join(shape[2] for shape in SHAPES.values())}, or a file"
+        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(f"{path}: cannot be read as text ({error}); save it as CSV") from None
+    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not rows:
+        raise RecordError(f"{path}: has no lines; write a header such as period [s], Sa [g], and the numbers below")
+    mark = next((mark for mark in (";", "\t", ",") if mark in rows[0]), ",")
+    head, *body = csv.reader(rows, delimiter=mark)
+    units = _units(path, head)
+    table = [_row(path, number, words) for number, words in enumerate(body, start=1)]
+    columns = np.array(table, dtype=np.float64).reshape(-1, 2).T
+    return Target(path.stem, columns[0] * units[0], columns[1] * units[1], damping)
+
+
+def _units(path: Path, head: list[str]) -> tuple[float, float]:
+    """What one of each column is in SI."""
+    found = []
+    quantities: tuple[Quantity, Quantity] = (PERIOD, PGA)
+    for words, quantity in zip(head, quantities, strict=False):
+        unit = _HEADER.fullmatch(words)
+        try:
+            found.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
+        except QuantityError as error:
+            raise RecordError(f'{path}: the column "{words.strip()}": {error}') from None
+    if len(head) != 2 or 0.0 in found:
+        raise RecordError(
+            f'{path}: the first line is "{", ".join(words.strip() for words in head)}"; it must name two columns with '
+            "their units in brackets, such as period [s], Sa [g]: units are not guessed"
+        )
+    return found[0], found[1]
+
+
+def _row(path: Path, number: int, words: list[str]) -> tuple[float, float]:
+    try:
+        period, value = (float(word) for word in words)
+    except ValueError:
+        raise RecordError(
+            f"{path}: row {number} is {shown(', '.join(words))}; write a period and an ordinate"
+        ) from None
+    return period, value

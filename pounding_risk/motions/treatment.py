@@ -1,0 +1,153 @@
+"""What is done to a processed record before a run, in one order: window, polarity, amplitude, tail of zeros.
+
+`read_motion`, the records of a scene and those of a manifest all pass `treated`; nothing else cuts or scales them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions import scaling
+from pounding_risk.motions.processing.chain import Done, window
+from pounding_risk.motions.processing.resample import MOST
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
+from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral
+from pounding_risk.motions.source import check_shaking
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.motion import Motion
+
+WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
+
+
+class Treatment(NamedTuple):
+    """What is done to a processed record, in SI; fields in the order in which they act.
+
+    Of ``pga``, ``sa`` and ``to_median`` one at most; ``scale`` stands alone or follows ``to_median``
+    (`record_request.conflicts` has the rule).
+    """
+
+    window: tuple[float, float] | None = None  # s; None keeps the whole record
+    polarity: str = AS_RECORDED
+    pga: float | None = None  # m/s²
+    sa: Spectral | None = None
+    to_median: str | Spectral | None = None  # of the motions that are treated together
+    scale: float | None = None  # factor
+    tail: float = 0.0  # s of zeros after the motion
+
+
+def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
+    """What a request asks for, in the records' own polarity; without ``scaled`` they keep their amplitude."""
+    if not scaled:
+        return Treatment(request.window, tail=request.tail)
+    return Treatment(
+        request.window,
+        pga=request.pga,
+        sa=request.sa,
+        to_median=request.to_median,
+        scale=request.scale,
+        tail=request.tail,
+    )
+
+
+def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
+    """The motions as runs see them.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        Processed, and turned to the row where that is asked for; the ensemble, where there is a median to reach.
+    how : Treatment
+        What is done to each of them.
+
+    Raises
+    ------
+    RecordError
+        For a window or tail that is none, a window without shaking, and an amplitude out of reach.
+    """
+    shaking = [_before_scaling(motion, how) for motion in motions]
+    return [_as_seen(motion, how) for motion in _scaled(shaking, how)]
+
+
+def _before_scaling(motion: Motion, how: Treatment) -> Motion:
+    """The part of a motion that is kept, in the polarity that is asked for; it must hold some shaking."""
+    place, repair = str(motion.record.get("source") or motion.name), "its processing"
+    if how.window is not None:
+        motion = motion.after(cut(motion.acceleration, motion.dt, how.window))
+        place, repair = f"{place}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
+    check_shaking(motion.acceleration, place, repair)
+    return motion.reversed() if how.polarity == REVERSED else motion
+
+
+def _scaled(motions: Sequence[Motion], how: Treatment) -> Sequence[Motion]:
+    """Each motion times one factor, or two: that to the median and the common one after it."""
+    if how.pga is not None:
+        motions = [scaling.to_pga(motion, how.pga) for motion in motions]
+    if how.sa is not None:
+        motions = [_to_spectral(motion, how.sa) for motion in motions]
+    if how.to_median is not None:
+        motions = _at_median(motions, how.to_median)
+    if how.scale is not None:
+        motions = [scaling.by_factor(motion, how.scale) for motion in motions]
+    return motions
+
+
+def _to_spectral(motion: Motion, aim: Spectral) -> Motion:
+    if aim.value is None:
+        raise RecordError("sa: names a period and no value to scale to; give one, such as 0.4 g")
+    return scaling.to_spectral_acceleration(motion, aim.value, aim.period, aim.damping)
+
+
+def _at_median(motions: Sequence[Motion], aim: str | Spectral) -> Sequence[Motion]:
+    """The motions at their ensemble's median; both components of a recording share one factor."""
+    measure = f"sa({aim.period!r} s)" if isinstance(aim, Spectral) else aim
+    damping = aim.damping if isinstance(aim, Spectral) else 0.05
+    groups = [recording(motion.record, motion.name) for motion in motions]
+    return scaling.to_median(motions, measure, groups=groups, damping=damping)
+
+
+def _as_seen(motion: Motion, how: Treatment) -> Motion:
+    """With the doubts about what a run sees, and the zeros after it."""
+    motion = motion.doubted(doubts(motion.acceleration, motion.dt))
+    return motion.with_tail(how.tail) if how.tail else motion
+
+
+def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
+    """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
+    done = window(samples, dt, start=span[0], end=span[1])
+    peak, kept = float(np.abs(samples).max()), float(np.abs(done.samples).max())
+    if kept >= WEAK_WINDOW * peak:
+        return done
+    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * kept / peak:.2g} % of the record's"
+    return done._replace(flags=(*done.flags, flag))
+
+
+def turned_round(samples: Samples) -> Done:
+    """The other sign."""
+    return Done(-samples, "polarity: reversed")
+
+
+def extended(samples: Samples, dt: float, seconds: float) -> Done:
+    """Zeros of that duration [s] after the samples."""
+    count = round(seconds / dt)
+    if count > MOST:
+        raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
+    return Done(np.pad(samples, (0, count)), f"tail: {count * dt:g} s of zeros added")
+
+
+def doubts(samples: Samples, dt: float) -> tuple[str, ...]:
+    """What a user should know about the samples that a run sees."""
+    flags = []
+    peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
+    if first > FIRST_OF_PEAK * peak:
+        share = f"{100.0 * first / peak:.1f} %"
+        flags.append(f"the motion starts at {share} of its PGA: a late trigger, or a cut in motion")
+    if dt > LONGEST_STEP:
+        flags.append(f"the time step {dt:g} s is longer than {LONGEST_STEP:g} s: peaks may be missed")
+    return tuple(flags)

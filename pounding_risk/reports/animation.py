@@ -1,0 +1,184 @@
+"""A run of a row as a moving picture: one HTML file that holds data and script, and fetches nothing.
+
+Displacements and gaps are drawn larger by one factor, so that walls meet where the buildings do. Between two frames
+nothing of a contact is lost: each frame has the largest force since the last one, and where there is one shows the
+buildings at that instant.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.assessment.row import force_told, standing
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.style import STANDARD_GRAVITY, law_words
+from pounding_risk.reports.explorer import packed
+from pounding_risk.results.files import check_target
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+RATES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 10.0)  # frames a second; the first of which the page stays small is taken
+LARGEST = 300_000  # bytes of a page
+STEPS = 16_000  # of a displacement, from zero to the largest; a difference of two still fits 16 bits
+FORCES = 32_000  # of a contact force
+NEEDED = ("displacement", "contact_force")
+TOLD = ("record", "polarity", "contact_model")  # attributes that a page's head tells as they are
+
+
+class Frames(NamedTuple):
+    """What is drawn: instants [s], displacements [m] of the floors of all buildings, forces [N] of contact points."""
+
+    time: Array
+    displacement: Array  # (frames, floors)
+    force: Array  # (frames, contact points)
+    rate: float  # frames a second
+
+
+def animate(run: xr.Dataset, out: str | Path) -> Path:
+    """Write the animation (.html) of one run of a row, and return its path.
+
+    ``run`` has ``displacement`` (time, building, storey) [m], NaN where a building has no such storey, and
+    ``contact_force`` (time, contact_point) [N]; the coordinates of a row's dataset that say what stands where; and the
+    gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``. Raises PoundingError for another dataset, for
+    one so long that the page would not be small, and for an ``out`` that cannot be written.
+    """
+    target = check_target(out, (".html",))
+    _check(run)
+    for rate in RATES:
+        text = page(_model(run, frames(run, rate)))
+        if len(text.encode("utf-8")) <= LARGEST:
+            return _write(text, target)
+    span = float(run["time"][-1] - run["time"][0])
+    raise PoundingError(
+        f"the run lasts {span:g} s with {run.sizes['building']} buildings, too much for a page of "
+        f"{LARGEST // 1000} kB; choose a part of it, such as run.sel(time=slice(0, {span / 2:.3g}))"
+    )
+
+
+def _check(run: xr.Dataset) -> None:
+    missing = [name for name in NEEDED if name not in run]
+    if missing or "contact_point" not in run.dims:
+        raise PoundingError(
+            f"the dataset has no {missing[0] if missing else 'contact points'}, so it is no run of a row with its "
+            "histories"
+        )
+    if run.sizes["time"] < 2:
+        raise PoundingError("the run has fewer than two instants; nothing moves")
+
+
+def frames(run: xr.Dataset, rate: float) -> Frames:
+    """The run at so many frames a second.
+
+    A frame stands for the time since the last one: its forces are the largest in it, and its displacements those at
+    the instant of the largest of all, or at its end where nothing touches.
+    """
+    time = run["time"].values
+    force = np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values)
+    moved = run["displacement"].transpose("time", "building", "storey").values
+    floors = moved[:, np.isfinite(moved).any(axis=0)]
+    count = max(2, int(np.ceil((time[-1] - time[0]) * rate)) + 1)
+    ends = np.minimum(time[0] + np.arange(count) / rate, time[-1])
+    # The frame that each instant belongs to; one a rounding error past a frame's end belongs to it.
+    after = np.searchsorted(ends + 1e-6 / rate, time)
+    peaks = np.zeros((count, force.shape[1]))
+    np.maximum.at(peaks, after, force)
+    at = ends.copy()
+    strongest = force.max(axis=1, initial=0.0)
+    # In rising order of force, so that the strongest instant of a frame is the one that stays.
+    order = np.argsort(strongest, kind="stable")
+    order = order[strongest[order] > 0.0]
+    at[after[order]] = time[order]
+    shown = np.stack([np.interp(at, time, floor) for floor in floors.T], axis=1) if floors.size else floors[:count]
+    return Frames(at, shown, peaks, rate)
+
+
+def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
+    """What the page holds; numbers of frames are differences to the frame before, packed."""
+    largest = float(np.abs(shown.displacement).max(initial=0.0)) or 1.0
+    peak = float(shown.force.max(initial=0.0))
+    steps = np.rint(shown.displacement / largest * STEPS).astype(np.int16)
+    forces = np.rint(shown.force / (peak or 1.0) * FORCES).astype(np.int16)
+    has_floors = np.isfinite(run["displacement"].transpose("time", "building", "storey").values).any(axis=0)
+    points = [run[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
+    return {
+        "title": str(run.attrs.get("title") or "A run of a row"),
+        "facts": _facts(run, shown),
+        "buildings": [
+            {
+                "name": each.name,
+                "levels": each.levels,
+                "rigid": each.is_rigid,
+                "floors": int(has_floors[at].sum()),
+            }
+            for at, each in enumerate(standing(run))
+        ],
+        "gaps": _gaps(run),
+        "points": [
+            {"interface": int(at), "left": float(left), "right": float(right), "kind": str(kind), "label": str(label)}
+            for at, left, right, kind, label in zip(*points, run["contact_point"].values, strict=True)
+        ],
+        "frames": len(shown.time),
+        "rate": shown.rate,
+        "time": [round(float(instant), 4) for instant in shown.time],
+        "largest": largest / STEPS,
+        "strongest": peak / FORCES,
+        "displacement": packed(np.diff(steps, axis=0, prepend=0), "i2"),
+        "force": packed(forces, "i2"),
+    }
+
+
+def _gaps(run: xr.Dataset) -> list[float]:
+    if "interface_gap" in run.variables:
+        return [float(gap) for gap in run["interface_gap"].values]
+    return [float(run.attrs["gap"])] * (run.sizes["building"] - 1)
+
+
+def _facts(run: xr.Dataset, shown: Frames) -> str:
+    """One sentence on what runs, and one on what is seen of it."""
+    told = [law_words(str(run.attrs[name])) for name in TOLD if name in run.attrs]
+    if "pga" in run.attrs:
+        told.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
+    gaps = _gaps(run)
+    widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
+    told.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
+    peak = float(shown.force.max(initial=0.0))
+    touched = int((shown.force > 0.0).any(axis=0).sum())
+    ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_told(peak)}"
+    return f"{', '.join(told)}. {ends if touched else 'Nothing touches'}."
+
+
+def page(model: dict[str, Any]) -> str:
+    """The whole page as text. It may run the script it holds, by its checksum, and may fetch nothing."""
+    folder = files("pounding_risk.reports") / "animation_page"
+    html, style, script = ((folder / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
+    # In a script element only "<" could end the data.
+    data = json.dumps(model, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    allowed = f"'sha256-{base64.b64encode(sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
+    parts = {"title": escape(str(model["title"])), "allowed": allowed, "style": style, "data": data, "script": script}
+    before, *rest = html.split("{{")
+    return before + "".join(parts[key] + after for key, _, after in (each.partition("}}") for each in rest))
+
+
+def _write(text: str, target: Path) -> Path:
+    """Under a temporary name, moved into place; raises PoundingError where that fails."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(partial, target)
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return target

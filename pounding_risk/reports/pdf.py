@@ -1,0 +1,78 @@
+"""A report as PDF, by typst: a wheel that needs no program of the system, and the same bytes on any day."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from importlib import resources
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.style import font_files
+
+if TYPE_CHECKING:
+    from pounding_risk.reports.document import Model
+
+TEMPLATE, FONTS = "report.typ", "fonts"
+
+
+def document(model: Model) -> bytes:
+    """The PDF of a report's model. Raises PoundingError without typst, and for a letter that no font has."""
+    try:
+        import typst
+    except ImportError:
+        raise PoundingError(
+            'a report as PDF needs typst: pip install "pounding-risk[pdf]", or write a report that ends in .html'
+        ) from None
+    with TemporaryDirectory() as folder:
+        root = Path(folder)
+        (root / "report.json").write_text(json.dumps(_with_files(model, root), ensure_ascii=False), encoding="utf-8")
+        template = root / TEMPLATE
+        template.write_text(
+            resources.files(__package__).joinpath(TEMPLATE).read_text(encoding="utf-8"), encoding="utf-8"
+        )
+        (root / FONTS).mkdir()
+        for font in font_files():
+            shutil.copy(font, root / FONTS)
+        return _compiled(typst, template)
+
+
+def _compiled(typst: Any, template: Path) -> bytes:
+    """The PDF, with fonts that come along; with those of the system where these lack a letter.
+
+    As PDF/UA: tagged, with the figures' texts, for those who have it read out. That refuses letters that no font has.
+    """
+    problem = ""
+    for system in (False, True):
+        try:
+            return typst.compile(
+                template,
+                root=template.parent,
+                font_paths=[template.parent / FONTS],
+                ignore_system_fonts=not system,
+                pdf_standards="ua-1",
+            )
+        except typst.TypstError as error:
+            if "could not be displayed" not in str(error):
+                raise
+            problem = str(error).partition("error: ")[2]
+    raise PoundingError(
+        f"{problem}, nor with another font here: install a font that has it, such as Noto Sans, or write .html"
+    )
+
+
+def _with_files(model: Model, root: Path) -> Model:
+    """The model with its figures as files beside the template."""
+    sections = []
+    for section in model["sections"]:
+        blocks = []
+        for block in section["blocks"]:
+            if block["kind"] == "figure":
+                file = f"{block['name']}.svg"
+                (root / file).write_text(block["svg"], encoding="utf-8")
+                block = {**{key: value for key, value in block.items() if key != "svg"}, "file": file}
+            blocks.append(block)
+        sections.append({**section, "blocks": blocks})
+    return {**model, "sections": sections}

@@ -1,0 +1,133 @@
+"""The first page: the verdict on each gap, the numbers and sentences behind it, and what to keep in mind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
+from pounding_risk.reports.blocks import (
+    KEPT,
+    Block,
+    Cell,
+    amount,
+    between,
+    count,
+    facts,
+    head,
+    heading,
+    listing,
+    number,
+    paragraph,
+    table,
+)
+from pounding_risk.reports.material import Material, Pair
+
+
+def summary(material: Material) -> list[Block]:
+    """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
+    blocks: list[Block] = [_verdicts(material)] if len(material.pairs) > 1 else []
+    for pair in material.pairs:
+        verdict = pair.found.verdict
+        blocks += [
+            {
+                "kind": "verdict",
+                "name": pair.name,
+                "word": verdict.word,
+                "conclusion": list(verdict.conclusion),
+                "sentence": verdict.sentence,
+            },
+            paragraph(material.assessment.asked),
+            listing(verdict.evidence),
+            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(material, pair)),
+        ]
+    caveats = _caveats(material)
+    if caveats:
+        blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
+    return blocks
+
+
+def _verdicts(material: Material) -> Block:
+    """The verdicts of a row, one line an interface."""
+    percentile = material.assessment.percentile
+    heads = [("neighbours", "l"), (head("gap", "m"), "r"), ("verdict", "l"), ("with contact", "r"), ("motions", "r")]
+    heads += [("probability [%]", "r"), (head(f"gap that {percentile:g} % need", "m"), "r")]
+    rows: list[list[Cell | str]] = []
+    for pair in material.pairs:
+        here = pair.found.contact_at_gap()
+        needed = pair.found.required_at(percentile).gap
+        shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
+        rows.append([pair.name, number(pair.found.gap, "m"), pair.found.verdict.word, *shares, number(needed, "m")])
+    worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].found.contact_at_gap().probability)
+    note = "those with most contact"
+    return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
+
+
+def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
+    found, asked = pair.found, material.assessment
+    here, bounds = found.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
+    told: list[tuple[str, Cell | str]] = [
+        ("gap assessed", amount(found.gap, "m")),
+        ("motions with contact", count(here.count)),
+        ("motions", count(here.runs)),
+        ("probability of contact [%]", number(here.probability, "%", 3)),
+        (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
+        (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
+        ("probability allowed [%]", number(asked.target, "%", 3)),
+        *_required(found, asked.percentile),
+        *([] if asked.criterion.agrees else _required(found, asked.criterion.target_percentile)),
+        ("motions that need most", _governing(found.verdict)),
+        ("cases of the dataset", count(asked.cases)),
+        ("of these failed, left out of what contact does", count(asked.failed)),
+        ("made again at a tighter tolerance", count(asked.checked)),
+        ("of these sensitive", count(asked.sensitive)),
+    ]
+    return told
+
+
+def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
+    one = found.required_at(percentile)
+    ratio = found.gap / one.gap if one.gap > 0.0 else float("nan")
+    return [
+        (f"gap that {percentile:g} % of the motions need", amount(one.gap, "m")),
+        ("its bounds [mm]", between(one.low, one.high, "m")),
+        ("gap over that", number(ratio, digits=3)),
+    ]
+
+
+def _governing(verdict: Any) -> Cell:
+    """The motions that close most, with the gap that each needs."""
+    cells = [amount(each.closing, "m") for each in verdict.governing]
+    told = [
+        f"{each.record} {each.polarity} ({cell['text']})" for each, cell in zip(verdict.governing, cells, strict=True)
+    ]
+    return {"text": ", ".join(told), "parts": [cell["raw"] for cell in cells]}
+
+
+def _caveats(material: Material) -> list[str]:
+    found, told = material.assessment, []
+    if found.failed:
+        told.append(
+            f"{found.failed} of {counted(found.cases, 'case')} failed: they are left out of what contact does. "
+            "Whether there is "
+            f"contact follows from the motion without it{', and in a row from the runs' if material.is_row else ''}."
+        )
+    if found.sensitive:
+        told.append(
+            f"{found.sensitive} of the {counted(found.checked, 'run')} made again are sensitive to the tolerance."
+        )
+    if not found.checked:
+        told.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
+    told += found.notes
+    if material.facts("flags", {}):
+        told.append("There are doubts about some records; they stand with the records.")
+    if material.facts("left_out", []):
+        told.append("Some files that the scene names were left out; they stand with the records.")
+    if material.facts("unused_keys", []):
+        told.append("Some keys of the scene have no effect in it; they are listed with the scene.")
+    rules = [each.row for pair in material.pairs for each in pair.codes.rules]
+    if any(row.verification in (MEMORY, QUOTED) for row in rules):
+        told.append("Some rules of codes are quoted by others or from memory: their clauses were not read; see there.")
+    if any(row.superseded for row in rules):
+        told.append("Some rules are of editions that later ones supersede; they are named there.")
+    return told

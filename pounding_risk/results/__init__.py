@@ -1,0 +1,1 @@
+"""Datasets: variables, labels, layout, stores, files, provenance, summaries."""

@@ -1,0 +1,366 @@
+"""What a dataset of `scan` must be like, declared once, and the check of it before anybody reads one.
+
+A file may have been damaged or changed since it was written. What is declared here is the dimensions, units and kinds
+of the variables that commands read, the labels of the axes, and the shapes of the attributes; what each command cannot
+do without it names itself. Nothing here solves.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from hashlib import sha256
+from math import isfinite
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.layout import AXES
+from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
+from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOTION = AXES[:3]
+POLARITIES = ("as recorded", "reversed")
+KINDS = ("floor", "column")  # of contact points
+NUMBER, WHOLE, TEXT = "iuf", "iu", "UOT"  # kinds of dtypes; netCDF gives texts as objects
+REPAIR = "the file was damaged or changed since it was written: take the one that scan wrote, or run the scan again"
+
+
+class Declared(NamedTuple):
+    """A variable or coordinate of a scan's dataset."""
+
+    dims: tuple[str, ...]
+    unit: str | None = None  # None for texts, flags and what has no unit of its own
+    kinds: str = NUMBER
+
+
+def _declared(dims: tuple[str, ...], units: Mapping[str, str], prefix: str = "", suffix: str = "") -> dict[str, Any]:
+    return {f"{prefix}{name}{suffix}": Declared(dims, unit) for name, unit in units.items()}
+
+
+# Of each run of a pair, and of each interface of a row.
+RUN_UNITS = {
+    "peak_relative_displacement": "m",
+    "peak_closing": "m",
+    "peak_opening": "m",
+    "peak_penetration": "m",
+    "impact_count": "1",
+    "first_impact_time": "s",
+    "contact_time": "s",
+    "peak_approach_speed": "m/s",
+    "peak_contact_force": "N",
+    "lowest_contact_force": "N",
+    "impulse": "N s",
+    "yield_exceedance": "1",
+    "yield_demand": "1",
+    "yield_count": "1",
+    "first_yield_time": "s",
+    "energy_viscous": "J",
+    "energy_plastic": "J",
+    "permanent_set": "m",
+    "energy_residual": "1",
+    "restitution_held": "1",
+}
+BUILDING_UNITS = {
+    "peak_displacement": "m",
+    "peak_drift": "m",
+    "peak_storey_shear": "N",
+    "peak_floor_acceleration": "m/s2",
+}
+STOREY_UNITS = {
+    "storey_displacement": "m",
+    "storey_drift": "m",
+    "storey_shear": "N",
+    "storey_acceleration": "m/s2",
+    "storey_ductility": "1",
+    "storey_residual_drift": "m",
+}
+ROW_UNITS = {"row_impulse": "N s", "row_energy_lost": "J"}
+STOREYS = ("building", "storey")
+# In a row those of `RUN_UNITS` and the closing without contact are by interface as well.
+BY_INTERFACE = {*RUN_UNITS, "peak_closing_free"}
+
+VARIABLES: dict[str, Declared] = {
+    **_declared(AXES, RUN_UNITS),
+    **_declared((*AXES, "contact_point"), RUN_UNITS, prefix="contact_point_"),
+    **_declared((*AXES, "building"), BUILDING_UNITS),
+    **_declared((*MOTION, "building"), BUILDING_UNITS, suffix="_free"),
+    **_declared((*AXES, *STOREYS), STOREY_UNITS),
+    **_declared((*MOTION, *STOREYS), STOREY_UNITS, suffix="_free"),
+    **_declared(AXES, ROW_UNITS),
+    "peak_closing_free": Declared(MOTION, "m"),
+    "contact_point_peak_closing_free": Declared((*MOTION, "contact_point"), "m"),
+    "record_spectral_acceleration": Declared(("record", "period"), "m/s2"),
+    "status": Declared(AXES, None, WHOLE),
+    "simulated": Declared(AXES, None, WHOLE),
+    "sensitive": Declared(AXES, None, WHOLE),
+    **{f"change_{name}": Declared(AXES, "1") for name in (*RELATIVE, *COUNTED)},
+}
+COORDINATES: dict[str, Declared] = {
+    "record": Declared(("record",), None, TEXT),
+    "polarity": Declared(("polarity",), None, TEXT),
+    "pga": Declared(("pga",), "m/s2"),
+    "contact_model": Declared(("contact_model",), None, TEXT),
+    "gap": Declared(("gap",), "m"),
+    "yield_force": Declared(("yield_force",), "N"),
+    "building": Declared(("building",), None, TEXT),
+    "period": Declared(("period",), "s"),
+    "record_event": Declared(("record",), None, TEXT),
+    "record_sha256": Declared(("record",), None, TEXT),
+    "record_pga": Declared(("record",), "m/s2"),
+    "record_pga_felt": Declared(("record", "pga"), "m/s2"),
+    "record_scale_factor": Declared(("record", "pga"), "1"),
+    "record_magnitude": Declared(("record",), "1"),
+    "record_distance": Declared(("record",), "km"),
+    "record_vs30": Declared(("record",), "m/s"),
+    "record_recording": Declared(("record",), "1", WHOLE),
+    "building_mass": Declared(("building",), "kg"),
+    "building_period": Declared(("building",), "s"),
+    "building_damping": Declared(("building",), "1"),
+    "building_height": Declared(("building",), "m"),
+    "building_storeys": Declared(("building",), "1", WHOLE),
+    "building_position": Declared(("building",), None, TEXT),
+    "interface": Declared(("interface",), None, TEXT),
+    "interface_gap": Declared(("gap", "interface"), "m"),
+    "contact_point": Declared(("contact_point",), None, TEXT),
+    "contact_point_interface": Declared(("contact_point",), None, WHOLE),
+    "contact_point_level": Declared(("contact_point",), "m"),
+    "contact_point_kind": Declared(("contact_point",), None, TEXT),
+    "contact_point_left_floor": Declared(("contact_point",), "1"),
+    "contact_point_right_floor": Declared(("contact_point",), "1"),
+    "contact_point_yield_force": Declared(("yield_force", "contact_point"), "N"),
+    "storey": Declared(("storey",), "1", WHOLE),
+    "floor_level": Declared(STOREYS, "m"),
+}
+# Attributes that hold JSON, and of what kind: a table, or a list.
+TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "level_notes")
+LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
+TEXTS = ("title", "source", "references", "scene", "scene_file", "restitution", "restitution_relation", "command")
+AXES_OF_CASES = ("record", "polarity", "contact_model", "gap", "yield_force")  # with labels in every dataset of a scan
+# What every dataset with contact points has.
+OF_CONTACT_POINTS = (
+    "peak_closing",
+    "peak_contact_force",
+    "contact_point_impact_count",
+    "contact_point_peak_contact_force",
+    "contact_point_yield_exceedance",
+    "contact_point_interface",
+    "contact_point_kind",
+    "contact_point_level",
+    "contact_point_left_floor",
+    "contact_point_right_floor",
+    "building_height",
+    "building_storeys",
+    "building_position",
+    "floor_level",
+)
+
+
+def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
+    """Check that a dataset is what `scan` writes, as far as it is declared here.
+
+    Parameters
+    ----------
+    dataset
+        In memory or on disk; values of cases are not read.
+    whose
+        How a sentence names it, such as its file.
+    names
+        Variables and coordinates that cannot be done without.
+    attrs
+        Attributes that cannot be done without.
+
+    Raises
+    ------
+    PoundingError
+        With a sentence for each fault.
+    """
+    faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
+    # What is looked at next relies on dimensions and kinds of values.
+    faults = faults or [*_axis_faults(dataset), *_status_faults(dataset), *_scene_faults(dataset)]
+    if faults:
+        if len(faults) == 1:
+            raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
+        raise PoundingError("\n".join([f"{whose}: {len(faults)} faults", *(f"  - {each}" for each in faults), REPAIR]))
+
+
+def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) -> Iterator[str]:
+    yield from (f"the variable {name} is missing" for name in names if name not in dataset.variables)
+    yield from (f"the attribute {name} is missing" for name in attrs if name not in dataset.attrs)
+    axes = [dim for dim in dataset.dims if dim in COORDINATES and dim not in dataset.coords]
+    yield from (f"the axis {axis} has no labels" for axis in axes)
+    if "sensitive" in dataset.variables:
+        changes = [f"change_{name}" for name in (*RELATIVE, *COUNTED)]
+        yield from (f"the variable {name} is missing" for name in changes if name not in dataset.variables)
+    if "contact_point" in dataset.dims:
+        lost = [name for name in OF_CONTACT_POINTS if name not in dataset.variables]
+        yield from (f"the variable {name} is missing" for name in lost)
+    if "storey" in dataset.dims and "storey_displacement_free" not in dataset.variables:
+        yield "the variable storey_displacement_free is missing"
+    yield from (f"the dimension {dim} has a length of 0" for dim, size in dataset.sizes.items() if size == 0)
+
+
+def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Variables and coordinates whose dimensions, unit or kind are not those that are declared."""
+    for name, declared in (VARIABLES | COORDINATES).items():
+        if name not in dataset.variables:
+            continue
+        variable = dataset[name]
+        expected = _dims(dataset, name, declared)
+        if set(variable.dims) != set(expected):
+            yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
+        if variable.dtype.kind not in declared.kinds:
+            asked = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]
+            yield f"the variable {name} holds values of type {variable.dtype}, not {asked}"
+        unit = variable.attrs.get("units")
+        if declared.unit is not None and unit is not None and not (isinstance(unit, str) and unit == declared.unit):
+            yield f"the variable {name} is in {unit!r}, not in {declared.unit!r}"
+
+
+def _dims(dataset: xr.Dataset, name: str, declared: Declared) -> tuple[str, ...]:
+    """The dimensions that a variable must have; of an axis with one value selected a label is left, or nothing."""
+    interface = ("interface",) if name in BY_INTERFACE and "interface" in dataset.dims else ()
+    return tuple(dim for dim in (*declared.dims, *interface) if not _is_selected(dataset, dim))
+
+
+def _is_selected(dataset: xr.Dataset, dim: str) -> bool:
+    """Whether an axis is there no more: a label tells its value, or there is one value only."""
+    return dim not in dataset.dims and (dim == "pga" or dim in dataset.coords)
+
+
+def _list(names: Iterable[Any]) -> str:
+    return ", ".join(map(str, names)) or "none"
+
+
+def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
+    for name in TEXTS:
+        if not isinstance(dataset.attrs.get(name, ""), str):
+            yield f"the attribute {name} is no text"
+    for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in LISTS), ("records", list)):
+        if name in dataset.attrs and not isinstance(_json(dataset.attrs[name]), kind):
+            yield f"the attribute {name} cannot be read as a {'table' if kind is dict else 'list'} in JSON"
+    yield from _table_faults(dataset)
+    rtol = dataset.attrs.get("rtol", 1.0)
+    if isinstance(rtol, str) or np.size(rtol) != 1 or not (isfinite(rtol) and rtol > 0.0):
+        yield f"the attribute rtol is {rtol!r}, not a number above 0"
+
+
+def _json(text: Any) -> Any:
+    """What a text holds as JSON; None where it cannot be read."""
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return None
+
+
+def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Faults in what the tables hold."""
+    records = _json(dataset.attrs.get("records", "[]"))
+    if isinstance(records, list):
+        if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
+            yield "the attribute records has an entry without a name"
+        elif records and "record" in dataset.coords:
+            known = {record["name"] for record in records}
+            lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
+            if lost:
+                yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+    for name in ("processing", "flags"):
+        table = _json(dataset.attrs.get(name, "{}"))
+        if isinstance(table, dict) and not all(isinstance(sentences, list) for sentences in table.values()):
+            yield f"the attribute {name} holds something else than a list of sentences for each record"
+
+
+def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Labels of axes that cannot be those of a grid."""
+    for name in ("record", "polarity", "contact_model", "building", "interface", "contact_point"):
+        if name in dataset.coords:
+            labels = [str(label) for label in np.atleast_1d(dataset[name].values)]
+            if len(set(labels)) < len(labels) or not all(labels):
+                yield f"the labels of the axis {name} are empty or stand there twice"
+    senses = np.atleast_1d(dataset["polarity"].values) if "polarity" in dataset.coords else ()
+    if wrong := sorted(set(map(str, senses)) - set(POLARITIES)):
+        yield f"the polarity {wrong[0]!r} is neither {' nor '.join(map(repr, POLARITIES))}"
+    limits: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
+        ("gap", lambda values: np.isfinite(values) & (values >= 0.0), "distances of 0 or more"),
+        ("yield_force", lambda values: values > 0.0, "forces above 0"),
+        ("pga", lambda values: np.isnan(values) | (np.isfinite(values) & (values > 0.0)), "accelerations above 0"),
+        ("period", lambda values: np.isfinite(values) & (values > 0.0), "periods above 0"),
+        ("interface_gap", lambda values: np.isfinite(values) & (values >= 0.0), "distances of 0 or more"),
+        ("record_pga", lambda values: np.isfinite(values) & (values >= 0.0), "accelerations of 0 or more"),
+        ("building_period", lambda values: np.isnan(values) | (values > 0.0), "periods above 0"),
+    )
+    for name, allowed, words in limits:
+        if name in dataset.coords and not np.all(allowed(dataset[name].values)):
+            yield f"the values of {name} are not {words}"
+    for name in ("gap", "yield_force", "pga", "period"):
+        if name in dataset.dims and np.unique(dataset[name].values).size < dataset.sizes[name]:
+            yield f"a value of the axis {name} stands there twice"
+    yield from _row_faults(dataset)
+
+
+def _row_faults(dataset: xr.Dataset) -> Iterator[str]:
+    buildings = dataset.sizes.get("building", 2)
+    if "interface" in dataset.dims and dataset.sizes["interface"] != buildings - 1:
+        yield f"{dataset.sizes['interface']} interfaces do not stand between {buildings} buildings"
+    if "contact_point" not in dataset.dims or "interface" not in dataset.dims:
+        return
+    places = dataset["contact_point_interface"].values
+    if places.min() < 0 or places.max() >= dataset.sizes["interface"]:
+        yield "the contact points are not all at interfaces of the row"
+    if wrong := set(map(str, np.atleast_1d(dataset["contact_point_kind"].values))) - set(KINDS):
+        yield f"a contact point is of the kind {sorted(wrong)[0]!r}, not {' or '.join(KINDS)}"
+
+
+def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Whether the dataset says what its codes of how a run ended mean."""
+    if "status" not in dataset.variables:
+        return
+    attrs = dataset["status"].attrs
+    meanings = str(attrs.get("flag_meanings", "")).split()
+    codes = np.atleast_1d(attrs.get("flag_values", ()))
+    if codes.dtype.kind not in WHOLE or len(codes) != len(meanings) or "complete" not in meanings:
+        yield "the attributes flag_values and flag_meanings of the variable status do not say what its codes mean"
+    elif int(codes[meanings.index("complete")]) != 0:
+        yield "the variable status calls another code than 0 complete"
+    sentences = _json(attrs.get("sentences", "{}"))
+    if not isinstance(sentences, dict) or not all(
+        key.lstrip("-").isdecimal() and isinstance(text, str) for key, text in sentences.items()
+    ):
+        yield "the attribute sentences of the variable status cannot be read"
+
+
+def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Whether the scene in the attributes is whole, and that of this dataset."""
+    text = dataset.attrs.get("scene_resolved")
+    if text is None:
+        return
+    told = dataset.attrs.get("scene_sha256")
+    if not isinstance(text, str) or (told is not None and str(told) != sha256(text.encode()).hexdigest()):
+        yield "the attribute scene_resolved is not the one that scene_sha256 was taken of"
+        return
+    try:
+        scene = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        yield f"the scene in the attribute scene_resolved cannot be read ({error})"
+        return
+    interfaces = scene.get("interface", [])
+    if not isinstance(interfaces, list) or not interfaces or not all(map(_is_interface, interfaces)):
+        yield "the scene in the attribute scene_resolved has no [[interface]] with a gap, or one that cannot be read"
+    if not isinstance(scene.get("effects", {}), dict):
+        yield "the effects of the scene in the attribute scene_resolved are no table"
+
+
+def _is_interface(table: Any) -> bool:
+    """Whether an interface of a resolved scene states what is read of it."""
+    if not isinstance(table, dict) or not isinstance(table.get("contact_model", ""), str):
+        return False
+    try:
+        parse(table["gap"], GAP)
+        return parse(table.get("yield_force", "inf"), YIELD_FORCE) > 0.0
+    except (KeyError, QuantityError):
+        return False

@@ -1,0 +1,198 @@
+"""Datasets on disk: netCDF-4 or Zarr that is whole or not there, and the provenance that goes with it.
+
+One thread of a process may touch netCDF at a time: the libraries below crash otherwise. Nothing here is called
+from a worker; a user may call from several threads.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module, metadata
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+import netCDF4
+import xarray as xr
+
+from pounding_risk._common.files import discard, led_to, move_into_place, moved_away, not_written, partial_of
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.zarr_metadata import is_zarr_of_ours
+
+RESULTS = (".nc", ".zarr")  # how a dataset's name may end
+NETCDF = RLock()  # held by whoever touches it
+ONCE = 1 << 20  # bytes of each variable
+LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computed a result."""
+    found = {"python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
+    """The path of a file that can be written; raises PoundingError before any work is done.
+
+    Of a symbolic link it is what the link leads to. Its folder must exist and be writable, its suffix be one of
+    ``suffixes``, and it must not be a folder, or for a ``.zarr`` none but a store of this package.
+    """
+    target = Path(path)
+    if not target.name:
+        raise PoundingError(f"{target}: names no file; write one such as results{suffixes[0]}")
+    if target.suffix.lower() not in suffixes:
+        allowed = " or ".join(suffixes)
+        raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")
+    target = led_to(target)
+    folder = target.parent
+    if target.suffix.lower() == ".zarr":
+        if target.exists() and not is_zarr_of_ours(target):
+            raise PoundingError(f"{target}: is there already and no Zarr store of pounding-risk; choose another name")
+    elif target.is_dir():
+        raise PoundingError(f"{target}: is a folder; name a file in it")
+    if not folder.is_dir():
+        raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
+    if not os.access(folder, os.W_OK):
+        raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
+    _check_name(target)
+    return target
+
+
+def _check_name(target: Path) -> None:
+    """Refuse a name under which nothing could be written when the work is done: raises PoundingError."""
+    try:
+        os.fspath(target.absolute()).encode()
+    except UnicodeEncodeError:
+        told = os.fsencode(target).decode(errors="backslashreplace")
+        raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
+    try:
+        os.lstat(partial_of(target))
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
+
+
+def zarr_store() -> Any:
+    """The module that reads and writes Zarr; raises PoundingError where what it needs is not installed."""
+    try:
+        return import_module("pounding_risk.results.zarr")
+    except ModuleNotFoundError as error:
+        raise PoundingError(
+            f'Zarr needs {error.name}, which is not installed; run: pip install "pounding-risk[cluster]"'
+        ) from None
+
+
+def netcdf_encoding(dataset: xr.Dataset) -> dict[Any, dict[str, Any]]:
+    """How variables are stored: numbers compressed, and no fill value where nothing may be missing."""
+    encoding: dict[Any, dict[str, Any]] = {name: {"_FillValue": None} for name in dataset.coords}
+    for name, variable in dataset.data_vars.items():
+        if variable.dtype.kind in "if" and variable.ndim:
+            encoding[name] = {"zlib": True, "complevel": 1, "shuffle": True}
+        if variable.dtype.kind == "i":
+            encoding.setdefault(name, {})["_FillValue"] = None
+    return encoding
+
+
+def save(dataset: xr.Dataset, path: str | Path) -> Path:
+    """Write a dataset as netCDF-4 under a temporary name, sync it, and move it into place.
+
+    Whoever has the old file open keeps it; a run that is killed leaves no file under the final name. Raises
+    PoundingError where the file cannot be written.
+    """
+    target = check_target(path)
+    partial = partial_of(target)
+    try:
+        discard(partial)
+        with NETCDF:
+            dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
+        move_into_place(partial, target)
+    except (OSError, RuntimeError) as error:  # netCDF raises both where the disk is full
+        raise not_written(target, error) from None
+    finally:
+        discard(partial)
+    return target
+
+
+def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
+    """A dataset from disk, netCDF or Zarr, read whole and closed, so that the file can be written again.
+
+    ``lazy`` reads values when they are asked for: those of a Zarr store are Dask arrays, one piece a block; those of
+    a netCDF file are xarray's own, without Dask, as only one thread may read them. Close it at the end.
+    Raises PoundingError where the file is missing or is none of these.
+    """
+    if not lazy:
+        with NETCDF, reading(path), _opened(Path(path), None) as dataset:
+            return dataset.load()
+    with NETCDF:
+        return _opened(Path(path), {})
+
+
+def stream_results(path: str | Path) -> xr.Dataset:
+    """As `open_results`, lazily and without Dask: for what reads block by block. Close it at the end."""
+    with NETCDF:
+        usual = netCDF4.get_chunk_cache()
+        # Each piece of a variable is read once; the library would keep 16 MB of every variable.
+        netCDF4.set_chunk_cache(ONCE, *usual[1:])
+        try:
+            return _opened(Path(path), None)
+        finally:
+            netCDF4.set_chunk_cache(*usual)
+
+
+def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
+    is_zarr = source.suffix.lower() == ".zarr"
+    if not (source.is_dir() if is_zarr else source.is_file()):
+        older = moved_away(source)
+        raise PoundingError(
+            f"{source}: no such results file; `pounding-risk scan SCENE -o {source.name}` writes one"
+            + (f", or rename {older}, the results of before, which a crash left there" if older else "")
+        )
+    if is_zarr:
+        return zarr_store().opened(source, chunks)
+    with reading(source):
+        return xr.open_dataset(source, engine="netcdf4")
+
+
+@contextmanager
+def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
+    """While a dataset is read from disk: what its libraries raise of a damaged one becomes a PoundingError.
+
+    ``kinds`` of errors, all by default: what is damaged in a file may raise anything in the libraries that read it.
+    """
+    try:
+        yield
+    except (PoundingError, MemoryError):
+        raise
+    except kinds as error:
+        kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
+        raise PoundingError(
+            f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
+        ) from None
+
+
+def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
+    """What an attribute written by `as_text` holds, ``default`` where there is none.
+
+    Raises PoundingError where the attribute is damaged.
+    """
+    try:
+        return json.loads(dataset.attrs[name]) if name in dataset.attrs else default
+    except (TypeError, ValueError):
+        raise PoundingError(
+            f'the attribute "{name}" of the results cannot be read: the file was changed since; run the scan again'
+        ) from None
+
+
+def as_text(value: Any) -> str:
+    """JSON for an attribute: netCDF attributes hold no tables."""
+    return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

@@ -1,0 +1,251 @@
+"""What a scan's dataset says: variables, coordinates, and where everything is from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk.models.contact.impulsive import is_instant
+from pounding_risk.models.effects.contact import EFFECTS, acts_on_law, bare, references
+from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
+from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.motions.recordings import recording_numbers
+from pounding_risk.results.files import as_text, versions
+from pounding_risk.results.layout import AXES, CaseVariable
+from pounding_risk.results.pair_variables import BUILDING, HIGH, RUN, building_outputs, run_outputs
+from pounding_risk.scene.scene import Study
+from pounding_risk.scene.unused_keys import unused_keys
+from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
+
+MOTIONS = AXES[:3]
+PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
+CONVENTIONS = "CF-1.11"  # that the datasets keep to
+
+
+def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
+    """Everything of a pair's dataset but its cases.
+
+    ``alone`` (record, polarity, amplitude, outputs.COLUMNS) are raw columns of the responses without contact.
+    """
+    pgas = amplitudes(study, motions)
+    variables: dict[str, Any] = {}
+    for name, values in building_outputs(alone, study.pair, pgas).items():
+        unit, words, _ = BUILDING[name]
+        variables[f"{name}_free"] = ((*MOTIONS, "building"), values, described(unit, f"{words}; without contact"))
+    needed = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
+    variables["peak_closing_free"] = (MOTIONS, alone[..., HIGH], described("m", needed))
+    variables |= motion_spectra(motions)
+    coords = case_coordinates(study, motions) | _building_coordinates(study)
+    return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
+
+
+def amplitudes(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
+    """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
+    polarities, pgas = study.records.polarities, study.grid.pgas
+    found = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
+    return np.array(found)
+
+
+def pair_variables() -> dict[str, CaseVariable]:
+    """Every variable of a pair's case, but those of `recheck`."""
+    found = {
+        name: CaseVariable((), kept_as(output.whole), described(output.unit, output.words))
+        for name, output in RUN.items()
+    }
+    for name, (unit, words, _) in BUILDING.items():
+        found[name] = CaseVariable(("building",), np.dtype(np.float64), described(unit, words))
+    return found | OUTCOME
+
+
+def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
+    """The variables of `pair_variables` but ``simulated``, from raw columns (lines, yield forces, outputs.COLUMNS).
+
+    ``pgas`` [m/s²] is by line.
+    """
+    found = run_outputs(raw, np.array(study.grid.yield_forces))
+    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in found.items()}
+    values |= building_outputs(raw, study.pair, pgas[:, None])
+    return values | {"status": raw[..., STATUS].astype(np.int8)}
+
+
+def one_amplitude(dataset: xr.Dataset, study: Study) -> xr.Dataset:
+    """A study of one amplitude has no axis of amplitudes; the amplitude stays as a label, where there is one."""
+    return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
+
+
+def kept_as(whole: bool) -> np.dtype[Any]:
+    """How a variable is stored."""
+    return np.dtype(np.int32) if whole else np.dtype(np.float64)
+
+
+def described(unit: str, words: str) -> dict[str, str]:
+    """Attributes of a variable or coordinate."""
+    return {"units": unit, "long_name": words}
+
+
+def _slug(sentence: str) -> str:
+    return "_".join("".join(letter if letter.isalnum() else " " for letter in sentence).split())
+
+
+# How each case ended and was answered.
+OUTCOME = {
+    "status": CaseVariable(
+        (),
+        np.dtype(np.int8),
+        {
+            "long_name": "how the run ended",
+            "flag_values": np.array(list(STATUS_SENTENCES), dtype=np.int8),
+            "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
+            "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
+        },
+    ),
+    "simulated": CaseVariable(
+        (),
+        np.dtype(np.int8),
+        {"long_name": "1 where the case was simulated, 0 where the result follows exactly from another run"},
+    ),
+}
+
+
+def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """The spectra of the records; NaN at periods that a record's step is too coarse for."""
+    known = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
+    spectra = np.full((len(motions), PERIODS.size), np.nan)
+    spectra[:, known] = response_spectra(
+        [motion.acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
+    ).pseudo_acceleration
+    words = (
+        "pseudo-spectral acceleration of the record after processing and scaling by the scene, before the amplitude "
+        "of the grid; damping 5 %"
+    )
+    return {"record_spectral_acceleration": (("record", "period"), spectra, described("m/s2", words))}
+
+
+def case_coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """The axes of the cases and what is known of records; the buildings' names, and periods of the spectra."""
+
+    def about(key: str) -> list[str]:
+        return [str(motion.record.get(key, "")) for motion in motions]
+
+    grid = study.grid
+    return {
+        "record": ("record", [motion.name for motion in motions], {"long_name": "ground motion"}),
+        "polarity": ("polarity", list(study.records.polarities), {"long_name": "sign of the ground motion"}),
+        "pga": (
+            "pga",
+            [np.nan if pga is None else pga for pga in grid.pgas],
+            described("m/s2", "peak ground acceleration"),
+        ),
+        "contact_model": ("contact_model", list(grid.contact_models), {"long_name": "contact law"}),
+        "gap": ("gap", list(grid.gaps), described("m", "clear distance at rest")),
+        "yield_force": ("yield_force", list(grid.yield_forces), described("N", "yield force F_E; inf never yields")),
+        "building": (
+            "building",
+            [building.name for building in study.buildings],
+            {"long_name": "building, left to right"},
+        ),
+        "period": ("period", PERIODS, described("s", "period of an oscillator")),
+        "record_event": ("record", about("event"), {"long_name": "earthquake that the record is of"}),
+        "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
+        **_known_of_records(motions),
+        **_amplitudes_felt(study, motions),
+    }
+
+
+def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """What is known of each record's earthquake and site; NaN where nothing is."""
+    facts = {
+        "magnitude": ("magnitude", described("1", "magnitude of the earthquake that the record is of")),
+        "distance": (
+            "distance_km",
+            described("km", "distance of the station from the earthquake, of the kind that the catalogue states"),
+        ),
+        "vs30": ("vs30", described("m/s", "mean shear-wave velocity of the upper 30 m under the record's station")),
+    }
+    found: dict[str, Any] = {
+        f"record_{name}": ("record", [_number(motion.record.get(key)) for motion in motions], attrs)
+        for name, (key, attrs) in facts.items()
+    }
+    numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
+    words = "number of the recording that the record is a component or a copy of, from 0"
+    return found | {"record_recording": ("record", numbers, described("1", words))}
+
+
+def _number(value: Any) -> float:
+    return np.nan if value in (None, "") else float(value)
+
+
+def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
+    """The PGA of each record before and after the grid's amplitude, and what it was multiplied by in all."""
+    pgas = np.array([np.nan if pga is None else pga for pga in study.grid.pgas])
+    peaks = np.array([motion.pga for motion in motions])
+    factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
+    felt = np.where(np.isnan(pgas), peaks[:, None], pgas)
+    before = (
+        "peak acceleration of the record after processing and scaling by the scene, before the amplitude of the grid"
+    )
+    factor = "factor on the processed record, of scaling by the scene and by the amplitude of the grid together"
+    return {
+        "record_pga": ("record", peaks, described("m/s2", before)),
+        "record_pga_felt": (
+            ("record", "pga"),
+            felt,
+            described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
+        ),
+        "record_scale_factor": (("record", "pga"), factors[:, None] * felt / peaks[:, None], described("1", factor)),
+    }
+
+
+def _building_coordinates(study: Study) -> dict[str, Any]:
+    """Mass, period and damping of each building; NaN for a rigid one, which has none."""
+    facts = {"mass": ("kg", "mass"), "period": ("s", "period of vibration"), "damping": ("1", "damping ratio")}
+    found = {}
+    for name, (unit, words) in facts.items():
+        values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
+        found[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
+    return found
+
+
+def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
+    """Where these laws and the scene's effects are from."""
+    others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))  # type: ignore[attr-defined]
+
+
+def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
+    """What it takes to run the study again, and where its laws are from."""
+    return {
+        "Conventions": CONVENTIONS,
+        "title": study.name,
+        "source": "pounding_risk: event-driven pair solver",
+        "references": "; ".join(sources_of(study, laws)),
+        **made_from(study, motions),
+        "stiffness": as_text(
+            {
+                name: bare(law).stiffness
+                for name, law in zip(study.grid.contact_models, laws, strict=True)
+                if not is_instant(law)
+            }
+        ),
+        "restitution": study.restitution_words,
+        "restitution_relation": study.relation,
+        "flags": as_text({motion.name: list(motion.flags) for motion in motions if motion.flags}),
+    }
+
+
+def made_from(study: Study, motions: Iterable[Motion]) -> dict[str, Any]:
+    """What every dataset of a scene says of its origin: the scene, its motions, and the versions of what computed."""
+    unused = unused_keys(study)
+    return {
+        "scene": study.text or study.to_toml(),
+        "scene_resolved": study.to_toml(),
+        "overrides": as_text(list(study.overrides)),
+        "rtol": study.rtol,
+        "records": as_text([{**motion.record, "name": motion.name, "dt": motion.dt} for motion in motions]),
+        "processing": as_text({motion.name: list(motion.processing) for motion in motions}),
+        "versions": as_text(versions()),
+        **({"unused_keys": as_text(unused)} if unused else {}),
+    }

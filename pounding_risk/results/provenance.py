@@ -1,0 +1,178 @@
+"""What a results file carries of how it was made, written and read: its scene, options, and digests of its records."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk._jit.compile import source_digest
+from pounding_risk.ensemble.identity import own_laws
+from pounding_risk.ensemble.tolerance_check import check_share
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+from pounding_risk.motions.motion import Motion
+from pounding_risk.results.files import as_text, told
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.records import missing_files
+from pounding_risk.scene.scene import Study
+from pounding_risk.scene.toml import as_list, table, tables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NEEDED = ("scene_resolved", "scene_sha256", "options", "records", "motions_sha256")
+SHOWN = 12  # digits of a checksum
+
+
+class Recorded(NamedTuple):
+    """What a results file was made from."""
+
+    study: Study
+    screening: bool
+    check_fraction: float
+
+
+def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_fraction: float) -> dict[str, str]:
+    """Attributes of a dataset: scene file, digest of the resolved scene, options, digests of motions and kernels,
+    and of the code of contact laws of the user's own.
+
+    Together with ``scene_resolved``, ``records`` and ``versions`` they are what `recorded` reads.
+    """
+    return {
+        "scene_file": study.source.encode(errors="backslashreplace").decode(),  # a name need not be text
+        "scene_sha256": text_digest(study.to_toml()),
+        "options": as_text({"screening": screening, "check_fraction": check_fraction}),
+        "motions_sha256": as_text({motion.name: motion.digest for motion in motions}),
+        "kernels_digest": source_digest(),
+        **({"own_laws": as_text(laws)} if (laws := own_laws(study)) else {}),
+    }
+
+
+def text_digest(text: str) -> str:
+    """sha256 of a text in UTF-8."""
+    return sha256(text.encode()).hexdigest()
+
+
+def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) -> Recorded:
+    """The study and the options of a scan's results that were read from ``path``.
+
+    Record files that the scene names relative to itself are looked for in ``folder``; without one in the folder of the
+    scene file, then beside the results. Raises PoundingError for results without what it takes, attributes that were
+    changed, a contact law that this process does not know, and records that are not found; SceneError where the scene
+    cannot be read by this version.
+    """
+    attrs = results.attrs
+    if "baseline" in attrs:
+        raise PoundingError(f"{path}: was written by compare, and only results of scan and demo can be run again")
+    if missing := [name for name in NEEDED if name not in attrs]:
+        raise PoundingError(
+            f"{path}: has no attribute {' nor '.join(missing)}, which it takes to run it again: it was written by "
+            "another command or an earlier version; run its scene with scan"
+        )
+    text = str(attrs["scene_resolved"])
+    if text_digest(text) != str(attrs["scene_sha256"]):
+        raise PoundingError(
+            f"{path}: the attribute scene_resolved is not the one that scene_sha256 was taken of: the file was "
+            "changed since; run its scene with scan"
+        )
+    screening, fraction = _options(results, path)
+    raw = tomllib.loads(text)
+    _check_laws(raw, path)
+    source = _folder(raw, attrs, path, folder) / Path(str(attrs.get("scene_file", "scene"))).name
+    study = parse_scene(text, str(source))
+    overrides = tuple(map(str, told(results, "overrides", [])))
+    return Recorded(replace(study, text=str(attrs.get("scene", text)), overrides=overrides), screening, fraction)
+
+
+def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
+    found = told(results, "options", {})
+    screening, fraction = (
+        found.get(key) if isinstance(found, dict) else None for key in ("screening", "check_fraction")
+    )
+    if not isinstance(screening, bool) or isinstance(fraction, bool) or not isinstance(fraction, int | float):
+        raise PoundingError(
+            f"{path}: the attribute options holds no screening and check_fraction: the file was changed since; run its "
+            "scene with scan"
+        )
+    check_share(fraction)
+    return screening, fraction
+
+
+def _check_laws(raw: Mapping[str, Any], path: Path) -> None:
+    """Refuse contact laws that nobody has registered."""
+    asked = [element.get("contact_model") for _, element in tables(raw, "interface")]
+    asked += as_list(table(raw, "grid").get("contact_model"))
+    unknown = [name for name in dict.fromkeys(asked) if name is not None and name not in CONTACT_MODELS]
+    if unknown:
+        raise PoundingError(
+            f"{path}: was run under {', '.join(unknown)}, which is no contact model here; where it is a law of your "
+            "own, import what registers it with contact_law, and do the same from Python in that process"
+        )
+
+
+def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder: str | Path | None) -> Path:
+    """Where the records that the scene names as files are."""
+    if folder is not None:
+        places = [Path(folder)]
+    else:
+        places = [Path(str(attrs["scene_file"])).parent] if "scene_file" in attrs else []
+        places.append(path.parent)
+    lacking = [list(missing_files(raw, place)) for place in places]
+    for place, faults in zip(places, lacking, strict=True):
+        if not faults:
+            return place
+    looked = " nor ".join(str(place.resolve()) for place in dict.fromkeys(places))
+    asked = table(raw, "records")
+    what = asked.get("manifest") or ", ".join(map(str, as_list(asked.get("files"))))
+    raise PoundingError(
+        f"{path}: its scene takes records from {what}, and they are not all in {looked}; name the folder of the scene "
+        "with --folder, or folder= in Python"
+    )
+
+
+def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
+    """A sentence for each motion that is another one after its processing, though its record is the same.
+
+    Raises PoundingError, with a sentence for each, where records are not those that the results name.
+    """
+    before = _checksums(results)
+    after = {motion.name: str(motion.record.get("sha256", "")) for motion in motions}
+    faults = list(_changes(before, after))
+    if faults:
+        raise PoundingError(
+            "\n".join(["the records are not those of the results", *(f"  - {each}" for each in faults)])
+        )
+    processed = told(results, "motions_sha256", {})
+    return [
+        f"{motion.name}: the same record, but another motion after its processing: was {digest[:SHOWN]}, is "
+        f"{motion.digest[:SHOWN]}"
+        for motion in motions
+        if (digest := str(processed.get(motion.name, ""))) != motion.digest
+    ]
+
+
+def _checksums(results: xr.Dataset) -> dict[str, str]:
+    """sha256 of each record's file by the record's name, as the results tell them."""
+    try:
+        return {str(each["name"]): str(each["sha256"]) for each in told(results, "records", [])}
+    except (TypeError, KeyError):
+        raise PoundingError(
+            "the attribute records of the results holds no names and checksums: the file was changed since; run its "
+            "scene with scan"
+        ) from None
+
+
+def _changes(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[str]:
+    for name, checksum in before.items():
+        if name not in after:
+            yield f"{name} was among them and is not; put its file back"
+        elif after[name] != checksum:
+            yield (
+                f"{name}: the sha256 of its file was {checksum[:SHOWN]}..., is {after[name][:SHOWN]}...; put the file "
+                "of then back"
+            )
+    yield from (f"{name} was not among them; take its file away" for name in after if name not in before)

@@ -1,0 +1,241 @@
+"""Outputs of a row: per interface, contact point, building and storey, from what the kernels count.
+
+An interface's are those of a pair (`outputs.RUN`), gathered from its contact points: peaks are the largest of them,
+counts, times in contact, impulses and energies their sums, first times the earliest.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.results.pair_variables import COLUMNS, HIGH, LOW, RUN, run_outputs
+from pounding_risk.solver import counters as tally
+from pounding_risk.solver.row.api import HIGHEST, LOWEST, RowRun
+from pounding_risk.solver.row.model import RowModel
+
+Array = NDArray[np.float64]
+Outputs = dict[str, Array]
+
+DISPLACEMENT, DRIFT, SHEAR, ACCELERATION = range(4)  # columns of `RowRun.floors`
+AT_END, PLASTIC = range(2)  # columns of `RowRun.rest`
+
+# How an interface's columns follow from those of its points.
+LARGEST = (
+    tally.PENETRATION,
+    tally.APPROACH,
+    tally.PEAK_FORCE,
+    tally.DEMAND,
+    tally.SET,
+    tally.WORN,
+    tally.ENERGY,
+    tally.STEPS,
+    tally.RESIDUAL,
+    HIGH,
+)
+SUMS = (
+    tally.COUNT,
+    tally.CONTACT_TIME,
+    tally.IMPULSE,
+    tally.YIELDS,
+    tally.VISCOUS,
+    tally.PLASTIC,
+    tally.HELD,
+)
+SMALLEST = (tally.LOWEST_FORCE, LOW)
+EARLIEST = (tally.FIRST_TOUCH, tally.FIRST_YIELD)
+GATHERED = ((LARGEST, np.maximum), (SUMS, np.add), (SMALLEST, np.minimum), (EARLIEST, np.fmin))
+
+
+class Variable(NamedTuple):
+    """A variable of the dataset: unit, words, its dimensions beside those of the cases, and whether it counts."""
+
+    unit: str
+    words: str
+    dims: tuple[str, ...]
+    whole: bool = False
+
+
+# Of `RUN`, those that each contact point has as well, as contact_point_...
+OF_POINTS = (
+    "impact_count",
+    "peak_contact_force",
+    "peak_penetration",
+    "impulse",
+    "yield_exceedance",
+    "yield_demand",
+    "first_impact_time",
+    "peak_closing",
+    "energy_viscous",
+    "energy_plastic",
+)
+POINT = "contact_point_"
+# What an interface's value is made of, for those of several contact points.
+OVER_POINTS = {
+    "peak_penetration": "largest of the contact points",
+    "impact_count": "sum over the contact points",
+    "first_impact_time": "earliest of the contact points",
+    "contact_time": "sum over the contact points, so more than the time in which any point touches",
+    "peak_approach_speed": "largest of the contact points",
+    "peak_contact_force": "largest of the contact points, not of the sum of forces",
+    "lowest_contact_force": "smallest of the contact points",
+    "impulse": "sum over the contact points",
+    "yield_exceedance": "of any contact point",
+    "yield_demand": "largest of the contact points",
+    "yield_count": "sum over the contact points",
+    "first_yield_time": "earliest of the contact points",
+    "energy_viscous": "sum over the contact points",
+    "energy_plastic": "sum over the contact points",
+    "permanent_set": "largest of the contact points",
+    "restitution_held": "sum over the contact points",
+}
+OF_SPRINGS = "largest shear in the spring, without the P d / h of p_delta,"
+AT_STOREYS = ("building", "storey")
+OF_STOREYS = {  # in the order of the columns of `RowRun.floors`
+    "storey_displacement": Variable("m", "largest displacement of the floor above relative to the ground", AT_STOREYS),
+    "storey_drift": Variable("m", "largest drift of the storey", AT_STOREYS),
+    "storey_shear": Variable("N", f"{OF_SPRINGS} of the storey", AT_STOREYS),
+    "storey_acceleration": Variable("m/s2", "largest absolute acceleration of the floor above", AT_STOREYS),
+}
+OF_BUILDINGS = {  # in the same order: the largest of the storeys
+    "peak_displacement": Variable("m", "largest displacement of any floor relative to the ground", ("building",)),
+    "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building", ("building",)),
+    "peak_storey_shear": Variable("N", f"{OF_SPRINGS} of any storey; NaN for a rigid building", ("building",)),
+    "peak_floor_acceleration": Variable(
+        "m/s2",
+        "largest absolute acceleration of any floor, in contact too; of a rigid building, the ground's",
+        ("building",),
+    ),
+}
+OF_YIELDING = {
+    "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
+    "storey_residual_drift": Variable("m", "size of the plastic drift of the storey at the end", AT_STOREYS),
+}
+OF_RUNS = {
+    "row_impulse": Variable("N s", "impulse of all contacts of the row", ()),
+    "row_energy_lost": Variable("J", "energy that all contacts of the row take, by damping and by yielding", ()),
+}
+
+
+class Frame(NamedTuple):
+    """What of a row its outputs need beside a run."""
+
+    model: RowModel
+    storeys: NDArray[np.int64]  # (buildings, most storeys): the mass above each, −1 where there is none
+    yield_drifts: Array  # m, by mass; NaN where a storey stays elastic
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Of the dimensions of its variables."""
+        buildings, storeys = self.storeys.shape
+        points = len(self.model.points)
+        return {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": points}
+
+    @property
+    def yields(self) -> bool:
+        """True where some storey can yield."""
+        return bool(np.isfinite(self.yield_drifts).any())
+
+
+def frame_of(model: RowModel) -> Frame:
+    """The masses of each building's storeys, above the foundation where it has one."""
+    counts = [chain.mass.size - chain.foundations for chain in model.chains]
+    storeys = np.full((len(counts), max(1, *counts)), -1)
+    for building, (chain, count) in enumerate(zip(model.chains, counts, strict=True)):
+        storeys[building, :count] = model.firsts[building] + chain.foundations + np.arange(count)
+    drifts = np.concatenate([chain.strength / chain.shear for chain in model.chains])
+    return Frame(model, storeys, np.where(np.isfinite(drifts), drifts, np.nan))
+
+
+def variables(frame: Frame) -> dict[str, Variable]:
+    """Every variable of a case."""
+    interfaces = {
+        name: Variable(output.unit, _gathered_words(name), ("interface",), output.whole) for name, output in RUN.items()
+    }
+    points = {
+        f"{POINT}{name}": interfaces[name]._replace(dims=("contact_point",), words=f"{RUN[name].words}; of one point")
+        for name in OF_POINTS
+    }
+    return interfaces | points | OF_RUNS | moving_variables(frame)
+
+
+def _gathered_words(name: str) -> str:
+    """The words for an interface's output, with how its contact points' values are put together."""
+    return f"{RUN[name].words}; {OVER_POINTS[name]}" if name in OVER_POINTS else RUN[name].words
+
+
+def moving_variables(frame: Frame) -> dict[str, Variable]:
+    """Those that a row has without contact too."""
+    return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {})
+
+
+def outputs(run: RowRun, yield_forces: Array, pga: Any, frame: Frame) -> Outputs:
+    """Every variable of a case by name, for one run or an array of them; NaN where one failed, −1 in counts and flags.
+
+    ``yield_forces`` [N] is by contact point, ``pga`` [m/s²] what a rigid building feels.
+    """
+    points = run_outputs(_columns(run), yield_forces)
+    lost = points["energy_viscous"] + points["energy_plastic"]
+    return {
+        **_of_interfaces(run, yield_forces, frame.model),
+        **{f"{POINT}{name}": points[name] for name in OF_POINTS},
+        "row_impulse": points["impulse"].sum(axis=-1),
+        "row_energy_lost": lost.sum(axis=-1),
+        **moving_outputs(run, pga, frame),
+    }
+
+
+def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
+    """As `outputs`, those of `moving_variables`."""
+    storeys = {name: _at_storeys(run.floors[..., column], frame, run) for column, name in enumerate(OF_STOREYS)}
+    buildings = {
+        name: np.fmax.reduce(values, axis=-1) for name, values in zip(OF_BUILDINGS, storeys.values(), strict=True)
+    }
+    still = np.asarray(run.status == tally.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
+    buildings["peak_displacement"] = np.where(still, 0.0, buildings["peak_displacement"])
+    felt = np.asarray(pga)[..., None]
+    buildings["peak_floor_acceleration"] = np.where(still, felt, buildings["peak_floor_acceleration"])
+    found = buildings | storeys
+    if frame.yields:
+        found["storey_ductility"] = _at_storeys(run.floors[..., DRIFT] / frame.yield_drifts, frame, run)
+        found["storey_residual_drift"] = _at_storeys(np.abs(run.rest[..., PLASTIC]), frame, run)
+    return found
+
+
+def closing(run: RowRun, model: RowModel) -> tuple[Array, Array]:
+    """Largest u_left − u_right by contact point and by interface [m]; the gap that the motion needs."""
+    points = run.points[..., HIGHEST]
+    return points, np.maximum.reduceat(points, model.bounds[:-1], axis=-1)
+
+
+def _of_interfaces(run: RowRun, yield_forces: Array, model: RowModel) -> Outputs:
+    """Every output of `RUN` at every interface."""
+    columns = _columns(run)
+    columns[..., tally.DEMAND] /= yield_forces
+    starts = model.bounds[:-1]
+    found = np.zeros((*columns.shape[:-2], starts.size, COLUMNS))
+    for places, gather in GATHERED:
+        for place in places:
+            found[..., place] = gather.reduceat(columns[..., place], starts, axis=-1)
+    found[..., tally.STATUS] = np.asarray(run.status)[..., None]
+    return run_outputs(found, np.ones(starts.size))
+
+
+def _columns(run: RowRun) -> Array:
+    """The points' columns as a pair's run has them: the tally, then the extremes of the first of its signals."""
+    points = np.asarray(run.points)
+    columns = np.zeros((*points.shape[:-1], COLUMNS))
+    columns[..., : tally.TALLIED] = points[..., : tally.TALLIED]
+    columns[..., HIGH], columns[..., LOW] = points[..., HIGHEST], points[..., LOWEST]
+    columns[..., tally.STATUS] = np.asarray(run.status)[..., None]
+    return columns
+
+
+def _at_storeys(values: Array, frame: Frame, run: RowRun) -> Array:
+    """Values by mass as (..., buildings, storeys), NaN where there is no storey and where the run failed."""
+    failed = np.asarray(run.status)[..., None, None] != tally.COMPLETE
+    # A row of rigid buildings has no mass at all; the one added is that of no storey.
+    padded = np.concatenate([values, np.full((*values.shape[:-1], 1), np.nan)], axis=-1)
+    return np.where(failed, np.nan, padded[..., frame.storeys])

@@ -1,0 +1,315 @@
+"""How a dataset comes to disk piece by piece: in memory, as netCDF, or as Zarr, from the same calls.
+
+A store is made of a dataset's form and takes the values of its lines; whole blocks of `layout.blocks` are written as
+they come, parts of a block are gathered until another block is touched. Blocks are written whole and in chunks of their
+own, so that the bytes on disk follow from the values and from the order of the calls alone.
+
+One thread of a process may touch netCDF, the caller's, and one at a time where several call.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import wraps
+from pathlib import Path
+from typing import Any, Protocol, TypeVar, cast
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from pounding_risk._common.files import discard, move_into_place, not_written, partial_of
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.files import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
+from pounding_risk.results.layout import Form, blocks, place
+
+KEPT = "free space and run the same command again, without --new: the parts are kept"
+
+
+class Store(Protocol):
+    """Where a dataset goes; leaving its ``with`` before it is finished abandons it."""
+
+    def write(self, lines: range, values: Mapping[str, np.ndarray]) -> None:
+        """Values of a run of lines, each (lines, cases in a line, extra sizes); some of the variables or all."""
+
+    def finish(self, attrs: Mapping[str, Any]) -> None:
+        """Attributes known at the end; then the dataset is whole, and in its place."""
+
+    def abandon(self) -> None:
+        """Leave nothing under any name."""
+
+    def __enter__(self) -> Store:
+        """Begin."""
+
+    def __exit__(self, *error: object) -> None:
+        """End: abandon what is not finished."""
+
+
+class Blockwise(ABC):
+    """What the stores share: lines become blocks, and nothing is finished that has holes."""
+
+    def __init__(self, form: Form):
+        self.form = form
+        self._blocks = list(blocks(form))
+        self._written = {name: np.zeros(form.lines, dtype=bool) for name in form.cases}
+        self._block = range(0)  # of which parts are held
+        self._held: dict[str, np.ndarray] = {}
+        self._open = True
+
+    def write(self, lines: range, values: Mapping[str, np.ndarray]) -> None:
+        """As `Store.write`; lines that were written before are written over.
+
+        Raises PoundingError where the disk is full; nothing is left then.
+        """
+        with self._guarded():
+            for block in self._touched(lines):
+                part = range(max(lines.start, block.start), min(lines.stop, block.stop))
+                if block != self._block:
+                    self._settle(block)
+                for name, given in values.items():
+                    of_part = np.asarray(given)[part.start - lines.start : part.stop - lines.start]
+                    self._take(block, part, name, of_part)
+
+    def finish(self, attrs: Mapping[str, Any]) -> None:
+        """As `Store.finish`. Raises PoundingError where the disk is full, ValueError where lines were not written."""
+        with self._guarded():
+            self._settle(range(0))
+            holes = [name for name, written in self._written.items() if not written.all()]
+            if holes:
+                raise ValueError(f"lines of {', '.join(holes)} were never written")
+            self._complete(attrs)
+            self._open = False
+
+    def abandon(self) -> None:
+        """As `Store.abandon`; a store that is finished stays."""
+        if self._open:
+            self._open = False
+            self._remove()
+
+    def __enter__(self) -> Blockwise:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.abandon()
+
+    def _touched(self, lines: range) -> Iterator[range]:
+        first = np.searchsorted([block.stop for block in self._blocks], lines.start, side="right")
+        for block in self._blocks[first:]:
+            if block.start >= lines.stop:
+                return
+            yield block
+
+    def _take(self, block: range, part: range, name: str, values: np.ndarray) -> None:
+        whole = (len(block), self.form.width, *self.form.extra(name))
+        dtype = self.form.cases[name].dtype
+        if values.shape != (len(part), *whole[1:]):
+            raise ValueError(f"{name} is {values.shape} for {len(part)} lines of {whole[1:]}")
+        if part == block:
+            self._held.pop(name, None)
+            self._put(block, name, values.astype(dtype, casting="same_kind", copy=False))
+        else:
+            if name not in self._held:
+                self._held[name] = (
+                    self._get(block, name)
+                    if self._written[name][block.start : block.stop].any()
+                    else np.zeros(whole, dtype)
+                )
+            self._held[name][part.start - block.start : part.stop - block.start] = values
+        self._written[name][part.start : part.stop] = True
+
+    def _settle(self, block: range) -> None:
+        """Write what is held, before parts of another ``block`` are gathered."""
+        for name, values in self._held.items():
+            self._put(self._block, name, values)
+        self._block, self._held = block, {}
+
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException as error:
+            told = self._told(error)  # first: it says how much space is left
+            self.abandon()
+            if told is None:
+                raise
+            raise told from None
+
+    def _told(self, error: BaseException) -> PoundingError | None:
+        """What to raise in place of an error; None where it stays as it is."""
+        return None
+
+    def _where(self, block: range, name: str) -> tuple[tuple[slice, ...], tuple[int, ...]]:
+        """Where a block of a variable lies along its own axes, and its sizes along them."""
+        extra = self.form.extra(name)
+        slices = tuple(place(self.form, block).values())
+        return (*slices, *(slice(None) for _ in extra)), (*(each.stop - each.start for each in slices), *extra)
+
+    @abstractmethod
+    def _put(self, block: range, name: str, values: np.ndarray) -> None: ...
+
+    @abstractmethod
+    def _get(self, block: range, name: str) -> np.ndarray: ...
+
+    @abstractmethod
+    def _complete(self, attrs: Mapping[str, Any]) -> None: ...
+
+    @abstractmethod
+    def _remove(self) -> None: ...
+
+
+class Memory(Blockwise):
+    """The dataset in memory."""
+
+    def __init__(self, form: Form):
+        super().__init__(form)
+        self._arrays = {
+            name: np.zeros((form.lines, form.width, *form.extra(name)), variable.dtype)
+            for name, variable in form.cases.items()
+        }
+        self._attrs: Mapping[str, Any] = {}
+
+    def dataset(self) -> xr.Dataset:
+        """What was written, labelled."""
+        sizes = tuple(self.form.skeleton.sizes[dim] for dim in self.form.dims)
+        variables = {
+            name: ((*self.form.dims, *found.dims), self._arrays[name].reshape(*sizes, *self.form.extra(name)))
+            for name, found in self.form.cases.items()
+        }
+        told = {name: (*variable, dict(self.form.cases[name].attrs)) for name, variable in variables.items()}
+        return self.form.skeleton.assign(told).assign_attrs(self._attrs)
+
+    def _put(self, block: range, name: str, values: np.ndarray) -> None:
+        self._arrays[name][block.start : block.stop] = values
+
+    def _get(self, block: range, name: str) -> np.ndarray:
+        return self._arrays[name][block.start : block.stop].copy()
+
+    def _complete(self, attrs: Mapping[str, Any]) -> None:
+        self._attrs = dict(attrs)
+
+    def _remove(self) -> None:
+        self._arrays = {}
+
+
+class OnDisk(Blockwise):
+    """A store aside of its target, moved into place when it is whole; ``repair`` ends the sentence of a full disk."""
+
+    def __init__(self, form: Form, target: str | Path, repair: str = KEPT):
+        super().__init__(form)
+        self.target = check_target(target, RESULTS)
+        self.partial, self._repair = partial_of(self.target), repair
+        with self._guarded():
+            discard(self.partial)  # of a process of this number that was killed; of a link only the link
+            self._begin()
+
+    def _told(self, error: BaseException) -> PoundingError | None:
+        # netCDF raises both where the disk is full.
+        is_of_disk = isinstance(error, OSError | RuntimeError)
+        return not_written(self.target, error, self._repair) if is_of_disk else None
+
+    @abstractmethod
+    def _begin(self) -> None: ...
+
+
+Act = TypeVar("Act", bound=Callable[..., Any])
+
+
+def _one_at_a_time(act: Act) -> Act:
+    """What touches netCDF waits for other threads that do."""
+
+    @wraps(act)
+    def alone(*args: Any) -> Any:
+        with NETCDF:
+            return act(*args)
+
+    return cast(Act, alone)
+
+
+class Netcdf(OnDisk):
+    """A netCDF-4 file. Raises PoundingError where it cannot be written."""
+
+    _file: Any = None
+
+    @_one_at_a_time
+    def _begin(self) -> None:
+        skeleton = self.form.skeleton
+        skeleton.to_netcdf(self.partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(skeleton))
+        self._file = netCDF4.Dataset(self.partial, "a")
+        self._file.set_auto_maskandscale(False)
+        for name in self.form.cases:
+            self._create(name)
+        self._unattached()
+
+    def _create(self, name: str) -> None:
+        """The variable with the attributes that xarray would give it."""
+        found = self.form.cases[name]
+        dims = (*self.form.dims, *found.dims)
+        sizes = dict(
+            zip(self.form.dims, (part.stop for part in place(self.form, self._blocks[0]).values()), strict=True)
+        )
+        chunk = tuple(sizes.get(dim, self.form.skeleton.sizes[dim]) for dim in dims)
+        variable = self._file.createVariable(
+            name,
+            found.dtype,
+            dims,
+            fill_value=np.nan if found.dtype.kind == "f" else None,
+            zlib=True,
+            complevel=1,
+            shuffle=True,
+            chunksizes=chunk,
+        )
+        # A block is written once: a cache of one chunk is enough, where the library would keep many of each variable.
+        variable.set_var_chunk_cache(int(np.prod(chunk)) * found.dtype.itemsize, 7, 1.0)
+        labels = self._labels(dims)
+        variable.setncatts(dict(found.attrs) | ({"coordinates": " ".join(labels)} if labels else {}))
+
+    def _labels(self, dims: tuple[str, ...]) -> list[str]:
+        """The coordinates beside the axes that a variable of these dimensions has."""
+        skeleton = self.form.skeleton
+        return sorted(
+            str(name) for name in set(skeleton.coords) - set(skeleton.dims) if set(skeleton[name].dims) <= set(dims)
+        )
+
+    def _unattached(self) -> None:
+        """Coordinates that no variable has are told by the file; xarray told those of the skeleton's variables."""
+        if "coordinates" not in self._file.ncattrs():
+            return
+        attached = {
+            label for name, found in self.form.cases.items() for label in self._labels((*self.form.dims, *found.dims))
+        }
+        left = [name for name in self._file.coordinates.split() if name not in attached]
+        if left:
+            self._file.coordinates = " ".join(left)
+        else:
+            del self._file.coordinates
+
+    @_one_at_a_time
+    def _put(self, block: range, name: str, values: np.ndarray) -> None:
+        slices, sizes = self._where(block, name)
+        self._file[name][slices] = values.reshape(sizes)
+
+    @_one_at_a_time
+    def _get(self, block: range, name: str) -> np.ndarray:
+        slices, _ = self._where(block, name)
+        return np.asarray(self._file[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
+
+    @_one_at_a_time
+    def _complete(self, attrs: Mapping[str, Any]) -> None:
+        self._file.setncatts(dict(attrs))
+        self._file.close()
+        move_into_place(self.partial, self.target)
+
+    @_one_at_a_time
+    def _remove(self) -> None:
+        discard(self.partial)  # before closing, which on a full disk cannot succeed until it is
+        if self._file is not None and self._file.isopen():
+            with suppress(OSError, RuntimeError):  # the file is gone, there is nothing to say of it
+                self._file.close()
+
+
+def store_of(form: Form, target: str | Path, repair: str = KEPT) -> OnDisk:
+    """The store of a target by its suffix, ``.nc`` or ``.zarr``; raises PoundingError as `check_target`."""
+    path = check_target(target, RESULTS)
+    return zarr_store().Zarr(form, path, repair) if path.suffix.lower() == ".zarr" else Netcdf(form, path, repair)

@@ -1,0 +1,117 @@
+"""Datasets as Zarr: a folder of one small file a block and variable, for what memory does not hold. Extra ``cluster``.
+
+Zarr's second format, which every reader knows and whose texts have a fixed meaning. Every chunk is written, empty or
+not, so that one that is lost is found missing, not read as fill values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import dask.array
+import numpy as np
+import xarray as xr
+import zarr
+
+from pounding_risk._common.files import discard, move_into_place
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.layout import place
+from pounding_risk.results.store import OnDisk
+from pounding_risk.results.zarr_metadata import ZARR_MARK, check_store
+
+EVERY_CHUNK = {"array.write_empty_chunks": True}
+
+
+class Zarr(OnDisk):
+    """A Zarr store. Raises PoundingError where it cannot be written.
+
+    A store that stands under the target's name is replaced in two steps, see `whole_files`.
+    """
+
+    _group: Any = None
+
+    def _begin(self) -> None:
+        form = self.form
+        block = {axis: part.stop for axis, part in place(form, self._blocks[0]).items()} if form.cases else {}
+        skeleton = form.skeleton.drop_encoding()
+        template, encoding = skeleton, {}
+        for name, found in form.cases.items():
+            dims = (*form.dims, *found.dims)
+            chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
+            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=found.dtype, chunks=chunk)
+            template = template.assign({name: (dims, empty, dict(found.attrs))})
+            encoding[name] = {"chunks": chunk}
+        template = fixed_texts(template).assign_attrs({ZARR_MARK: [str(name) for name in template.variables]})
+        with zarr.config.set(EVERY_CHUNK):
+            # Metadata and the skeleton; the cases' own values come block by block.
+            template.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
+            self._group = zarr.open_group(self.partial, mode="r+", zarr_format=2)
+            self._arrays = {name: self._group[name] for name in form.cases}
+
+    def _put(self, block: range, name: str, values: np.ndarray) -> None:
+        slices, sizes = self._where(block, name)
+        self._arrays[name][slices] = values.reshape(sizes)
+
+    def _get(self, block: range, name: str) -> np.ndarray:
+        slices, _ = self._where(block, name)
+        return np.asarray(self._arrays[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
+
+    def _complete(self, attrs: Mapping[str, Any]) -> None:
+        self._group.attrs.update({name: _plain(value) for name, value in attrs.items()})
+        zarr.consolidate_metadata(self.partial, zarr_format=2)
+        move_into_place(self.partial, self.target)
+
+    def _remove(self) -> None:
+        discard(self.partial)
+
+
+def fixed_texts(dataset: xr.Dataset) -> xr.Dataset:
+    """Texts as arrays of a fixed width: netCDF gives them as objects, which a Zarr store would keep otherwise."""
+    texts = {name: variable.astype(str) for name, variable in dataset.variables.items() if variable.dtype.kind in "OT"}
+    coords = {name: text for name, text in texts.items() if name in dataset.coords}
+    return dataset.assign_coords(coords).assign({name: text for name, text in texts.items() if name not in coords})
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as JSON has it."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
+    """A store, lazily: with Dask arrays where ``chunks`` is not None.
+
+    Raises PoundingError where it is none of this package, names a codec or a type that could run code (see
+    `zarr_metadata`), or where pieces of it are missing.
+    """
+    check_store(path)
+    try:
+        missing = _missing_pieces(path)
+        dataset = _labelled(xr.open_zarr(path, chunks=chunks, consolidated=True, zarr_format=2))
+    except Exception as error:  # what is damaged in a store may raise anything in the libraries that read it
+        raise PoundingError(
+            f"{path}: is not a readable Zarr store ({type(error).__name__}: {error}); run the scan again"
+        ) from None
+    if missing:
+        raise PoundingError(f"{path}: pieces of it are missing ({'; '.join(missing)}); run the scan again")
+    return dataset
+
+
+def _missing_pieces(path: Path) -> list[str]:
+    """How many pieces of which variables are not there, a few words each."""
+    group = zarr.open_consolidated(path, mode="r", zarr_format=2)
+    counts = {name: array.nchunks - array.nchunks_initialized for name, array in group.arrays()}
+    return [f"{name} lacks {count}" for name, count in counts.items() if count > 0]
+
+
+def _labelled(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset as it was written: its labels in memory, its variables in order, its flags of their own type."""
+    for name in dataset.coords:
+        dataset.variables[name].load()
+    for variable in dataset.variables.values():
+        if "flag_values" in variable.attrs:  # JSON keeps no types, and CF wants the variable's own
+            variable.attrs["flag_values"] = np.array(variable.attrs["flag_values"], dtype=variable.dtype)
+    ordered = {name: dataset.variables[name] for name in dataset.attrs.pop(ZARR_MARK)}
+    coords = {name: ordered.pop(name) for name in list(ordered) if name in dataset.coords}
+    return xr.Dataset(ordered, coords, dataset.attrs)

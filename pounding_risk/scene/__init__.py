@@ -1,0 +1,1 @@
+"""A scene: its classes, its TOML, its checks."""

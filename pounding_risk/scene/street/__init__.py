@@ -1,0 +1,1 @@
+"""A street's table or footprints as rows of buildings and scenes."""

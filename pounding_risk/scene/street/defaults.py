@@ -1,0 +1,204 @@
+"""Buildings of a street, and the rules that fill what its table does not give; every filled value is noted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, isnan, nan
+from typing import Any, NamedTuple
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
+from pounding_risk.models.structures.storeys import MOST_STOREYS
+from pounding_risk.models.structures.typologies import known_typology
+from pounding_risk.scene.street.footprints import Footprint, area
+from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, Entry
+from pounding_risk.units import (
+    DAMPING,
+    DIRECTION,
+    GAP,
+    MASS,
+    STANDARD_GRAVITY,
+    Quantity,
+    say,
+    si,
+)
+
+LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
+LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
+FACING = Quantity("1", 0.0, 1.0, "share of a front", open_high=True, example="0.1")
+STATED = "stated for buildings without one"
+
+Fill = Callable[[str, str, str], None]  # column, value, rule
+
+
+@dataclass(frozen=True)
+class Rules:
+    """How a table is read: what stands in for values that it does not give, and what makes a row.
+
+    Numbers are SI, text has its unit ("3 m").
+    ``floor_area`` None: a building without floor mass, area and footprint is a fault. ``axis`` None: each street has
+    the direction of its own walls. Raises PoundingError for a value that is out of range.
+    """
+
+    storey_height: float = 3.0  # m; storeys from the height, or the height from them
+    typology: str = "masonry"  # whose C_t is that of "all other structural systems" in ASCE 7
+    damping: float = 0.05
+    floor_load: float = 10e3  # Pa; the weight of a floor with its walls and its share of live load
+    floor_area: float | None = None  # m²
+    floor_depth: float = USUAL_DEPTH  # m; floors that overlap in height meet floor to floor
+    gap: float = 0.0  # m
+    limit: float = 1.0  # m; buildings with a gap below it are one row
+    survey: float = 0.1  # m, by which walls may be off: overlaps up to it are gaps of 0
+    least_facing: float = 0.0  # share of the shorter front; two that face each other over less are no neighbours
+    metres: bool = False  # coordinates of footprints are metres, not longitude and latitude
+    axis: float | None = None  # degrees clockwise from north, of a street from left to right
+
+    def __post_init__(self) -> None:
+        for name, quantity in _RANGES.items():
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, si(value, quantity, f"rules, {name}"))
+        known_typology(self.typology)
+
+
+_RANGES = {
+    "storey_height": HEIGHT,
+    "damping": DAMPING,
+    "floor_load": LOAD,
+    "floor_area": AREA,
+    "floor_depth": FLOOR_DEPTH,
+    "least_facing": FACING,
+    "gap": GAP,
+    "limit": LIMIT,
+    "survey": GAP,
+    "axis": DIRECTION,
+}
+
+
+class House(NamedTuple):
+    """One building of a street, with every value that a scene needs. SI units."""
+
+    name: str
+    street: str
+    height: float  # m
+    storeys: int
+    typology: str
+    floor_mass: float  # kg
+    damping: float
+    period: float | None = None  # s; None is the typology's
+    floor_depth: float = USUAL_DEPTH  # m
+    gap: float = nan  # m, as given, to the building on its right
+    walls: tuple[float, float] = (nan, nan)  # m along the street, left and right
+    footprint: Footprint | None = None  # m east and north of the middle of all footprints
+
+
+class Filled(NamedTuple):
+    """A value that the table does not give: whose, the value in words, and the rule that it follows."""
+
+    street: str
+    building: str
+    column: str
+    value: str
+    rule: str
+
+
+class Notes(NamedTuple):
+    """What is noted while a table is read."""
+
+    faults: list[str]
+    filled: list[Filled]
+    doubts: list[str]
+
+
+def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
+    """The building of an entry, the ``number``-th of its file, with what it lacks filled in."""
+    given = entry.values
+    name, street = given.get("name", f"building {number}"), given.get("street", "")
+    where = f"{entry.place}, {name}"
+
+    def fill(column: str, value: str, rule: str) -> None:
+        notes.filled.append(Filled(street, name, column, value, rule))
+
+    if "name" not in given:
+        fill("name", name, "its place in the file")
+    height, storeys = _size(where, given, rules, notes, fill)
+    typology = "_".join(given.get("typology", rules.typology).lower().split())  # "Concrete frame" is concrete_frame
+    damping = given.get("damping", rules.damping)
+    _check_typology(where, typology, height, "period" in given, notes)
+    if "typology" not in given:
+        fill("typology", typology, STATED)
+    if "damping" not in given:
+        fill("damping", say(damping, DAMPING), STATED)
+    walls = given.get("left wall", nan), given.get("right wall", nan)
+    if walls[0] >= walls[1]:
+        notes.faults.append(f"{where}, right wall: is not to the right of its left wall; exchange the two")
+    mass = _floor_mass(where, entry, rules, notes, fill)
+    depth = given.get("floor depth", rules.floor_depth)
+    if "floor depth" not in given:
+        fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
+    facts = (height, storeys, typology, mass, damping, given.get("period"), depth, given.get("gap", nan))
+    return House(name, street, *facts, walls, entry.footprint)
+
+
+def _check_typology(where: str, name: str, height: float, has_period: bool, notes: Notes) -> None:
+    """A fault for a typology that is none, or whose period is for lower buildings."""
+    try:
+        kind = known_typology(name)
+        if not has_period and not isnan(height):
+            kind.period(height)
+    except PoundingError as error:
+        notes.faults.append(f"{where}, typology: {error}")
+
+
+def _size(where: str, given: Mapping[str, Any], rules: Rules, notes: Notes, fill: Fill) -> tuple[float, int]:
+    """Height and number of storeys, one from the other where only that is given."""
+    usual = rules.storey_height
+    if "height" not in given and "storeys" not in given:
+        notes.faults.append(f"{where}: gives neither height nor storeys; write one of the two")
+        return nan, 1
+    if "height" not in given:
+        height = given["storeys"] * usual
+        fill("height", f"{height:g} m", f"its storeys at {usual:g} m each")
+        return height, given["storeys"]
+    height = given["height"]
+    if "storeys" not in given:
+        storeys = max(round(height / usual), 1)
+        if storeys > MOST_STOREYS:
+            words = f"{height:g} m would be {storeys} storeys of {usual:g} m, {MOST_STOREYS} are the most"
+            notes.faults.append(f"{where}, height: {words}; check its unit")
+        fill("storeys", str(storeys), f"its height at {usual:g} m a storey")
+        return height, storeys
+    storeys = given["storeys"]
+    if not LOWEST_STOREY <= height / storeys <= HIGHEST_STOREY:
+        words = f"{storeys} storeys in {height:g} m are {height / storeys:.2g} m each"
+        notes.doubts.append(f"{where}: {words}; check both, and the unit of the height")
+    return height, storeys
+
+
+def _floor_mass(where: str, entry: Entry, rules: Rules, notes: Notes, fill: Fill) -> float:
+    """Mass of each floor: as given, or of its area under a load."""
+    given = entry.values
+    if "floor mass" in given:
+        for column in ("floor area", "floor load"):
+            if column in given:
+                notes.doubts.append(f"{where}: its {column} is not used, as its floor mass is given")
+        return float(given["floor mass"])
+    size = given.get("floor area")
+    if size is None and entry.footprint is not None:
+        size = round(area(entry.footprint), 2)
+        fill("floor area", f"{size:g} m²", "that of its footprint")
+    elif size is None and rules.floor_area is not None:
+        size = rules.floor_area
+        fill("floor area", f"{size:g} m²", STATED)
+    elif size is None:
+        notes.faults.append(
+            f"{where}: gives neither floor mass nor floor area; write one, or state an area for all such"
+        )
+        return nan
+    load = given.get("floor load", rules.floor_load)
+    if "floor load" not in given:
+        fill("floor load", f"{load / 1e3:g} kN/m²", STATED)
+    mass = float(round(size * load / STANDARD_GRAVITY))
+    fill("floor mass", say(mass, MASS, 6), "floor area × floor load / g")
+    return mass

@@ -1,0 +1,247 @@
+"""The buildings of one street lined up: which are neighbours in a row, how far apart, and which close pairs are not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import cos, inf, isfinite, isnan, nan, radians, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules
+from pounding_risk.scene.street.distances import clear_between, close_pairs, faced
+from pounding_risk.scene.street.footprints import Facing, Footprint, azimuth, facing, street_axis, turned
+from pounding_risk.scene.street.pairs import ACROSS, CORNER, ClosePair, Neighbours, percent
+from pounding_risk.scene.street.table import repeated
+from pounding_risk.units import GAP, say, shown
+
+FINEST_GAP = 4  # decimals of a metre: no survey tells less than 0.1 mm
+
+
+class BlockRow(NamedTuple):
+    """Buildings side by side, left to right, and the gaps between them [m]."""
+
+    name: str
+    street: str
+    buildings: tuple[House, ...]
+    gaps: tuple[float, ...]
+    direction: float = nan  # degrees clockwise from north, from left to right; NaN without footprints
+    pairs: tuple[Neighbours, ...] = ()  # one for each gap
+
+
+class LinedUp(NamedTuple):
+    """Rows, and buildings in none as rows without a gap; the pairs that stand close and are no neighbours in a row."""
+
+    rows: list[BlockRow]
+    close: list[ClosePair]
+
+
+class Beside(NamedTuple):
+    """Two buildings of a street that face each other along it, by their places."""
+
+    pair: Facing
+    faced: float = nan  # m, across the street
+    share: float = nan  # of the shorter front
+
+
+class Street(NamedTuple):
+    """The buildings of one street, where each stands in the file, and what lines them up."""
+
+    houses: list[House]
+    places: list[str]
+    rules: Rules
+    notes: Notes
+
+    def lined_up(self) -> LinedUp:
+        """Rows in the order of their first buildings, and the pairs that no row holds."""
+        self._check_names()
+        footprints = [each.footprint for each in self.houses if each.footprint is not None]
+        if len(footprints) < len(self.houses):
+            beside = [Beside(pair) for pair in _by_walls([each.walls for each in self.houses])]
+            return LinedUp(list(self._rows(self._held(beside, {}), nan)), [])  # without footprints no more is known
+        along = self._axis(footprints)
+        flat = turned(footprints, along)
+        reasons: dict[frozenset[int], str] = {}
+        held = self._held(self._beside(flat, reasons), reasons)
+        rows = list(self._rows(held, azimuth(along)))
+        self._note_partial(each for row in rows for each in row.pairs if each.is_partial)
+        return LinedUp(rows, list(self._close(flat, held, reasons)))
+
+    def _axis(self, footprints: Sequence[Footprint]) -> np.ndarray:
+        """The unit vector along the street (east, north), as stated or by its walls."""
+        axis = self.rules.axis
+        if axis is not None:
+            return np.array([sin(radians(axis)), cos(radians(axis))])
+        return street_axis(footprints, self.rules.limit + self.rules.survey, self.rules.survey)
+
+    def _beside(self, flat: Sequence[Footprint], reasons: dict[frozenset[int], str]) -> Iterator[Beside]:
+        """The pairs that may be neighbours in a row; those that may not have their reason noted, or are faults."""
+        reach, survey = self.rules.limit + self.rules.survey, self.rules.survey
+        for pair in facing(flat, reach, survey):
+            left, right = flat[pair.left], flat[pair.right]
+            length, share = faced(left, right, reach)
+            key = frozenset((pair.left, pair.right))
+            if pair.gap < -survey:
+                if clear_between(left, right) == 0.0:
+                    yield Beside(pair, length, share)  # a fault
+                else:
+                    reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
+            elif share < self.rules.least_facing:
+                reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
+            else:
+                yield Beside(pair, length, share)
+
+    def _held(self, beside: Iterable[Beside], reasons: dict[frozenset[int], str]) -> list[Beside]:
+        """One neighbour at most on each side of a building, with the gap that holds: the rows."""
+        limit, held = self.rules.limit, []
+        # A wall that is a rounding error beyond another does not overlap it.
+        rounded = [each._replace(pair=_rounded(each.pair)) for each in beside]
+        self._check_overlaps(each.pair for each in rounded)
+        for each in _in_line(rounded, limit):
+            gap = self._gap(each.pair)
+            if gap < limit:
+                held.append(each._replace(pair=each.pair._replace(gap=gap)))
+            else:
+                given = isfinite(self.houses[each.pair.left].gap)
+                words = f"{say(gap, GAP)} apart along the street"
+                reasons[frozenset(each.pair[:2])] = f"{words}, as given" if given else words
+        onward = {each.pair.left: each.pair.right for each in held}
+        before = {right: left for left, right in onward.items()}
+        for left, right, _ in (each.pair for each in rounded):
+            if onward.get(left) != right:
+                reasons.setdefault(frozenset((left, right)), self._second(left, right, onward, before))
+        self._check_gaps(onward)
+        return held
+
+    def _second(self, left: int, right: int, onward: Mapping[int, int], before: Mapping[int, int]) -> str:
+        """Why two that face each other are no neighbours: which neighbour stands there in the row."""
+        if left in onward:
+            return f"{self.houses[left].name} has {self.houses[onward[left]].name} as its neighbour on that side"
+        if right in before:
+            return f"{self.houses[right].name} has {self.houses[before[right]].name} as its neighbour on that side"
+        return "in a ring of buildings, which is no line"
+
+    def _rows(self, held: Sequence[Beside], direction: float) -> Iterator[BlockRow]:
+        after = {each.pair.left: each for each in held}
+        for first in sorted(set(range(len(self.houses))) - {each.pair.right for each in held}):
+            pairs, last = [], first
+            while last in after:
+                (left, right, gap), length, share = after[last]
+                pairs.append(Neighbours(self.houses[left], self.houses[right], gap, length, share))
+                last = right
+            buildings = (self.houses[first], *(each.right for each in pairs))
+            gaps = tuple(each.gap for each in pairs)
+            yield BlockRow("", self.houses[first].street, buildings, gaps, direction, tuple(pairs))
+
+    def _close(
+        self, flat: Sequence[Footprint], held: Sequence[Beside], reasons: Mapping[frozenset[int], str]
+    ) -> Iterator[ClosePair]:
+        """The pairs closer than the limit that are no neighbours in a row, each with the reason."""
+        neighbours = {frozenset(each.pair[:2]) for each in held}
+        for one, other, distance in close_pairs(flat, self.rules.limit, metres=True):
+            key = frozenset((one, other))
+            if key not in neighbours:
+                reason = reasons.get(key) or _where(flat[one], flat[other])
+                yield ClosePair(self.houses[one], self.houses[other], round(distance, FINEST_GAP), reason)
+
+    def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
+        """A note on neighbours that face each other over a part of their fronts."""
+        told = "; ".join(f"{each.left.name} and {each.right.name} {each.faced_words}" for each in pairs)
+        if told:
+            self.notes.doubts.append(
+                f"{told}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
+                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
+            )
+
+    def _named(self, place: int) -> str:
+        return f"{self.places[place]}, {self.houses[place].name}"
+
+    def _check_names(self) -> None:
+        for name in repeated(each.name for each in self.houses):
+            places = [where for each, where in zip(self.houses, self.places, strict=True) if each.name == name]
+            self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
+
+    def _check_overlaps(self, pairs: Iterable[Facing]) -> None:
+        """A fault for each two that overlap by more than a survey may be off."""
+        survey = self.rules.survey
+        for left, right, gap in pairs:
+            if gap < -survey:
+                self.notes.faults.append(
+                    f"{self._named(left)} and {self._named(right)}: overlap by {say(-gap, GAP, 3)} along the street, "
+                    f"{say(survey, GAP)} are allowed to the survey; correct the walls, state the direction of the "
+                    "street (--axis), or give a building behind the others a street of its own"
+                )
+
+    def _gap(self, pair: Facing) -> float:
+        """The gap of two neighbours: as given, as measured, or by rule."""
+        left, survey = self.houses[pair.left], self.rules.survey
+
+        def fill(gap: float, rule: str) -> float:
+            self.notes.filled.append(Filled(left.street, left.name, "gap", say(gap, GAP), rule))
+            return gap
+
+        if pair.gap < -survey:
+            return inf  # a fault
+        if isfinite(left.gap):
+            if abs(left.gap - pair.gap) > survey:
+                self.notes.faults.append(
+                    f"{self._named(pair.left)} and {self._named(pair.right)}: the gap is given as "
+                    f"{say(left.gap, GAP)}, but the walls are {say(pair.gap, GAP, 3)} apart; correct one of the two"
+                )
+            return left.gap
+        if isnan(pair.gap):
+            return fill(self.rules.gap, "stated for neighbours without one")
+        if pair.gap < 0.0:
+            return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
+        return pair.gap
+
+    def _check_gaps(self, onward: Mapping[int, int]) -> None:
+        """A fault for a gap that leads nowhere."""
+        for place, each in enumerate(self.houses):
+            if place not in onward and each.gap < self.rules.limit:
+                self.notes.faults.append(
+                    f"{self._named(place)}, gap: {say(each.gap, GAP)} is given, but no building stands on its right "
+                    f"within {say(self.rules.limit, GAP)}; leave the gap out, or correct the order"
+                )
+
+
+def _rounded(pair: Facing) -> Facing:
+    return pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0)
+
+
+def _in_line(beside: Iterable[Beside], limit: float) -> list[Beside]:
+    """The pairs that make lines: one neighbour on each side, that with the longest faced length within the limit."""
+    onward: dict[int, int] = {}
+    before: dict[int, int] = {}
+    lined = []
+    for each in sorted(beside, key=lambda each: (each.pair.gap >= limit, -each.faced, each.pair.gap)):
+        left, right, _ = each.pair
+        if left not in onward and right not in before and not _leads(onward, right, left):
+            onward[left], before[right] = right, left
+            lined.append(each)
+    return sorted(lined, key=lambda each: each.pair[:2])
+
+
+def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
+    """True where the line from ``start`` reaches ``goal``, so that one more pair would close a ring."""
+    while start != goal and start in onward:
+        start = onward[start]
+    return start == goal
+
+
+def _where(one: Footprint, other: Footprint) -> str:
+    """How two that do not face each other along the street stand, in coordinates along and across it."""
+    corners = [np.concatenate(each.rings) for each in (one, other)]
+    lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
+    shared = np.minimum(*highs) - np.maximum(*lows)
+    return ACROSS if shared[0] > 0.0 else CORNER
+
+
+def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:
+    """Each building and the next: by their left walls where all are given, else as the file lists them."""
+    order: Iterable[int] = range(len(walls))
+    if not any(isnan(left) for left, _ in walls):
+        order = sorted(order, key=lambda place: walls[place][0])
+    for left, right in pairwise(order):
+        yield Facing(left, right, walls[right][0] - walls[left][1])

@@ -1,0 +1,182 @@
+"""Rows of a street as scene files, and the list of what was filled in as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.scene.toml import write_toml
+from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
+
+if TYPE_CHECKING:
+    from pounding_risk.scene.street.defaults import Filled, House
+    from pounding_risk.scene.street.pairs import ClosePair
+    from pounding_risk.scene.street.rows import BlockRow
+
+FILLED = "filled.csv"
+SECTIONS = ("effects", "records", "grid", "solver")
+SOURCES = ("names", "files", "set", "manifest")
+POLARITIES = ["as recorded", "reversed"]  # a row is not symmetric
+TOLD = 3  # values of a column that are told one by one
+
+
+class Contact(NamedTuple):
+    """What every interface of a row has, as a scene file writes it; None leaves a key out."""
+
+    contact_model: str = "jankowski"
+    stiffness: str | None = "2.75e9 N/m^1.5"
+    restitution: str | float | None = 0.65
+    yield_force: str | None = None
+    column_yield_force: str | None = None
+    tolerance: str | None = None  # of the levels of floors that meet, in place of the floors' depth
+
+
+CONCRETE = Contact()  # concrete on concrete: β and e of Jankowski (2005)
+
+
+class Share(NamedTuple):
+    """Values of one column filled by one rule: how many, and which in words."""
+
+    column: str
+    number: int
+    values: str
+    rule: str
+
+
+def shares(filled: Iterable[Filled]) -> list[Share]:
+    """What was filled in, summed up by column and rule, in the order met."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for each in filled:
+        groups.setdefault((each.column, each.rule), []).append(each.value)
+    found = []
+    for (column, rule), values in groups.items():
+        distinct = list(dict.fromkeys(values))
+        more = f", ... ({len(distinct)} values)" if len(distinct) > TOLD else ""
+        found.append(Share(column, len(values), f"{', '.join(distinct[:TOLD])}{more}", rule))
+    return found
+
+
+def filled_csv(filled: Iterable[Filled]) -> str:
+    """Every value that was filled in as CSV: street, building, column, value, rule."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("street", "building", "column", "value", "rule"))
+    writer.writerows(filled)
+    return text.getvalue()
+
+
+def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write files to a folder, which is made where it is not there; each appears under its name when it is whole.
+
+    Raises PoundingError where one cannot be written.
+    """
+    for name, text in texts.items():
+        target = folder / name
+        partial = target.with_name(f".{name}.{os.getpid()}.partial")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            partial.write_text(text, encoding="utf-8", newline="\n")
+            os.replace(partial, target)
+        except OSError as error:
+            raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
+        finally:
+            partial.unlink(missing_ok=True)
+
+
+def slug(name: str) -> str:
+    """A name as that of a file: letters and digits of any alphabet, in small, the rest hyphens."""
+    return re.sub(r"\W+", "-", name.lower()).strip("-_") or "row"
+
+
+def scene_text(
+    row: BlockRow,
+    filled: Sequence[Filled],
+    close: Sequence[ClosePair],
+    source: str,
+    *,
+    records: Sequence[str] | None,
+    contact: Contact,
+    tables: Mapping[str, Any] | None,
+) -> str:
+    """The scene of a row, with comments that say where its numbers are from.
+
+    Raises PoundingError for a section of ``tables`` that is not one of effects, records, grid and solver.
+    """
+    given = dict(tables or {})
+    for name in given:
+        if name not in SECTIONS:
+            raise PoundingError(f"tables: {shown(name)} cannot be given; it may be {', '.join(SECTIONS)}")
+    asked = {**given, "records": {**_records(records, given.get("records", {})), **given.get("records", {})}}
+    whole = {
+        "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
+        "building": [_building(house) for house in row.buildings],
+        "interface": [_interface(gap, contact) for gap in row.gaps],
+        **{name: asked[name] for name in SECTIONS if name in asked},
+    }
+    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source)) + "\n" + write_toml(whole)
+
+
+def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str) -> list[str]:
+    """Where the numbers of a scene are from, and what stands close that it does not hold."""
+    lines = [f"{len(row.buildings)} buildings of {source}, side by side; written by pounding-risk block."]
+    if not isnan(row.direction):
+        lines.append(f"From left to right is {row.direction:.1f} degrees clockwise from north.")
+    if filled:
+        lines.append("Filled in, as the table does not say:")
+        lines += [f"  {each.column} of {each.number}: {each.values}; {each.rule}" for each in shares(filled)]
+    partial = [neighbours for neighbours in row.pairs if neighbours.is_partial]
+    if partial:
+        lines.append("Neighbours that face each other over a part of the shorter front, taken as full neighbours:")
+        lines += [f"  {each.left.name} | {each.right.name}: {each.faced_words}" for each in partial]
+    if close:
+        lines.append("Close to a building of this row, and not in it as its neighbour:")
+        lines += [f"  {each.words}" for each in close]
+    return lines
+
+
+def _records(names: Sequence[str] | None, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What the section of records has beside what is given: names, where no other source is, and both polarities."""
+    if names is None and any(key in given for key in SOURCES):
+        return {"polarity": POLARITIES}
+    return {"names": horizontal_records() if names is None else list(names), "polarity": POLARITIES}
+
+
+def horizontal_records() -> list[str]:
+    """The ids of all horizontal records of the catalogue."""
+    from pounding_risk.motions.catalogue import entries
+
+    return [entry.id for entry in entries() if entry.horizontal]
+
+
+def _building(house: House) -> dict[str, Any]:
+    period = {} if house.period is None else {"period": written(house.period, PERIOD)}
+    return {
+        "name": house.name,
+        "height": written(house.height, GAP),
+        "storeys": house.storeys,
+        "typology": house.typology,
+        "floor_mass": written(house.floor_mass, MASS),
+        **period,
+        "damping": house.damping,
+        "floor_depth": written(house.floor_depth, GAP),
+    }
+
+
+def _interface(gap: float, contact: Contact) -> dict[str, Any]:
+    return {"gap": written(gap, GAP), **{key: value for key, value in contact._asdict().items() if value is not None}}
+
+
+def written(value: float, quantity: Quantity) -> str:
+    """A value in a usual unit, from which the very same number is read back."""
+    for digits in (4, 6, 9):
+        text = say(value, quantity, digits)
+        if parse(text, quantity) == value:
+            return text
+    return str(exact(value, quantity))

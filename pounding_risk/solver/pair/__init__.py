@@ -1,0 +1,1 @@
+"""Compiled solver of a pair of single masses."""

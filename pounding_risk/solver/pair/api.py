@@ -1,0 +1,138 @@
+"""One pair under one ground motion: the response without contact, and a run with it."""
+
+from __future__ import annotations
+
+from math import ceil, cos, exp, inf, isfinite, sin, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pounding_risk._jit.compile import lowered
+from pounding_risk.models.effects.contact import WavePassage
+from pounding_risk.models.effects.ground import Passing, Together
+from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.sdof import Building, Oscillator
+from pounding_risk.results.pair_variables import building_outputs, run_outputs
+from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
+from pounding_risk.solver.pair.flight import BLOCK, SIGNALS, Free
+from pounding_risk.solver.pair.free import survey
+from pounding_risk.solver.pair.run import march
+from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.pair.taylor import HIGH, LOW, MAX_TERMS, TALLY
+
+
+class Interface(NamedTuple):
+    """What stands between two neighbours."""
+
+    gap: float  # m
+    law: Any
+    restitution: Restitution
+    yield_force: float = inf  # N
+
+
+def oscillators(left: Building, right: Building) -> tuple[Oscillator, Oscillator]:
+    """The pair as the kernels see it."""
+    return left.oscillator(), right.oscillator()
+
+
+def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, float, float]:
+    """Free vibration over ``time``: u and u̇ at its end from those at its start, as four numbers."""
+    if oscillator.inverse_omega == 0.0:
+        return (0.0, 0.0, 0.0, 0.0)
+    fade = 0.5 * oscillator.fade
+    rate = sqrt(oscillator.spring - fade * fade)
+    decay, c, s = exp(-fade * time), cos(rate * time), sin(rate * time)
+    return (
+        decay * (c + fade / rate * s),
+        decay * s / rate,
+        -decay * oscillator.spring / rate * s,
+        decay * (c - fade / rate * s),
+    )
+
+
+def vibration_maps(pair: tuple[Oscillator, Oscillator], time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """`_vibration_map` of both buildings."""
+    return _vibration_map(pair[0], time), _vibration_map(pair[1], time)
+
+
+def free_response(
+    pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
+) -> Free:
+    """The response of both buildings without contact to a_g [m/s²] sampled every ``dt`` [s], from rest.
+
+    With a ``wave`` one of them has the motion later than the other.
+
+    Exact for a_g linear between samples; NaN from the first sample on that is not finite. Samples are divided
+    where the stiffer building would pass more than 2.5 rad of its vibration between them, so that a Taylor series
+    sums to rounding over every interval.
+    """
+    free = at_rest(pair, acceleration, dt, wave)
+    survey(pair, free)
+    passage = free.passage
+    closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
+    return free._replace(fastest=float(np.abs(closing).max()))
+
+
+def at_rest(
+    pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
+) -> Free:
+    """As `free_response`, with everything laid out and nothing moved yet."""
+    omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
+    parts = max(1, ceil(omega * dt / 2.5))
+    count = (len(acceleration) - 1) * parts + 1
+    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    ground = np.interp(np.arange(count) / parts, np.arange(len(acceleration)), known)
+    step = dt / parts
+    terms, size = 4, 1.0
+    while size > 1e-19 and terms < MAX_TERMS:
+        size *= max(omega * step, 1e-3) / (terms - 3)
+        terms += 1
+    passage: Together | Passing = Together()
+    if wave is not None:
+        passing = wave.grounds(ground, step)
+        ground, passage = passing.left, passing._replace(maps=vibration_maps(pair, step - passing.first))
+    states = np.zeros((ground.size, 4))
+    blocks = ceil((ground.size - 1) / BLOCK)
+    extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
+    node_map, block_map = (
+        vibration_maps(pair, passage.width(step, 0)),
+        vibration_maps(pair, passage.moment(step, BLOCK)),
+    )
+    return Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
+
+
+def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:
+    """`march` for one interface; returns its raw columns (see `outputs`)."""
+    desk = make_desk(rtol)
+    limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
+    march(pair, free, lowered(interface.law), limits, float(rtol), desk, log or make_log(0, 0, np.zeros(0)))
+    return np.concatenate([desk[TALLY, :TALLIED], desk[HIGH, :SIGNALS], desk[LOW, :SIGNALS]])
+
+
+def solve(
+    left: Building,
+    right: Building,
+    interface: Interface,
+    acceleration,
+    dt: float,
+    *,
+    wave: WavePassage | None = None,
+    rtol: float = 1e-6,
+) -> dict[str, float]:
+    """One run of a pair under a_g [m/s²] sampled every ``dt`` [s]: every output by name, in SI units.
+
+    Outputs per building carry ``_left`` or ``_right``. A failed run is NaN, or −1 in counts; ``status`` says why.
+    A law without a cap counts its yielding too: its force reaches the yield force.
+    """
+    ground = np.asarray(acceleration, dtype=np.float64)
+    pair = oscillators(left, right)
+    capped = isfinite(interface.law.ceiling(1.0))
+    log = make_log(0, 0, np.zeros(0) if capped else np.array([float(interface.yield_force)]))
+    raw = run(pair, free_response(pair, ground, float(dt), wave), interface, rtol, log)
+    if not capped:
+        raw[YIELDS], raw[FIRST_YIELD] = log.reached[0], log.first[0]
+    named = {name: float(value) for name, value in run_outputs(raw, interface.yield_force).items()}
+    sides = building_outputs(raw, (left, right), float(np.abs(ground).max()))
+    for name, values in sides.items():
+        named[f"{name}_left"], named[f"{name}_right"] = float(values[0]), float(values[1])
+    return {**named, "status": float(raw[STATUS]), "steps": float(raw[STEPS])}

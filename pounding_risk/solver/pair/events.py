@@ -1,0 +1,285 @@
+"""Events in contact: which comes first on a step, and landing on it.
+
+A step may end early where δ̇ = 0, where the uncapped force meets the yield force, where the force of a law that
+cannot pull would turn to tension, and where the bodies part.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.solver.pair.peaks import crest, hides_crest
+from pounding_risk.solver.pair.readings import BEGIN_ROWS, END_ROWS, FORCE, PEEK_ROWS, peek, read_end
+from pounding_risk.solver.pair.stages import (
+    ELASTIC,
+    END_WEIGHT,
+    FINAL,
+    LAST,
+    SHARE,
+    SLACK,
+    YIELDING,
+    Phase,
+    finish,
+    next_step,
+)
+from pounding_risk.solver.pair.step import attempt, spread
+from pounding_risk.solver.pair.taylor import END
+
+NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
+MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a crest is told apart from it
+
+
+@small
+def margin_at(kind, impact, phase, desk, rows):
+    """(margin, its slope) of a kind of event at one end of a step, from what `read_end` left."""
+    source, tangent, values, rises = rows
+    if kind == TURN:
+        sign = 1.0 if phase.approaching else -1.0
+        # A turn is one that rounding does not undo: bodies at rest against each other turn no more.
+        rate = desk[source, 2] - desk[source, 3]
+        return sign * rate + impact.still, sign * (desk[tangent, 2] - desk[tangent, 3])
+    if kind == PART:
+        return desk[source, 0] - desk[source, 1] - impact.gap, desk[tangent, 0] - desk[tangent, 1]
+    if kind == YIELD:
+        sign = 1.0 if phase.region == YIELDING else -1.0
+        # Past F_E by more than rounding, so that a plateau of no length is not left and entered again and again.
+        return sign * (desk[values, FORCE] - impact.strength) + MET * impact.strength, sign * desk[rises, FORCE]
+    sign = -1.0 if phase.region == SLACK else 1.0
+    return sign * desk[values, FORCE], sign * desk[rises, FORCE]
+
+
+@small
+def cubic(start, start_slope, stop, stop_slope, x):
+    """Cubic through two values and slopes on [0, 1]."""
+    rise = stop - start
+    bend = 3.0 * rise - 2.0 * start_slope - stop_slope
+    twist = start_slope + stop_slope - 2.0 * rise
+    return start + x * (start_slope + x * (bend + x * twist))
+
+
+@kernel
+def first_dip(start, start_slope, stop, stop_slope):
+    """Where on (0, 1] the cubic first falls below zero, or 2 where it does not; a start at zero is above it."""
+    low = 0.0
+    for part in range(1, 9):
+        x = 0.125 * part
+        if cubic(start, start_slope, stop, stop_slope, x) < 0.0:
+            high = x
+            for _ in range(12):
+                middle = 0.5 * (low + high)
+                if cubic(start, start_slope, stop, stop_slope, middle) < 0.0:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low = x
+    return 2.0
+
+
+@kernel
+def rise_above(impact, phase, span, desk):
+    """Where on the step the uncapped force, below F_E at both ends, has its crest above it; 2 where it has not.
+
+    The crest is that of `peaks.watch_step`. One that passes F_E by rounding is left to it: it counts, and needs no
+    landing on a plateau of no length.
+    """
+    ends = hides_crest(FORCE, 1.0, impact.strength, span, desk)
+    if not ends[0] > 0.0:
+        return 2.0
+    spread(impact, phase, span, desk)
+    best, place = crest(FORCE, 1.0, ends, impact, phase, span, desk)
+    return place if best > BARELY * impact.strength else 2.0
+
+
+@small
+def dip_of(kind, impact, phase, span, desk):
+    """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
+    s, h = span
+    stop, stop_slope = margin_at(kind, impact, phase, desk, END_ROWS)
+    if stop >= 0.0 and stop_slope <= 0.0:
+        return 2.0
+    start, start_slope = margin_at(kind, impact, phase, desk, BEGIN_ROWS)
+    if kind == YIELD and phase.region == ELASTIC and stop >= 0.0 and start > 0.0:
+        return rise_above(impact, phase, span, desk)
+    start = max(start, 0.0)
+    # At the touch δ^(1/4) has no slope in t and a finite one in s; where it rises from there is all that counts.
+    start_slope = h * start_slope if s > 0.0 else stop - start
+    if stop >= 0.0 and start_slope >= 0.0:
+        return 2.0
+    dip = first_dip(start, start_slope, stop, h * stop_slope)
+    return min(dip, 1.0) if stop < 0.0 else dip
+
+
+@small
+def is_watched(kind, impact, phase):
+    """True for the kinds of event that this branch of the law can end with."""
+    if kind == YIELD:
+        return impact.strength < inf
+    if kind == CUT:
+        return impact.least > -inf and phase.region != YIELDING
+    return kind != PART or not phase.approaching
+
+
+@small
+def first_event(impact, phase, span, desk):
+    """Which event the step from row STATE to row END meets first, and where on it (0 to 1)."""
+    kind, place = NONE, 2.0
+    for candidate in range(TURN, PART + 1):
+        if is_watched(candidate, impact, phase):
+            dip = dip_of(candidate, impact, phase, span, desk)
+            if dip < place:
+                kind, place = candidate, dip
+    return kind, place
+
+
+@kernel
+def event_passed(landed, impact, phase, desk):
+    """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
+    for candidate in range(TURN, PART + 1):
+        if candidate == landed or not is_watched(candidate, impact, phase):
+            continue
+        if margin_at(candidate, impact, phase, desk, END_ROWS)[0] < 0.0:
+            return candidate
+    return NONE
+
+
+@kernel
+def settle(kind, place, impact, phase, span, desk):
+    """Refine the place of an event on the step's polynomial: Newton's rule in a bracket; 2 where there is none.
+
+    ``place`` is the guess of the model between the ends, which may see a dip that the step does not have.
+    """
+    h = span[1]
+    crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
+    low, high, x = 0.0, 1.0, place
+    for _ in range(40):
+        peek(impact, phase, span, x, desk)
+        value, slope = margin_at(kind, impact, phase, desk, PEEK_ROWS)
+        if value < 0.0:
+            high, crossed = x, True
+        elif crossed or slope < 0.0:
+            low = x
+        else:
+            high = x  # past the bottom of a dip that has not crossed yet
+        new = x - value / (h * slope) if slope < 0.0 else -1.0
+        if not low < new < high:
+            if slope < 0.0 and value >= 0.0 and not crossed and new >= high:
+                return 2.0
+            new = 0.5 * (low + high)
+        # Newton's rule squares what is left; the landing repeats the step and sees to the rest.
+        if abs(new - x) <= 1e-5 or high - low <= 1e-9:
+            return new if crossed or high - low > 1e-9 else 2.0
+        x = new
+    return x
+
+
+@kernel
+def land(kind, place, impact, phase, span, rtol, desk):
+    """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
+
+    Returns the length of the step, whose end is left in row END and its slopes in row LAST, and whether the event
+    is there: a dip that only the model between the ends had is none.
+    """
+    s, h = span
+    low, high = 0.0, h
+    length = place * h
+    crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
+    converged = False
+    # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
+    close = 1e-3 * sqrt(rtol)
+    for _ in range(50):
+        attempt(impact, phase, s, length, rtol, desk)
+        finish(impact, phase, s + length, desk)
+        read_end(impact, phase, (s + length, h), desk, END_ROWS)
+        value, slope = margin_at(kind, impact, phase, desk, END_ROWS)
+        if value > 0.0:
+            low = length
+        else:
+            high = length
+            crossed = True
+        new = length - value / slope if slope < 0.0 else low
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        converged = slope < 0.0 and abs(new - length) <= close * h
+        if converged:
+            for part in range(7):
+                desk[END, part] += (new - length) * desk[LAST, part]
+            length = new
+        if converged or high - low <= 1e-13 * h:
+            break
+        length = new
+    return length, crossed or converged
+
+
+@kernel
+def switched(kind, phase):
+    """The phase after an event."""
+    approaching, region = phase.approaching, phase.region
+    if kind == TURN:
+        approaching = not approaching
+    elif kind == YIELD:
+        region = ELASTIC if region == YIELDING else YIELDING
+    elif kind == CUT:
+        region = ELASTIC if region == SLACK else SLACK
+    return Phase(approaching, region, phase.ground)
+
+
+@kernel
+def end_on(kind, place, impact, phase, span, rtol, desk):
+    """End the step on an event; returns (length, event), the whole length and NONE where it is not there."""
+    spread(impact, phase, span, desk)
+    place = settle(kind, place, impact, phase, span, desk)
+    if place > 1.0:
+        return span[1], NONE
+    length, there = land(kind, place, impact, phase, span, rtol, desk)
+    # A crest that passes F_E by less than the tolerance may stay below it when the step is made again: still a yield.
+    there = there or (kind == YIELD and phase.region == ELASTIC)
+    return length, kind if there else NONE
+
+
+@small
+def take_step(impact, phase, span, rtol, desk):
+    """One accepted step within ``span`` = (s, length to try, length left, known), shortened to the first event on it.
+
+    ``known`` says that the readings at its beginning stand in their rows already.
+
+    The end is left in row END, its slopes on this branch in row LAST. Returns (length, event, next length to
+    try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
+    is not finite.
+    """
+    s, h, left, known = span
+    attempts = 0
+    while True:
+        # A sliver at the end of the span would cost a step of its own: split what is left evenly instead.
+        if h >= left:
+            h = left
+        elif 2.0 * h > left:
+            h = 0.5 * left
+        error = attempt(impact, phase, s, h, rtol, desk)
+        attempts += 1
+        if error <= SHARE * rtol:
+            break
+        if not error >= 0.0 and attempts > 10:
+            return -1.0, NONE, h, attempts
+        h = next_step(h, error, rtol, desk) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * left:
+            return 0.0, NONE, h, attempts
+    if desk[FINAL, END_WEIGHT] == 0.0:
+        finish(impact, phase, s + h, desk)
+    if not known:
+        read_end(impact, phase, (s, h), desk, BEGIN_ROWS)
+    read_end(impact, phase, (s + h, h), desk, END_ROWS)
+    following = next_step(h, error, rtol, desk)
+    event, place = first_event(impact, phase, (s, h), desk)
+    if event != NONE:
+        following = h
+        h, event = end_on(event, place, impact, phase, (s, h), rtol, desk)
+        # The order of two events on one step is a guess of the model between its ends: look again from the landing.
+        for _ in range(PART):
+            earlier = event_passed(event, impact, phase, desk)
+            if earlier == NONE:
+                break
+            place = min(dip_of(earlier, impact, phase, (s, h), desk), 1.0)
+            h, event = end_on(earlier, place, impact, phase, (s, h), rtol, desk)
+    return h, event, following, attempts

@@ -1,0 +1,307 @@
+"""Free flight: two linear buildings between contacts, exactly, and the search for what happens on the way.
+
+A building's motion is its response without contact, which every run of an ensemble shares and which is
+computed once (`Free`), plus a free vibration h(t) left by the contacts so far. Within one node interval a_g is
+linear and the motion is its own Taylor series, summed to rounding; touches and peaks are found on that series
+by bisection under a bound on its second derivative, so that none is missed, whatever lies between two nodes.
+A block of nodes is passed over when the largest free value in it plus a bound on h,
+
+    |h(t)| ≤ R = sqrt(h² + (ḣ/ω)²),   |a_h(t)| ≤ (1 + 2 ζ) ω² R      (the energy of a free vibration only falls),
+
+can neither close the gap nor set a new peak: the cost of a run follows its contacts, not its samples.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.models.effects.ground import Passing, Together
+from pounding_risk.solver.pair.taylor import (
+    HERE,
+    HIGH,
+    LEFT,
+    LOW,
+    NEXT,
+    RIGHT,
+    SIGNAL,
+    crest_bound,
+    expand,
+    first_rise,
+    highest,
+    slope_at,
+    value_at,
+)
+
+BLOCK = 16  # nodes passed over at a time
+SIGNALS = 5  # relative displacement; displacement left, right; absolute acceleration left, right
+
+
+class Free(NamedTuple):
+    """The response without contact of one pair to one ground motion; shapes with N nodes and B blocks."""
+
+    ground: np.ndarray  # (N,) a_g, with a passing wave that under the left building [m/s²]
+    step: float  # between samples, of which the passage makes nodes [s]
+    terms: int  # of the Taylor series over one step
+    states: np.ndarray  # (N, 4) u_left, u_right, v_left, v_right
+    high: np.ndarray  # (B, SIGNALS) no value in the block is larger, between nodes too; see `survey`
+    low: np.ndarray  # (B, SIGNALS) nor smaller
+    node_map: tuple  # free vibration over one node: 2 x 4 numbers
+    block_map: tuple  # and over one block
+    fastest: float  # peak closing or parting speed at nodes [m/s]
+    passage: Together | Passing  # how the motion comes to the right building
+
+
+@small
+def read_signals(pair, state, widened, desk, row):
+    """The five watched values of a state in flight; absolute acceleration is −2 ζ ω u̇ − ω² u.
+
+    ``widened`` is what the ground itself has widened the gap by.
+    """
+    left, right = pair
+    desk[row, 0] = state[0] - state[1] - widened
+    desk[row, 1] = state[0]
+    desk[row, 2] = state[1]
+    desk[row, 3] = -left.fade * state[2] - left.spring * state[0]
+    desk[row, 4] = -right.fade * state[3] - right.spring * state[1]
+
+
+@kernel
+def signal_row(signal, pair, ground, desk, terms):
+    """Row with the Taylor coefficients of a watched signal, from those of the two buildings; and their number."""
+    left, right = pair
+    if signal == 0:
+        for n in range(terms):
+            desk[SIGNAL, n] = desk[LEFT, n] - desk[RIGHT, n]
+        still, first, second, third = ground.widening()
+        desk[SIGNAL, 0] -= still
+        desk[SIGNAL, 1] -= first
+        desk[SIGNAL, 2] -= second
+        desk[SIGNAL, 3] -= third
+        return SIGNAL, terms
+    if signal == 1:
+        return LEFT, terms
+    if signal == 2:
+        return RIGHT, terms
+    fade = left.fade if signal == 3 else right.fade
+    spring = left.spring if signal == 3 else right.spring
+    source = LEFT if signal == 3 else RIGHT
+    for n in range(terms - 1):
+        desk[SIGNAL, n] = -fade * (n + 1) * desk[source, n + 1] - spring * desk[source, n]
+    return SIGNAL, terms - 1
+
+
+@small
+def turn_bound(oscillator, place, speed, push):
+    """No |ü| within the interval is larger: u̇ + slope/ω² is a free vibration, whose energy only falls.
+
+    The sum of both terms stands for the root of their squares, which it is never below and which takes longer.
+    """
+    drift = (oscillator.spring * speed + push[1]) * oscillator.inverse_omega
+    pull = push[0] + oscillator.fade * speed + oscillator.spring * place
+    return abs(drift) + abs(pull)
+
+
+@small
+def shake_bound(oscillator, turn):
+    """Bound on the second derivative of the absolute acceleration: ω² (1 + 2ζ + 4ζ²) × the bound on |ü|."""
+    ratio = oscillator.fade * oscillator.inverse_omega
+    return oscillator.spring * (1.0 + ratio + ratio * ratio) * turn
+
+
+@small
+def bend_bounds(pair, state, ground, length):
+    """Bounds on the second derivatives of the watched signals within a stretch of flight."""
+    left, right = pair
+    turn_left = turn_bound(left, state[0], state[2], ground.push_left(left))
+    turn_right = turn_bound(right, state[1], state[3], ground.push_right(right))
+    return (
+        turn_left + turn_right + ground.bend(length),
+        turn_left,
+        turn_right,
+        shake_bound(left, turn_left),
+        shake_bound(right, turn_right),
+    )
+
+
+@kernel
+def state_at(pair, desk, terms, x):
+    """(u_left, u_right, v_left, v_right) at x from the series of both buildings."""
+    left, right = pair
+    u_left = u_right = v_left = v_right = 0.0
+    if left.inverse_omega > 0.0:
+        u_left = value_at(desk, LEFT, terms, x)
+        v_left = slope_at(desk, LEFT, terms, x)
+    if right.inverse_omega > 0.0:
+        u_right = value_at(desk, RIGHT, terms, x)
+        v_right = slope_at(desk, RIGHT, terms, x)
+    return u_left, u_right, v_left, v_right
+
+
+@kernel
+def search_interval(pair, gap, wanted, span, terms, desk):
+    """The first touch within a stretch of flight, and the peaks up to there; ``wanted`` as `unquiet` has it.
+
+    The series of both buildings stand on the desk; ``span`` = (ground, length) of the stretch. Returns the time of the
+    touch after its start, or −1; the peaks are raised in rows HIGH and LOW.
+    """
+    ground, stop = span
+    touch = -1.0
+    if wanted & 1:
+        signal_row(0, pair, ground, desk, terms)
+        touch = first_rise(desk, terms, gap, stop)
+        stop = touch if touch >= 0.0 else stop
+    if stop > 0.0:
+        for signal in range(SIGNALS):
+            sides = wanted >> (1 + 2 * signal) & 3
+            if sides:
+                row, count = signal_row(signal, pair, ground, desk, terms)
+                if sides & 1:
+                    desk[HIGH, signal] = highest(desk, row, count, 1.0, stop, desk[HIGH, signal])
+                if sides & 2:
+                    desk[LOW, signal] = -highest(desk, row, count, -1.0, stop, -desk[LOW, signal])
+    return touch
+
+
+@small
+def unquiet(pair, gap, state, span, desk):
+    """What a stretch of flight has to be searched for, from its ends' signals in HERE and NEXT; 0 for nothing.
+
+    The last bit stands for a touch, then two for each signal: a new highest, a new lowest. Where there can be no
+    touch the values at the end count at once, and only a crest between the ends is left to be searched for.
+    """
+    ground, length = span
+    bends = bend_bounds(pair, state, ground, length)
+    eighth = 0.125 * length * length
+    wanted = 0
+    if max(desk[HERE, 0], desk[NEXT, 0]) + eighth * bends[0] > gap:
+        wanted = 1 if crest_bound(desk[HERE, 0], desk[NEXT, 0], length, bends[0]) > gap else 0
+    for signal in range(SIGNALS):
+        bend, here, there = bends[signal], desk[HERE, signal], desk[NEXT, signal]
+        if wanted & 1 == 0:
+            desk[HIGH, signal] = max(desk[HIGH, signal], there)
+            desk[LOW, signal] = min(desk[LOW, signal], there)
+        # The coarser bound first, max + |f''| h²/8: it settles most intervals without a division.
+        top, bottom = max(here, there) + eighth * bend, min(here, there) - eighth * bend
+        if top > desk[HIGH, signal] and crest_bound(here, there, length, bend) > desk[HIGH, signal]:
+            wanted |= 2 << 2 * signal
+        if bottom < desk[LOW, signal] and -crest_bound(-here, -there, length, bend) < desk[LOW, signal]:
+            wanted |= 4 << 2 * signal
+        # Motion that is not finite is searched: what the search makes of it ends the run with its status.
+        wanted |= 0 if abs(top) < inf else 2 << 2 * signal
+    return wanted
+
+
+@kernel
+def lay_out(pair, state, ground, terms, desk):
+    """The Taylor series of both buildings over a stretch, onto the desk."""
+    expand(pair[0], state[0], state[2], ground.push_left(pair[0]), desk, LEFT, terms)
+    expand(pair[1], state[1], state[3], ground.push_right(pair[1]), desk, RIGHT, terms)
+
+
+@small
+def block_is_quiet(pair, extremes, gap, block, vibration, desk):
+    """True where the block can be passed over; a block of purely free motion leaves its own peaks on the desk."""
+    left, right = pair
+    high, low = extremes
+    reach_left = sqrt(vibration[0] ** 2 + (vibration[2] * left.inverse_omega) ** 2)
+    reach_right = sqrt(vibration[1] ** 2 + (vibration[3] * right.inverse_omega) ** 2)
+    reach = reach_left + reach_right
+    if high[block, 0] + reach > gap:
+        return False
+    if reach == 0.0:
+        for signal in range(SIGNALS):
+            desk[HIGH, signal] = max(desk[HIGH, signal], high[block, signal])
+            desk[LOW, signal] = min(desk[LOW, signal], low[block, signal])
+        return True
+    for signal in range(SIGNALS):
+        if signal == 1:
+            reach = reach_left
+        elif signal == 2:
+            reach = reach_right
+        elif signal == 3:
+            reach = reach_left * (left.spring + left.fade * sqrt(left.spring))
+        elif signal == 4:
+            reach = reach_right * (right.spring + right.fade * sqrt(right.spring))
+        if high[block, signal] + reach > desk[HIGH, signal]:
+            return False
+        if low[block, signal] - reach < desk[LOW, signal]:
+            return False
+    return True
+
+
+@small
+def turned(maps, vibration):
+    """The free vibration (u_left, u_right, v_left, v_right) advanced by the maps of both buildings."""
+    a, b = maps
+    u, w, v, z = vibration
+    return a[0] * u + a[1] * v, b[0] * w + b[1] * z, a[2] * u + a[3] * v, b[2] * w + b[3] * z
+
+
+@small
+def with_free(states, node, vibration):
+    """The whole motion at a node."""
+    return (
+        states[node, 0] + vibration[0],
+        states[node, 1] + vibration[1],
+        states[node, 2] + vibration[2],
+        states[node, 3] + vibration[3],
+    )
+
+
+@kernel
+def fly(pair, free, gap, start, state, desk):
+    """Fly from ``start`` = (node, time after it) with ``state`` to the next touch or the end of the record.
+
+    Returns (node, time after it, state) of the touch; node is −1 at the end of the record. A start at (0, 0) is
+    the free response itself.
+    """
+    node, offset = start
+    passage, states, terms, extremes = free.passage, free.states, free.terms, (free.high, free.low)
+    last = free.ground.size - 1
+    vibration = (0.0, 0.0, 0.0, 0.0)
+    if node > 0 or offset > 0.0:
+        ground = passage.stretch(free.ground, free.step, node, offset)
+        span = (ground, passage.width(free.step, node) - offset)
+        lay_out(pair, state, ground, terms, desk)
+        ahead = state_at(pair, desk, terms, span[1])
+        read_signals(pair, state, ground.widening()[0], desk, HERE)
+        read_signals(pair, ahead, passage.widened(node + 1), desk, NEXT)
+        touch = search_interval(pair, gap, unquiet(pair, gap, state, span, desk), span, terms, desk)
+        if touch >= 0.0:
+            return node, offset + touch, state_at(pair, desk, terms, touch)
+        state = ahead
+        node += 1
+        vibration = (
+            state[0] - states[node, 0],
+            state[1] - states[node, 1],
+            state[2] - states[node, 2],
+            state[3] - states[node, 3],
+        )
+    while node < last:
+        if node % BLOCK == 0 and block_is_quiet(pair, extremes, gap, node // BLOCK, vibration, desk):
+            vibration = turned(free.block_map, vibration)
+            node += BLOCK
+            continue
+        stop = min(last, node - node % BLOCK + BLOCK)
+        state = with_free(states, node, vibration)
+        read_signals(pair, state, passage.widened(node), desk, NEXT)
+        while node < stop:
+            span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
+            vibration = turned(passage.node_maps(free.node_map, node), vibration)
+            ahead = with_free(states, node + 1, vibration)
+            for signal in range(SIGNALS):
+                desk[HERE, signal] = desk[NEXT, signal]
+            read_signals(pair, ahead, passage.widened(node + 1), desk, NEXT)
+            wanted = unquiet(pair, gap, state, span, desk)
+            if wanted:
+                lay_out(pair, state, span[0], terms, desk)
+                touch = search_interval(pair, gap, wanted, span, terms, desk)
+                if touch >= 0.0:
+                    return node, touch, state_at(pair, desk, terms, touch)
+            state = ahead
+            node += 1
+    return -1, 0.0, state

@@ -1,0 +1,134 @@
+"""The response of a pair without contact, computed once for all runs that share a ground motion."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.solver.pair.flight import (
+    BLOCK,
+    SIGNALS,
+    bend_bounds,
+    lay_out,
+    read_signals,
+    search_interval,
+    unquiet,
+    with_free,
+)
+from pounding_risk.solver.pair.taylor import (
+    HERE,
+    HERE_SLOPE,
+    HIGH,
+    LEFT,
+    LOW,
+    NEXT,
+    NEXT_SLOPE,
+    STAGES,
+    expand,
+    slope_at,
+    value_at,
+)
+
+TOP, BOTTOM = HERE_SLOPE, NEXT_SLOPE  # rows that only the contact phase uses otherwise
+
+
+@kernel
+def ramp_map(oscillator, step, terms, desk):
+    """u and u̇ after one node interval from (u, u̇, the push at its start, its slope): 2 x 4 numbers."""
+    places, speeds = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+    if oscillator.inverse_omega > 0.0:
+        for part in range(4):
+            place, speed = (1.0 if part == 0 else 0.0), (1.0 if part == 1 else 0.0)
+            push = (1.0 if part == 2 else 0.0, 1.0 if part == 3 else 0.0, 0.0, 0.0)
+            expand(oscillator, place, speed, push, desk, LEFT, terms)
+            desk[HERE, part] = value_at(desk, LEFT, terms, step)
+            desk[NEXT, part] = slope_at(desk, LEFT, terms, step)
+        places = (desk[HERE, 0], desk[HERE, 1], desk[HERE, 2], desk[HERE, 3])
+        speeds = (desk[NEXT, 0], desk[NEXT, 1], desk[NEXT, 2], desk[NEXT, 3])
+    return places, speeds
+
+
+@small
+def ramped(ramp_maps, place, speed, push):
+    """(u, u̇) at the end of a node interval."""
+    a, b = ramp_maps
+    return (
+        a[0] * place + a[1] * speed + a[2] * push[0] + a[3] * push[1],
+        b[0] * place + b[1] * speed + b[2] * push[0] + b[3] * push[1],
+    )
+
+
+@small
+def widen(pair, state, span, desk):
+    """Raise rows TOP and BOTTOM over what the signals can be within an interval, max and min ± |f''| h²/8."""
+    ground, length = span
+    bends = bend_bounds(pair, state, ground, length)
+    for signal in range(SIGNALS):
+        reach = 0.125 * bends[signal] * length * length
+        here, there = desk[HERE, signal], desk[NEXT, signal]
+        desk[TOP, signal] = max(desk[TOP, signal], max(here, there) + reach)
+        desk[BOTTOM, signal] = min(desk[BOTTOM, signal], min(here, there) - reach)
+
+
+@kernel
+def survey(pair, free):
+    """Fill the free response: states at the nodes, and bounds of every watched signal in every block.
+
+    The bounds of a block that raises a peak of the record so far are that peak, exactly; the largest of all blocks
+    is therefore the peak of the whole free motion, and a run that has only flown freely knows its own.
+    """
+    desk = np.zeros((STAGES, 64))
+    step, terms, states, passage = free.step, free.terms, free.states, free.passage
+    # Even and odd nodes may be followed by intervals of unlike widths.
+    even, odd = passage.width(step, 0), passage.width(step, 1)
+    maps = ramp_map(pair[0], even, terms, desk), ramp_map(pair[1], even, terms, desk)
+    others = ramp_map(pair[0], odd, terms, desk), ramp_map(pair[1], odd, terms, desk)
+    last = free.ground.size - 1
+    for block in range(free.high.shape[0]):
+        first, stop = block * BLOCK, min(last, block * BLOCK + BLOCK)
+        desk[TOP, :SIGNALS] = -inf
+        desk[BOTTOM, :SIGNALS] = inf
+        state = (states[first, 0], states[first, 1], states[first, 2], states[first, 3])
+        read_signals(pair, state, passage.widened(first), desk, NEXT)
+        for node in range(first, stop):
+            ground = passage.stretch(free.ground, step, node, 0.0)
+            turn = others if node % 2 else maps
+            left = ramped(turn[0], state[0], state[2], ground.push_left(pair[0]))
+            right = ramped(turn[1], state[1], state[3], ground.push_right(pair[1]))
+            ahead = (left[0], right[0], left[1], right[1])
+            for signal in range(SIGNALS):
+                desk[HERE, signal] = desk[NEXT, signal]
+            read_signals(pair, ahead, passage.widened(node + 1), desk, NEXT)
+            widen(pair, state, (ground, passage.width(step, node)), desk)
+            for part in range(4):
+                states[node + 1, part] = ahead[part]
+            state = ahead
+        measure_block(pair, free, (first, stop), desk)
+        for signal in range(SIGNALS):
+            free.high[block, signal] = min(desk[TOP, signal], desk[HIGH, signal])
+            free.low[block, signal] = max(desk[BOTTOM, signal], desk[LOW, signal])
+
+
+@kernel
+def measure_block(pair, free, nodes, desk):
+    """Raise the peaks so far, rows HIGH and LOW, by those of a block that can raise them."""
+    record = False
+    for signal in range(SIGNALS):
+        record |= desk[TOP, signal] > desk[HIGH, signal] or desk[BOTTOM, signal] < desk[LOW, signal]
+    if not record:
+        return
+    still = (0.0, 0.0, 0.0, 0.0)
+    states, passage = free.states, free.passage
+    read_signals(pair, with_free(states, nodes[0], still), passage.widened(nodes[0]), desk, NEXT)
+    for node in range(nodes[0], nodes[1]):
+        span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
+        state = with_free(states, node, still)
+        for signal in range(SIGNALS):
+            desk[HERE, signal] = desk[NEXT, signal]
+        read_signals(pair, with_free(states, node + 1, still), passage.widened(node + 1), desk, NEXT)
+        wanted = unquiet(pair, inf, state, span, desk)
+        if wanted:
+            lay_out(pair, state, span[0], free.terms, desk)
+            search_interval(pair, inf, wanted, span, free.terms, desk)

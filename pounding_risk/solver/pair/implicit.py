@@ -1,0 +1,223 @@
+"""Steps through a contact whose damper is much quicker than the buildings: Radau IIA of five stages.
+
+An explicit step is stable only over some multiples of m/c, c = ∂F/∂δ̇. Where a contact is overdamped, e far below 0.1,
+that may be a millionth of what the motion needs: bodies that are pressed against each other creep. The implicit step
+solves the same equations and is as long as the motion allows. Its error estimate is what its polynomial's slopes are
+off at the beginning of the step: in a stiff contact that is the error of the contact force, by the momentum that it
+would move (Hairer and Wanner 1996, IV.8, filter it away; here the force is an output).
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import numpy as np
+
+from pounding_risk._jit.compile import kernel, part, small
+from pounding_risk.solver.counters import IMPLICIT, WORKED
+from pounding_risk.solver.linear import solve_linear
+from pounding_risk.solver.pair.stages import (
+    ELASTIC,
+    END_WEIGHT,
+    FINAL,
+    POLYNOMIAL,
+    SHARE,
+    TERMS,
+    finish,
+    slopes,
+    state_of,
+)
+from pounding_risk.solver.pair.taylor import END, STAGES, STATE, TALLY
+from pounding_risk.solver.runge_kutta import RADAU
+
+NODES, COEFFICIENTS, BEGIN_SLOPE, POLYNOMIAL_OF_STAGES = RADAU.c, RADAU.a, RADAU.start, RADAU.terms
+PARTS = NODES.size
+AT_NODE = STAGES + PARTS + 1  # rows of the desk: the states at the nodes, behind the slopes there
+MISSING = 8  # and from this column on, what the speeds there miss
+
+# A step is made implicit where the damper acts so many times within it. The explicit method is stable up to some six;
+# below that its steps are the cheaper ones.
+STIFF_ENOUGH, SHORTEST = 3.0, 1.0
+LEAST_ITERATIONS, ITERATIONS = 2, 30
+SHALLOWEST = 1e-6  # of the depth that the spring alone would allow
+RESIDUE = 1e-2  # of the error that a step may make: what may be left of its equations
+ROUNDED_RESIDUE = 0.3  # the same where iterating gains no more: rounding
+
+
+@small
+def shallow(delta, depth):
+    """The scale of penetration of a damped contact, which goes much less deep than its spring alone would let it."""
+    return min(depth, max(delta, SHALLOWEST * depth))
+
+
+@small
+def is_too_slow(turn, missing, before):
+    """True where iterating further would cost more than a shorter step."""
+    return turn + 1 == ITERATIONS or not missing < inf or (turn > 4 and missing > 0.7 * before)
+
+
+@small
+def is_solved(turn, missing, before, allowed):
+    """True where the equations of a step are solved, ``missing`` now and one iteration before.
+
+    The first guess is that nothing moves: on a short step it misses less than is allowed, and would never move.
+    """
+    if turn < LEAST_ITERATIONS:
+        return False
+    return missing <= RESIDUE * allowed or (missing > 0.5 * before and missing <= ROUNDED_RESIDUE * allowed)
+
+
+@kernel
+def tangents(impact, phase, state):
+    """(∂F/∂δ̇, ∂F/∂δ) of the contact [N s/m, N/m]; 0 where the force is capped or cut."""
+    if phase.region != ELASTIC:
+        return 0.0, 0.0
+    u, w, v, z = state
+    delta = max(u - w - impact.gap, 0.0)
+    force = impact.law.force(impact.memory, delta, v - z, phase.approaching)
+    faster, deeper = 1e-3 * impact.speed, 1e-4 * delta
+    damper = (impact.law.force(impact.memory, delta, v - z + faster, phase.approaching) - force) / faster
+    if deeper == 0.0:
+        return damper, 0.0
+    return damper, (impact.law.force(impact.memory, delta + deeper, v - z, phase.approaching) - force) / deeper
+
+
+@part
+def choose_method(impact, phase, s, h, desk):
+    """Set whether the next step is implicit: where the damper acts many times within ``h``.
+
+    A step once implicit stays so down to shorter ones, so that the choice does not alternate.
+    """
+    end = s + h
+    time = end * end * end * end - s * s * s * s
+    enough = SHORTEST if desk[TALLY, IMPLICIT] > 0.0 else STIFF_ENOUGH
+    rate = tangents(impact, phase, state_of(desk, STATE))[0] * (impact.left.inverse_mass + impact.right.inverse_mass)
+    desk[TALLY, IMPLICIT] = 1.0 if rate * time > enough else 0.0
+
+
+@kernel
+def time_weights(s, h):
+    """h a_ij dt/ds at node j: what a slope in time at node j adds at node i."""
+    weights = np.empty((PARTS, PARTS))
+    for j in range(PARTS):
+        place = s + NODES[j] * h
+        clock = h * 4.0 * place * place * place
+        for i in range(PARTS):
+            weights[i, j] = COEFFICIENTS[i, j] * clock
+    return weights
+
+
+@kernel
+def response(weights, damper, spring):
+    """Change of a contact's impulse up to node i by a change of its closing speed at node j, (nodes, nodes) [kg].
+
+    The force changes by ∂F/∂δ̇ times that of the speed, and by ∂F/∂δ times that of the penetration, its sum.
+    """
+    table = np.empty((PARTS, PARTS))
+    for i in range(PARTS):
+        for j in range(PARTS):
+            total = 0.0
+            for between in range(PARTS):
+                total += weights[i, between] * weights[between, j]
+            table[i, j] = damper * weights[i, j] + spring * total
+    return table
+
+
+@part
+def evaluate_nodes(impact, phase, s, h, weights, desk):
+    """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
+    desk[TALLY, WORKED] += PARTS
+    for i in range(PARTS):
+        for body in range(2):
+            total = 0.0
+            for j in range(PARTS):
+                total += weights[i, j] * desk[AT_NODE + j, 2 + body]
+            desk[AT_NODE + i, body] = desk[STATE, body] + total
+        slopes(impact, phase, s + NODES[i] * h, state_of(desk, AT_NODE + i), desk, STAGES + 1 + i)
+    largest = 0.0
+    for i in range(PARTS):
+        for body in range(2):
+            total = 0.0
+            for j in range(PARTS):
+                total += COEFFICIENTS[i, j] * desk[STAGES + 1 + j, 2 + body]
+            missing = desk[STATE, 2 + body] + h * total - desk[AT_NODE + i, 2 + body]
+            desk[AT_NODE + i, MISSING + body] = missing
+            largest = max(largest, abs(missing)) if missing == missing else inf
+    return largest
+
+
+@part
+def correct(impact, table, desk):
+    """Add to the speeds at the nodes what is missing there, less what the contact force's answer takes of it."""
+    left, right = impact.left.inverse_mass, impact.right.inverse_mass
+    matrix, changes = np.empty((PARTS, PARTS)), np.empty(PARTS)
+    for i in range(PARTS):
+        for j in range(PARTS):
+            matrix[i, j] = (left + right) * table[i, j]
+        matrix[i, i] += 1.0
+        changes[i] = desk[AT_NODE + i, MISSING] - desk[AT_NODE + i, MISSING + 1]
+    solve_linear(matrix, changes)
+    for i in range(PARTS):
+        impulse = 0.0
+        for j in range(PARTS):
+            impulse += table[i, j] * changes[j]
+        desk[AT_NODE + i, 2] += desk[AT_NODE + i, MISSING] - left * impulse
+        desk[AT_NODE + i, 3] += desk[AT_NODE + i, MISSING + 1] + right * impulse
+
+
+@part
+def implicit_attempt(impact, phase, s, h, rtol, desk):
+    """One implicit step, as `collide.explicit_attempt`; infinite where its equations are not solved."""
+    state = state_of(desk, STATE)
+    damper, spring = tangents(impact, phase, state)
+    weights = time_weights(s, h)
+    table = response(weights, damper, spring)
+    for i in range(PARTS):
+        desk[AT_NODE + i, 2], desk[AT_NODE + i, 3] = state[2], state[3]
+    before = inf
+    for turn in range(ITERATIONS):
+        missing = evaluate_nodes(impact, phase, s, h, weights, desk)
+        if is_solved(turn, missing, before, SHARE * rtol * impact.speed):
+            break
+        if is_too_slow(turn, missing, before):
+            return inf
+        before = missing
+        correct(impact, table, desk)
+    for column in range(4):
+        desk[END, column] = desk[AT_NODE + PARTS - 1, column]
+    for column in range(4, 7):
+        total = 0.0
+        for j in range(PARTS):
+            total += COEFFICIENTS[PARTS - 1, j] * desk[STAGES + 1 + j, column]
+        desk[END, column] = desk[STATE, column] + h * total
+    if desk[FINAL, END_WEIGHT] != 0.0:
+        finish(impact, phase, s + h, desk)
+    delta = state[0] - state[1] - impact.gap
+    depth = shallow(delta, impact.depth) if damper > 0.0 else impact.depth
+    return begin_defect(h, depth, impact.speed, desk)
+
+
+@part
+def begin_defect(h, depth, speed, desk):
+    """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales."""
+    total = 0.0
+    for column in range(4):
+        off = -desk[STAGES, column]
+        for j in range(PARTS):
+            off += BEGIN_SLOPE[j] * desk[STAGES + 1 + j, column]
+        off = off / (depth if column < 2 else speed)
+        total += off * off
+    return h * sqrt(total)
+
+
+@part
+def implicit_spread(desk):
+    """The polynomial of the implicit step just made, as `collide.explicit_spread` leaves it."""
+    for term in range(TERMS):
+        for column in range(4):
+            total = 0.0
+            if term < PARTS:
+                for i in range(PARTS - 1):
+                    total += POLYNOMIAL_OF_STAGES[term, i] * (desk[AT_NODE + i, column] - desk[STATE, column])
+                total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (desk[END, column] - desk[STATE, column])
+            desk[POLYNOMIAL + term, column] = total

@@ -1,0 +1,338 @@
+"""A touch whose velocities jump, and the joined motion of two buildings that press on each other.
+
+Joined, the pair is one linear oscillator: shares p1 = m1/(m1+m2) and p2 of the masses weigh spring, damper and ground,
+
+    ẍ = −(p1 q1 + p2 q2) − (p1 f1 + p2 f2) ẋ − (p1 s1 + p2 s2) x,   u_left = x + a,   u_right = x − b,
+
+a + b the gap. Over a node interval with linear a_g, x is its own Taylor series, as in flight, and so is the force
+between the buildings, F = m (A_left − A_right) with A the acceleration that each would have alone: peaks, impulse and
+the moment at which F would turn to tension come from the series, without a time-step error. A rigid building has
+p = 1 and holds the other where it is.
+
+What rebounds slower than rtol times the fastest free closing speed, onto a building that presses on it, does not
+rebound: bounces shrink by e each, so what is left of a train of them then is a relative displacement of the order of
+(rtol × that speed)² over twice the acceleration that presses. Nor does what would rise by no more than displacements
+round by.
+
+A model may give its jump a largest force and a duration: they are noted, and the motion is that of the jump all the
+same. Its contact then lasts that long at least, though no longer than the record.
+"""
+
+from __future__ import annotations
+
+from math import isnan, nan
+from typing import NamedTuple
+
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.models.structures.sdof import Oscillator
+from pounding_risk.solver.counters import (
+    AT_END,
+    BUSY,
+    CONTACT_TIME,
+    DEMAND,
+    ENERGY,
+    FINISHED,
+    IMPULSE,
+    PEAK_FORCE,
+    RESIDUAL,
+    STEPS,
+    VISCOUS,
+)
+from pounding_risk.solver.pair.contact import touch_down, write_contact, write_step
+from pounding_risk.solver.pair.stages import energy_of, state_of
+from pounding_risk.solver.pair.taylor import (
+    HIGH,
+    LEFT,
+    LOW,
+    RIGHT,
+    SIGNAL,
+    STATE,
+    TALLY,
+    expand,
+    first_rise,
+    highest,
+    slope_at,
+    value_at,
+)
+
+ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
+
+
+class Joint(NamedTuple):
+    """Two buildings as one."""
+
+    left: Oscillator
+    right: Oscillator
+    whole: Oscillator  # of both, but the ground; its mass is the reduced mass m1 m2 / (m1 + m2), which F needs
+    share_left: float  # p1
+    share_right: float
+    ahead: float  # a = u_left − x [m]
+    behind: float  # b = x − u_right [m]
+
+
+@kernel
+def joined(pair, gap):
+    """The oscillator that both buildings make when they are held together across the gap."""
+    left, right = pair
+    total = left.inverse_mass + right.inverse_mass
+    p, q = right.inverse_mass / total, left.inverse_mass / total
+    spring = p * left.spring + q * right.spring
+    whole = Oscillator(1.0 / total, 0.0, spring, p * left.fade + q * right.fade, 0.0, 0.0)
+    ahead = gap if right.inverse_mass == 0.0 else 0.0
+    behind = gap if left.inverse_mass == 0.0 else 0.0
+    # Masses without springs, as in an isolated impact, are not held anywhere.
+    if spring > 0.0 and left.inverse_mass > 0.0 and right.inverse_mass > 0.0:
+        ahead = q * right.spring * gap / spring
+        behind = p * left.spring * gap / spring
+    return Joint(left, right, whole, p, q, ahead, behind)
+
+
+@small
+def midway(joint, state):
+    """(x, ẋ) of the joined motion that takes over from a state: place and momentum of the centre of mass."""
+    p, q = joint.share_left, joint.share_right
+    place = p * (state[0] - joint.ahead) + q * (state[1] + joint.behind)
+    return place, p * state[2] + q * state[3]
+
+
+@small
+def of_both(joint, place, speed):
+    """The state of both buildings in joined motion."""
+    return place + joint.ahead, place - joint.behind, speed, speed
+
+
+@small
+def push_whole(joint, ground):
+    """What pushes the joined pair, from the ground under the left building."""
+    p, q = joint.share_left, joint.share_right
+    one, other = ground.push_left(joint.left), ground.push_across(joint.right)
+    return (
+        p * one[0] + q * other[0],
+        p * one[1] + q * other[1],
+        p * one[2] + q * other[2],
+        p * one[3] + q * other[3],
+    )
+
+
+@kernel
+def lay_tension(joint, ground, terms, desk):
+    """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
+    left, right = joint.left, joint.right
+    fade, spring = left.fade - right.fade, left.spring - right.spring
+    for n in range(terms - 1):
+        desk[SIGNAL, n] = fade * ((n + 1) * desk[LEFT, n + 1]) + spring * desk[LEFT, n]
+    one, other = ground.push_left(left), ground.push_across(right)
+    desk[SIGNAL, 0] += (one[0] - other[0]) + (left.spring * joint.ahead + right.spring * joint.behind)
+    for n in range(1, 4):
+        desk[SIGNAL, n] += one[n] - other[n]
+    return terms - 1
+
+
+@small
+def presses(desk, count):
+    """True where the force between the buildings, −SIGNAL, is compression just after the start of its series."""
+    for n in range(count):
+        if desk[SIGNAL, n] != 0.0:
+            return desk[SIGNAL, n] < 0.0
+    return False
+
+
+@kernel
+def raise_rows(joint, ground, terms, stop, desk):
+    """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
+    left, right, whole = joint.left, joint.right, joint.whole
+    place = desk[LEFT, 0]
+    for n in range(terms):
+        desk[RIGHT, n] = desk[LEFT, n]
+    for n in range(terms - 1):
+        desk[SIGNAL, n] = -whole.fade * ((n + 1) * desk[LEFT, n + 1]) - whole.spring * desk[LEFT, n]
+    # ẍ + a_g: without a wave nothing of a_g is left but where a rigid building carries the other along.
+    push, widening, still = push_whole(joint, ground), ground.widening(), ground.under_left()
+    for n in range(4):
+        desk[SIGNAL, n] -= push[n]
+        desk[RIGHT, n] -= widening[n]
+    desk[SIGNAL, 0] += still[0]
+    desk[SIGNAL, 1] += still[1]
+    desk[LEFT, 0] += joint.ahead
+    desk[RIGHT, 0] -= joint.behind
+    if left.inverse_mass > 0.0:
+        raise_signal(1, LEFT, terms, stop, desk)
+        raise_signal(3, SIGNAL, terms - 1, stop, desk)
+    if right.inverse_mass > 0.0:
+        raise_signal(2, RIGHT, terms, stop, desk)
+        raise_signal(4, SIGNAL, terms - 1, stop, desk)
+    desk[LEFT, 0] = place
+
+
+@kernel
+def raise_signal(signal, row, terms, stop, desk):
+    """Raise a signal's peaks by those of a row's series on [0, stop]."""
+    desk[HIGH, signal] = highest(desk, row, terms, 1.0, stop, desk[HIGH, signal])
+    desk[LOW, signal] = -highest(desk, row, terms, -1.0, stop, -desk[LOW, signal])
+
+
+@small
+def parted(joint, state):
+    """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding."""
+    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.ahead + joint.behind))
+    u_left = state[0] - clear if joint.left.inverse_mass > 0.0 else 0.0
+    u_right = state[1] + clear if joint.right.inverse_mass > 0.0 else 0.0
+    return u_left, u_right, state[2], state[3]
+
+
+@small
+def write_state(desk, state):
+    """Put the state where the log reads it."""
+    for part in range(4):
+        desk[STATE, part] = state[part]
+
+
+@kernel
+def time_levels(mass, largest, count, span, desk, log):
+    """Time the levels that F reaches first on a joined stretch, ``span`` = (its start, its length); −F/m in SIGNAL."""
+    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= mass * largest:
+        level = log.levels[log.used[2]] / mass
+        after = 0.0
+        if -desk[SIGNAL, 0] < level:
+            for n in range(count):
+                desk[SIGNAL, n] = -desk[SIGNAL, n]
+            root = first_rise(desk, count, level, span[1])
+            for n in range(count):
+                desk[SIGNAL, n] = -desk[SIGNAL, n]
+            # A crest that reaches it by rounding has no root.
+            after = root if root >= 0.0 else span[1]
+        log.first[log.used[2]] = span[0] + after
+        log.used[2] += 1
+
+
+@kernel
+def hold(joint, free, start, place, speed, desk, log):
+    """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
+
+    Returns (how it ended, node, time after it, state seen from the own grounds, largest force).
+    """
+    node, offset = start
+    mass, terms = joint.whole.mass, free.terms
+    largest = 0.0
+    while True:
+        ground = free.passage.stretch(free.ground, free.step, node, offset)
+        span = free.passage.width(free.step, node) - offset
+        expand(joint.whole, place, speed, push_whole(joint, ground), desk, LEFT, terms)
+        count = lay_tension(joint, ground, terms, desk)
+        root = first_rise(desk, count, 0.0, span)
+        stop = root if root >= 0.0 else span
+        largest = highest(desk, SIGNAL, count, -1.0, stop, largest)
+        if not isnan(desk[TALLY, DEMAND]):
+            time_levels(mass, largest, count, (free.passage.moment(free.step, node) + offset, stop), desk, log)
+        push, power = 0.0, stop
+        for n in range(count):
+            push -= desk[SIGNAL, n] * power / (n + 1)
+            power *= stop
+        desk[STATE, 5] += mass * push
+        force = max(-mass * value_at(desk, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
+        raise_rows(joint, ground, terms, stop, desk)
+        place, speed = value_at(desk, LEFT, terms, stop), slope_at(desk, LEFT, terms, stop)
+        desk[TALLY, STEPS] += 1.0
+        offset += stop
+        state = of_both(joint, place, speed)
+        write_state(desk, state)
+        state = ground.apart(joint.right, state, stop)
+        write_step(log, free.passage.moment(free.step, node) + offset, force, state, desk)
+        if root >= 0.0:
+            return FINISHED, node, offset, state, mass * largest
+        node, offset = node + 1, 0.0
+        if node >= free.ground.size - 1:
+            return AT_END, node, offset, state, mass * largest
+
+
+@small
+def note_push(push, touched, desk, log):
+    """Enter the largest force of a jump, NaN for none that is finite, before what may follow it."""
+    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], push) if not isnan(push) else nan
+    while log.used[2] < log.levels.size and log.levels[log.used[2]] <= push:
+        log.first[log.used[2]] = touched
+        log.used[2] += 1
+
+
+@small
+def settle_force(push, largest, rests, desk, log):
+    """The largest force of a contact, from that of its jump and of the joined motion, entered in the tally."""
+    known = desk[TALLY, PEAK_FORCE]
+    if isnan(push):
+        if rests:
+            desk[TALLY, PEAK_FORCE] = largest if not known > largest else known
+            return largest
+        if known == 0.0:
+            desk[TALLY, PEAK_FORCE] = nan
+        return nan
+    force = max(push, largest)
+    desk[TALLY, PEAK_FORCE] = max(known, force)
+    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], force)
+    for level in range(log.levels.size):
+        log.reached[level] += 1.0 if log.levels[level] <= force else 0.0
+    return force
+
+
+@kernel
+def merge(pair, free, law, limits, rtol, start, state, desk, log):
+    """One touch at ``start`` = (node, time after it), and the joined motion where it does not rebound.
+
+    Returns (how it ended, node, time after it, state then), as `pound` does. Where the impulse of a jump has no finite
+    force the largest force is that of the joined motion, NaN where there has been none, and the force that a law
+    would have without a cap is NaN.
+    """
+    node, offset = start
+    joint = joined(pair, limits[0])
+    mass = joint.whole.mass
+    ground = free.passage.stretch(free.ground, free.step, node, offset)
+    state = ground.across(joint.right, state, 0.0)
+    touched = free.passage.moment(free.step, node) + offset
+    speed = max(state[2] - state[3], 0.0)
+    e = limits[2].at(speed)
+    desk[STATE, :8] = 0.0
+    write_state(desk, state)
+    energy = touch_down(joint, limits[2].beyond(speed), touched, speed, desk)
+    desk[HIGH, 0] = max(desk[HIGH, 0], limits[0])
+    write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), desk)
+    place, common = midway(joint, state)
+    expand(joint.whole, place, common, push_whole(joint, ground), desk, LEFT, free.terms)
+    pressed = presses(desk, lay_tension(joint, ground, free.terms, desk))
+    ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
+    back, push = ratio * speed, hardness * speed
+    # A bounce of speed w under the acceleration A rises by w² / (2 A).
+    low = -2.0 * desk[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    if pressed and (back <= rtol * free.fastest or back * back <= low):
+        back = 0.0
+    rests = pressed and back == 0.0
+    force = -mass * desk[SIGNAL, 0] if rests else 0.0
+    state = (
+        state[0],
+        state[1],
+        common - joint.share_right * back,
+        common + joint.share_left * back,
+    )
+    write_state(desk, state)
+    desk[STATE, 4] = 0.5 * mass * (speed - back) * (speed + back)
+    desk[STATE, 5] = mass * (speed + back)
+    desk[TALLY, VISCOUS] += desk[STATE, 4]
+    taken_along = ground.taken_along(joint.right, desk[STATE, 5], state[3])
+    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4] + taken_along
+    state = ground.apart(joint.right, state, 0.0)
+    write_step(log, touched, force if isnan(push) else max(push, force), state, desk)
+    note_push(push, touched, desk, log)
+    finish, largest = FINISHED, 0.0
+    if rests:
+        finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)
+    force = settle_force(push, largest, rests, desk, log)
+    state = parted(joint, state)
+    stop = free.passage.moment(free.step, free.ground.size - 1)
+    over = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
+    duration = max(over - touched, 0.0)
+    desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy_of(pair, state_of(desk, STATE)))
+    # The next touch may come while the floors still press.
+    desk[TALLY, CONTACT_TIME] += max(over - max(touched, desk[TALLY, BUSY]), 0.0)
+    desk[TALLY, BUSY] = over
+    desk[TALLY, IMPULSE] += desk[STATE, 5]
+    uncapped = nan if isnan(push) else force
+    write_contact(log, (touched, touched + duration, speed, e, force, uncapped, 0.0, 0.0), desk)
+    return finish, node, offset, state

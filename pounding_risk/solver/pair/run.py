@@ -1,0 +1,109 @@
+"""One run: flights and contacts in turn, from rest to the end of the record."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+from pounding_risk._jit.compile import borrowed, by_verb, kernel, small
+from pounding_risk.solver.counters import (
+    AT_END,
+    COMPLETE,
+    COUNT,
+    ENERGY,
+    ENERGY_OPEN,
+    FINISHED,
+    FIRST_TOUCH,
+    FIRST_YIELD,
+    IMPULSE,
+    MAX_CONTACTS,
+    NOT_FINITE,
+    OPEN_FLOOR,
+    OPEN_SHARE,
+    RESIDUAL,
+    SET,
+    STATUS,
+    TOO_MANY_CONTACTS,
+    Log,
+)
+from pounding_risk.solver.pair.contact import pound
+from pounding_risk.solver.pair.flight import SIGNALS, Free, fly
+from pounding_risk.solver.pair.impulsive import merge
+from pounding_risk.solver.pair.taylor import HIGH, LOW, TALLY
+
+# What a touch leads to: a jump of the velocities under a law that has one, otherwise a contact of finite force.
+meet = by_verb("strike", 2, merge, pound)
+
+
+@small
+def borrow_free(free):
+    """The free response with its arrays' references not counted."""
+    return Free(
+        borrowed(free.ground),
+        free.step,
+        free.terms,
+        borrowed(free.states),
+        borrowed(free.high),
+        borrowed(free.low),
+        free.node_map,
+        free.block_map,
+        free.fastest,
+        free.passage.lent(),
+    )
+
+
+@small
+def borrow_log(log):
+    """The log with its arrays' references not counted."""
+    return Log(
+        borrowed(log.contacts),
+        borrowed(log.steps),
+        borrowed(log.levels),
+        borrowed(log.first),
+        borrowed(log.reached),
+        borrowed(log.used),
+    )
+
+
+@kernel
+def march(pair, free, law, limits, rtol, desk, log):
+    """One run from rest to the end of the record; ``limits`` = (gap, yield force, restitution).
+
+    Peaks are left in rows HIGH and LOW of the desk, everything else in row TALLY.
+    """
+    # The caller holds all arrays until this returns.
+    desk, free, log = borrowed(desk), borrow_free(free), borrow_log(log)
+    desk[HIGH, :SIGNALS] = 0.0
+    desk[LOW, :SIGNALS] = 0.0
+    desk[TALLY, :] = 0.0
+    desk[TALLY, FIRST_TOUCH] = nan
+    desk[TALLY, FIRST_YIELD] = nan
+    state = (0.0, 0.0, 0.0, 0.0)
+    node, offset = 0, 0.0
+    while True:
+        # The gap is as wide as the dents of the contacts before have left it.
+        gap = limits[0] + desk[TALLY, SET]
+        node, offset, state = fly(pair, free, gap, (node, offset), state, desk)
+        if node < 0:
+            break
+        if desk[TALLY, COUNT] >= MAX_CONTACTS:
+            desk[TALLY, STATUS] = TOO_MANY_CONTACTS
+            break
+        now = gap, limits[1], limits[2]
+        finish, node, offset, state = meet(pair, free, law, now, rtol, (node, offset), state, desk, log)
+        if finish == AT_END:
+            break
+        if finish != FINISHED:
+            desk[TALLY, STATUS] = finish
+            break
+    total = desk[TALLY, IMPULSE]
+    # Whatever is not finite in the ground motion stays in the free response; a search only passes it over.
+    for part in range(4):
+        total += free.states[free.ground.size - 1, part]
+    for signal in range(SIGNALS):
+        total += desk[HIGH, signal] + desk[LOW, signal]
+    if not abs(total) < inf:
+        desk[TALLY, STATUS] = NOT_FINITE
+    elif desk[TALLY, STATUS] == COMPLETE:
+        limit = (OPEN_SHARE * rtol + OPEN_FLOOR) * desk[TALLY, ENERGY]
+        if not abs(desk[TALLY, RESIDUAL]) <= limit:
+            desk[TALLY, STATUS] = ENERGY_OPEN

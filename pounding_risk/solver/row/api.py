@@ -1,0 +1,378 @@
+"""A row of buildings under one ground motion: laid out once, run with and without contact.
+
+The buildings are chains of masses (`chains`), the contact points places on them (`contact_points`). Between contacts
+the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and lands on every event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, floor, inf
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from pounding_risk._jit.calls import numbers_of
+from pounding_risk._jit.compile import lowered
+from pounding_risk.models.restitution import Restitution
+from pounding_risk.solver.counters import TALLIED
+from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.pair.taylor import MAX_TERMS
+from pounding_risk.solver.row.laws import verbs_of
+from pounding_risk.solver.row.run import WATCHED, march, survey
+from pounding_risk.solver.row.workspace import (
+    BAND,
+    BENDS,
+    BOOKED,
+    BOTTOM,
+    BRANCH,
+    DRIFT,
+    ENERGY,
+    FASTEST,
+    FIRST,
+    FORCE,
+    FORCE_VERB,
+    GAPS,
+    GREW,
+    INVERSE,
+    LAW,
+    LIMIT,
+    MAP,
+    MASS,
+    PLACE,
+    PLASTIC,
+    QUICK,
+    RESIDUAL,
+    RULE,
+    SHAKE,
+    SHEAR,
+    SOFT,
+    SPRING,
+    START,
+    STATIC,
+    STATUS,
+    STEPS,
+    WHOLE,
+    WRITTEN,
+    Row,
+    Run,
+    log_of,
+    new_run,
+)
+from pounding_risk.solver.row.workspace import NODE as AT_END
+
+if TYPE_CHECKING:
+    from pounding_risk.models.structures.mdof import Chain
+
+POINT_COLUMNS = TALLIED + 2
+GREW_STATUS = WATCHED
+HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
+LINES = 4096  # of a log to begin with; a run that needs more is made again with the room it asked for
+
+
+class Contacts(NamedTuple):
+    """What stands at the contact points of a row, K values each."""
+
+    gaps: np.ndarray  # m
+    yield_forces: np.ndarray  # N, inf never yields
+    laws: Sequence[Any]  # of any class each
+    restitutions: Sequence[Restitution]
+    watched: np.ndarray | None = None  # where a touch ends the run; None is nowhere
+    fastest: np.ndarray | None = None  # `FreeRow.fastest`, found anew where it is not given [m/s]
+
+
+class RowRun(NamedTuple):
+    """What a run of a row leaves; K contact points, D dofs of all buildings in turn."""
+
+    points: np.ndarray  # (K, POINT_COLUMNS) the tally by place, then highest and lowest u_left − u_right
+    floors: np.ndarray  # (D, 4) largest |u|, |drift|, |storey shear|, |absolute acceleration|
+    rest: np.ndarray  # (D, 2) drift at the end, plastic drift then
+    status: int
+    steps: int
+    energy: float  # largest at a touch or parting [J]
+    residual: float  # what the contacts leave unaccounted for [J]
+    grew: int  # a watched point that was touched, −1 where none was
+    fastest: np.ndarray  # (K,) peak closing or parting speed at nodes, of a run without contact [m/s]
+    first: np.ndarray  # (K, L) when a force first reaches a level
+    reached: np.ndarray  # (K, L) contacts in which it does
+    states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for; NaN after a failure
+    log: np.ndarray  # (lines, ...) as `core.rows.log` writes it, where asked for
+
+
+class Laid(NamedTuple):
+    """A row as the kernels have it, for samples ``dt`` apart."""
+
+    row: Row
+    dt: float
+    parts: int  # node intervals a sample
+    terms: int  # of the Taylor series over one of them
+
+    @property
+    def step(self) -> float:
+        """Time from node to node [s]."""
+        return self.dt / self.parts
+
+
+def lay_out(chains: Sequence[Chain], points: Sequence[Any], dt: float) -> Laid:
+    """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
+
+    A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
+    Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
+    2.5 rad between them, so that a Taylor series sums to rounding over every interval.
+    """
+    rate = max((_rate(chain) for chain in chains), default=0.0)
+    parts = max(1, ceil(rate * dt / 2.5))
+    step, terms, size = dt / parts, 4, 1.0
+    while size > 1e-19 and terms < MAX_TERMS:
+        size *= max(rate * step, 1e-3) / (terms - 3)
+        terms += 1
+    counts = [chain.mass.size for chain in chains]
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    floors = np.zeros((9, int(first[-1])))
+    damping = np.zeros((int(first[-1]), max([1, *counts])))
+    maps: list[np.ndarray] = []
+    for place, chain in zip(first, chains, strict=False):
+        here = slice(int(place), int(place) + chain.mass.size)
+        _lay_floors(floors[:, here], chain)
+        damping[here, : chain.mass.size] = chain.damping
+        maps.append(_map(chain, step))
+    interfaces = [int(point.interface) for point in points]
+    if interfaces != sorted(interfaces):
+        raise ValueError("contact points are not in the order of their interfaces")
+    ends = np.full((len(points), 4), -1, dtype=np.int64)
+    shares = np.zeros((len(points), 4))
+    for k, point in enumerate(points):
+        for side, level in enumerate((point.left_floor, point.right_floor)):
+            b = int(point.interface) + side
+            for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
+                ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
+                shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
+    frame = np.zeros((5, first.size), dtype=np.int64)
+    frame[FIRST] = first
+    frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
+    frame[MAP, 1:] = np.cumsum([each.size for each in maps])
+    frame[BENDS, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
+    frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
+    row = Row(
+        frame,
+        ends,
+        shares,
+        floors,
+        damping,
+        np.concatenate([*maps, np.zeros(1)]),
+    )
+    return Laid(row, float(dt), parts, terms)
+
+
+def cut_out(laid: Laid, first: int, last: int) -> Laid:
+    """The layout of the buildings ``first`` to ``last`` of a row alone, with the contact points between them.
+
+    Its nodes are those of the whole row, so that what moves alone in either moves the same, to the bit.
+    """
+    row = laid.row
+    frame = row.frame[:, first : last + 2].copy()
+    dofs, maps = (slice(int(frame[place, 0]), int(frame[place, -1])) for place in (FIRST, MAP))
+    points = slice(int(frame[START, 0]), int(frame[START, -2]))
+    frame[FIRST] -= dofs.start
+    frame[MAP] -= maps.start
+    frame[START] -= points.start
+    frame[[START, BENDS, BAND], -1] = 0
+    ends = row.ends[points]
+    return laid._replace(
+        row=Row(
+            frame,
+            np.where(ends < 0, -1, ends - dofs.start),
+            row.shares[points].copy(),
+            row.floors[:, dofs].copy(),
+            row.damping[dofs].copy(),
+            np.append(row.maps[maps], 0.0),
+        )
+    )
+
+
+def _rate(chain: Chain) -> float:
+    """The largest |eigenvalue| of the motion [1/s]."""
+    return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())
+
+
+def _band(matrix: np.ndarray) -> int:
+    """How far from its diagonal a matrix reaches."""
+    rows, columns = np.nonzero(matrix)
+    return int(np.abs(rows - columns).max()) if rows.size else 0
+
+
+def _stiffness(spring: np.ndarray) -> np.ndarray:
+    above = np.append(spring[1:], 0.0)
+    return np.diag(spring + above) - np.diag(spring[1:], 1) - np.diag(spring[1:], -1)
+
+
+def _motion(chain: Chain) -> np.ndarray:
+    """d/dt of (u, v, a_g, its slope)."""
+    n = chain.mass.size
+    a = np.zeros((2 * n + 2, 2 * n + 2))
+    a[:n, n : 2 * n] = np.eye(n)
+    a[n : 2 * n, :n] = -_stiffness(chain.spring) / chain.mass[:, None]
+    a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
+    a[n : 2 * n, 2 * n] = -1.0
+    a[2 * n, 2 * n + 1] = 1.0
+    return a
+
+
+def _map(chain: Chain, step: float) -> np.ndarray:
+    """(u, v) after a node interval from (u, v, a_g, its slope), column by column."""
+    n = chain.mass.size
+    return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
+
+
+def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
+    """The rows of `Row.floors` of one building."""
+    if chain.mass.size == 0:
+        return
+    floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
+    floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
+    floors[LIMIT] = chain.strength / chain.shear
+    floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
+    floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
+    floors[BOTTOM, 0] = 1.0
+    floors[QUICK] = _quickest(chain)
+
+
+def _quickest(chain: Chain) -> float:
+    """(ω + c)², ω the fastest mode and c the largest eigenvalue of M^(−1/2) C M^(−1/2) [1/s²]."""
+    root = np.sqrt(chain.mass)
+    scaled = [matrix / root / root[:, None] for matrix in (_stiffness(chain.spring), chain.damping)]
+    fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
+    return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
+
+
+def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
+    """Dofs and their shares of the place at a floor number; dof −1 is the ground."""
+    if chain.mass.size == 0:
+        return [(-1, 0.0), (-1, 0.0)]
+    above = ceil(level)
+    share = 1.0 if above == floor(level) else level - floor(level)
+    if not 0 <= above <= chain.mass.size - chain.foundations:
+        raise ValueError(f"floor {level:g} is not one of a building of {chain.mass.size - chain.foundations} floors")
+    upper = above - 1 + chain.foundations
+    return [(upper, share), (upper - 1, 1.0 - share)] if share < 1.0 else [(upper, 1.0), (-1, 0.0)]
+
+
+def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
+    """a_g at the nodes; NaN from the first sample on that is not finite."""
+    known = np.where(np.isfinite(acceleration), acceleration, np.nan)
+    count = (len(known) - 1) * laid.parts + 1
+    return np.interp(np.arange(count) / laid.parts, np.arange(len(known)), known)
+
+
+def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
+    """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
+    arguments = unmoved(laid, acceleration, states=states)
+    survey(*arguments)
+    row, run, *_, kept = arguments
+    return _told(row, run, kept)
+
+
+def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tuple[Any, ...]:
+    """What `survey` is called with for `free_row`."""
+    row, points = laid.row, laid.row.ends.shape[0]
+    limits = np.zeros((points, LAW))
+    limits[:, GAPS] = inf
+    run = new_run(row, limits, np.zeros(0), make_desk())
+    ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
+    return row, run, ground, laid.step, laid.terms, _room(ground.size if states else 0, row)
+
+
+def run_row(
+    laid: Laid,
+    contacts: Contacts,
+    acceleration: np.ndarray,
+    *,
+    rtol: float = 1e-6,
+    levels: np.ndarray | None = None,
+    histories: bool = False,
+) -> RowRun:
+    """The row with its contacts under a_g [m/s²] at the samples of its layout, from rest.
+
+    ``levels`` [N, ascending] are forces whose first reaching is timed at every point, and whose contacts are counted: a
+    law without a cap answers so for every yield force. ``histories`` keeps u and v at every node, and the log.
+    """
+    if contacts.fastest is None:
+        contacts = contacts._replace(fastest=free_row(laid, acceleration).fastest)
+    times = np.zeros(0) if levels is None else np.asarray(levels, dtype=np.float64)
+    return _run(laid, contacts, acceleration, rtol, times, histories=histories)
+
+
+def _run(
+    laid: Laid,
+    contacts: Contacts,
+    acceleration: np.ndarray,
+    rtol: float,
+    levels: np.ndarray,
+    *,
+    histories: bool,
+) -> RowRun:
+    row, points = laid.row, laid.row.ends.shape[0]
+    ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
+    laws = [lowered(law) for law in contacts.laws]
+    numbers = [numbers_of(law) for law in laws]
+    verbs = [verbs_of(law) for law in laws]
+    given = np.zeros((points, max([0, *(room for room, _ in verbs)])))
+    for place, own in enumerate(numbers):
+        given[place, : len(own)] = own
+    watched = np.zeros(points) if contacts.watched is None else contacts.watched
+    fastest = np.zeros(points) if contacts.fastest is None else contacts.fastest
+    limits = np.column_stack(
+        [
+            *(contacts.gaps, contacts.yield_forces, watched, fastest),
+            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, FORCE_VERB - RULE),
+            np.array([places for _, places in verbs]).reshape(points, LAW - FORCE_VERB),
+            given,
+        ]
+    )
+    limits = np.ascontiguousarray(limits, dtype=np.float64)
+    lines = LINES if histories else 0
+    while True:
+        run = new_run(row, limits, levels, make_desk(rtol), lines)
+        kept = _room(ground.size if histories else 0, row)
+        march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
+        written = int(run.board[WHOLE, WRITTEN])
+        if written <= lines or not histories:
+            return _told(row, run, kept)
+        lines = written
+
+
+def _room(nodes: int, row: Row) -> np.ndarray:
+    """For u and v at so many nodes, at rest at the first."""
+    kept = np.full((nodes, 2, row.floors.shape[1]), np.nan)
+    kept[:1] = 0.0
+    return kept
+
+
+def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
+    """What a run has left, by name."""
+    floors = np.ascontiguousarray(run.desk[PLACE : SHAKE + 1].T)
+    # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
+    elastic = floors[:, DRIFT - PLACE] <= row.floors[LIMIT]
+    floors[elastic, FORCE - PLACE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - PLACE]
+    at_end = run.desk[AT_END]
+    drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
+    # A storey that yields drags its elastic range along, which is written down when it turns.
+    plastic, yields = run.desk[PLASTIC].copy(), run.desk[BRANCH] != 0.0
+    plastic[yields] = drift[yields] - run.desk[BRANCH, yields] * row.floors[LIMIT, yields]
+    whole = run.board[WHOLE]
+    return RowRun(
+        run.book[:, BOOKED:].copy(),
+        floors,
+        np.column_stack([drift, plastic]),
+        int(whole[STATUS]),
+        int(whole[STEPS]),
+        float(whole[ENERGY]),
+        float(whole[RESIDUAL]),
+        int(whole[GREW]),
+        run.limits[:, FASTEST].copy(),
+        run.timed[1],
+        run.timed[2],
+        kept,
+        log_of(run),
+    )

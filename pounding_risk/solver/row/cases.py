@@ -1,0 +1,176 @@
+"""The cases of a row under one motion and one contact model: solved in parts, and no part twice.
+
+The run of a part is known where an equal part has been solved: equal buildings, contact points, gaps, yield forces,
+laws and restitutions; so it is where its yield forces lie above the largest force of the run with the grid's largest.
+"""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.once import Shared
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.solver.counters import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
+from pounding_risk.solver.row.model import Part, RowModel
+from pounding_risk.solver.row.partition import HELD, Span, settled, tied
+
+Array = NDArray[np.float64]
+
+
+class Driven(NamedTuple):
+    """A motion of the grid and the row's response to it without contact."""
+
+    acceleration: Samples  # m/s²
+    dt: float  # s
+    pga: float  # m/s²
+    free: RowRun
+
+
+class Mechanics(NamedTuple):
+    """One contact model of the grid: law and restitution at each contact point of a row."""
+
+    laws: tuple[Any, ...]
+    restitutions: tuple[Any, ...]
+    capped: bool  # False where the yield force plays no part in the motion
+    levels: Array  # N, every finite yield force of the grid, ascending
+
+
+class Limits(NamedTuple):
+    """One case of the grid: what bounds the motion at each contact point."""
+
+    gaps: Array  # m
+    yield_forces: Array  # N
+    largest: Array  # N, the yield forces of the grid's last case, the one that yields least
+
+
+class Answered(NamedTuple):
+    """How the run of a part was found: the run's key, and whether it is that of larger yield forces."""
+
+    key: tuple[bytes, ...]
+    known: bool
+
+
+class Cases:
+    """Every case of one motion under one contact model, and the runs that they share."""
+
+    def __init__(self, model: RowModel, mechanics: Mechanics, driven: Driven, rtol: float):
+        self.model, self.mechanics, self.driven, self.rtol = model, mechanics, driven, rtol
+        self._runs: Shared[RowRun] = Shared()
+        self._met: dict[Span, bytes] = {}
+
+    def whole(self, limits: Limits) -> RowRun:
+        """The case with all buildings solved at once, whatever is known."""
+        return self._whole(limits, histories=False)
+
+    def in_full(self, limits: Limits) -> RowRun:
+        """As `whole`, the same run to the bit, with u and v at the nodes and the log of its groups."""
+        return self._whole(limits, histories=True)
+
+    def _whole(self, limits: Limits, *, histories: bool) -> RowRun:
+        span = self.model.everything
+        made = self._run(span, limits.gaps, limits.yield_forces, histories=histories)
+        run = self._levelled(made, limits.yield_forces)
+        found = put_together(self.driven.free, [(self._part(span), run)])
+        return found._replace(states=run.states, log=run.log)
+
+    def in_parts(self, limits: Limits) -> tuple[RowRun, list[Answered]]:
+        """The case with only those solved together that are tied, and how each of their runs was found.
+
+        A row none of whose interfaces the free motion closes has the free response, and no runs.
+        """
+        found: list[Answered] = []
+
+        def solve(span: Span) -> tuple[RowRun, int]:
+            run, answered = self._answer(span, limits)
+            found.append(answered)
+            return run, self._part(span).side(run.grew) if run.status == GREW_STATUS else HELD
+
+        free, bounds = self.driven.free, self.model.bounds
+        shut = free.points[:, HIGHEST] > limits.gaps
+        closed = [bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
+        runs = settled(tied(closed), solve) if free.status == COMPLETE else {}
+        return put_together(free, [(self._part(span), run) for span, run in runs.items()]), found
+
+    def _part(self, span: Span) -> Part:
+        return self.model.part(span, self.driven.dt)
+
+    def _answer(self, span: Span, limits: Limits) -> tuple[RowRun, Answered]:
+        places = self._part(span).points
+        given, largest = limits.yield_forces[places], limits.largest[places]
+        if self.mechanics.capped and not np.array_equal(given, largest):
+            run, key = self._shared(span, limits.gaps, limits.largest)
+            unyielding = (given > run.points[:, DEMAND]) | (given == largest)
+            if run.status in (COMPLETE, GREW_STATUS) and unyielding.all():
+                return run, Answered(key, True)
+        run, key = self._shared(span, limits.gaps, limits.yield_forces)
+        return self._levelled(run, given), Answered(key, False)
+
+    def _shared(self, span: Span, gaps: Array, yield_forces: Array) -> tuple[RowRun, tuple[bytes, ...]]:
+        """The run of a part, from an equal one where there is one, and its key."""
+        part = self._part(span)
+        within = np.arange(part.points.start, part.points.stop)[~part.watched]
+        strengths = yield_forces[within].tobytes() if self.mechanics.capped else b""
+        key = (part.structure, gaps[part.points].tobytes(), strengths, self._meeting(span, within))
+        return self._runs.of(key, lambda: self._run(span, gaps, yield_forces)), key
+
+    def _meeting(self, span: Span, within: NDArray[np.int64]) -> bytes:
+        """Laws and restitutions at the contact points of a part, all numbers of them; kept for the next time."""
+        if span not in self._met:
+            used = [(self.mechanics.laws[place], self.mechanics.restitutions[place]) for place in within]
+            self._met[span] = blake2b(repr(used).encode(), digest_size=16).digest()
+        return self._met[span]
+
+    def _run(self, span: Span, gaps: Array, yield_forces: Array, *, histories: bool = False) -> RowRun:
+        part, mechanics = self._part(span), self.mechanics
+        places = part.points
+        contacts = Contacts(
+            gaps[places],
+            yield_forces[places],
+            mechanics.laws[places],
+            mechanics.restitutions[places],
+            part.watched,
+            self.driven.free.fastest[places],
+        )
+        return rows.run_row(
+            part.row,
+            contacts,
+            self.driven.acceleration,
+            rtol=self.rtol,
+            levels=None if mechanics.capped else mechanics.levels,
+            histories=histories,
+        )
+
+    def _levelled(self, run: RowRun, yield_forces: Array) -> RowRun:
+        """The run of a law without a cap with the contacts whose force reaches these yield forces counted."""
+        levels = self.mechanics.levels
+        if self.mechanics.capped or not levels.size:
+            return run
+        points, finite = run.points.copy(), np.isfinite(yield_forces)
+        place = np.where(finite, np.searchsorted(levels, yield_forces), 0)[:, None]
+        points[:, YIELDS] = np.where(finite, np.take_along_axis(run.reached, place, 1)[:, 0], 0.0)
+        points[:, FIRST_YIELD] = np.where(finite, np.take_along_axis(run.first, place, 1)[:, 0], np.nan)
+        return run._replace(points=points)
+
+
+def put_together(free: RowRun, parts: list[tuple[Part, RowRun]]) -> RowRun:
+    """The whole row's run: the free response where nothing touches, each part's own where it was solved.
+
+    Every contact point has the energy ledger of its part.
+    """
+    points, floors, rest = free.points.copy(), free.floors.copy(), free.rest.copy()
+    status, steps = free.status, free.steps
+    for part, run in parts:
+        points[part.points] = run.points
+        within = points[part.points]
+        within[~part.watched, RESIDUAL], within[~part.watched, ENERGY] = abs(run.residual), run.energy
+        floors[part.masses], rest[part.masses] = run.floors[part.own], run.rest[part.own]
+        status = status if status != COMPLETE else run.status
+        steps += run.steps
+    return free._replace(points=points, floors=floors, rest=rest, status=status, steps=steps)

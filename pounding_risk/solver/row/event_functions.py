@@ -1,0 +1,160 @@
+"""Margins of the events of a group in contact: positive until the event.
+
+The kinds of `core.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
+its branch.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
+from pounding_risk.solver.pair.stages import (
+    YIELDING,
+)
+from pounding_risk.solver.pair.taylor import slope_at, value_at
+from pounding_risk.solver.row.flight import across
+from pounding_risk.solver.row.stages import between, uncapped
+from pounding_risk.solver.row.storey import OVER, creep, drift_in
+from pounding_risk.solver.row.workspace import (
+    APPROACHING,
+    BOTTOM,
+    BRANCH,
+    CLOSED,
+    END,
+    END_FORCE,
+    GAP,
+    LAST,
+    LEAST,
+    LIMIT,
+    NOW,
+    PLASTIC,
+    REGION,
+    SLOPE,
+    SLOPES,
+    START,
+    START_FORCE,
+    STILL,
+    STRENGTH,
+)
+
+TOUCH, STRAIN = 5, 6
+ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch is told from it
+
+
+@kernel
+def read_force(row, run, group, h, state, line, place):
+    """Uncapped force of every contact and its slope per unit of s, from a state and its slopes, into the book."""
+    book, desk = run.book, run.desk
+    nudge = 1e-7 * h
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        if book[k, CLOSED] > 0.0:
+            delta, rate = across(row, k, desk, state) - book[k, GAP], across(row, k, desk, state + 1)
+            ahead = delta + nudge * across(row, k, desk, line)
+            faster = rate + nudge * across(row, k, desk, line + SLOPES)
+            force = uncapped(run, k, max(delta, 0.0), rate)
+            book[k, place] = force
+            book[k, place + 1] = (uncapped(run, k, max(ahead, 0.0), faster) - force) / nudge
+
+
+@kernel
+def margin_of_force(run, kind, k, force, rise):
+    """(margin, slope) of the kinds of event that the uncapped force makes."""
+    if kind == YIELD:
+        sign = 1.0 if run.book[k, REGION] > 0.0 else -1.0
+        return sign * (force - run.book[k, STRENGTH]) + MET * run.book[k, STRENGTH], sign * rise
+    sign = -1.0 if run.book[k, REGION] < 0.0 else 1.0
+    return sign * force, sign * rise
+
+
+@kernel
+def strain_margin(row, run, i, drift, rate):
+    """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
+    branch = run.desk[BRANCH, i]
+    if branch != 0.0:
+        return branch * rate + creep(row, i), 0.0
+    strain = drift - run.desk[PLASTIC, i]
+    side = 1.0 if strain >= 0.0 else -1.0
+    return OVER * row.floors[LIMIT, i] - side * strain, -side
+
+
+@kernel
+def margin(row, run, kind, k, at_end):
+    """(margin, slope per unit of s) of an event at the start or the end of a step."""
+    desk, book = run.desk, run.book
+    state = END if at_end else NOW
+    line = SLOPE + LAST if at_end else SLOPE
+    if kind == STRAIN:
+        branch = run.desk[BRANCH, k]
+        if branch != 0.0:
+            rate = drift_in(row, desk, state + 1, k)
+            return branch * rate + creep(row, k), branch * drift_in(row, desk, line + SLOPES, k)
+        value, turn = strain_margin(row, run, k, drift_in(row, desk, state, k), 0.0)
+        return value, turn * drift_in(row, desk, line, k)
+    if kind == TOUCH:
+        return book[k, GAP] + ROUNDED - across(row, k, desk, state), -across(row, k, desk, line)
+    if kind == TURN:
+        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
+        return sign * across(row, k, desk, state + 1) + book[k, STILL], sign * across(row, k, desk, line + SLOPES)
+    if kind == PART:
+        return across(row, k, desk, state) - book[k, GAP], across(row, k, desk, line)
+    place = END_FORCE if at_end else START_FORCE
+    return margin_of_force(run, kind, k, book[k, place], book[k, place + 1])
+
+
+@kernel
+def across_between(row, run, group, k, part, x, after, terms):
+    """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
+    total = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            if group.low <= i < group.high:
+                value = between(run, part, i, x)
+            elif part == 0:
+                value = value_at(run.series, i, terms, after)
+            else:
+                value = slope_at(run.series, i, terms, after)
+            total += row.shares[k, end] * value
+    return total
+
+
+@kernel
+def margin_between(row, run, group, kind, k, x, span, terms):
+    """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
+    book = run.book
+    if kind == STRAIN:
+        drift, rate = between(run, 0, k, x), between(run, 1, k, x)
+        if row.floors[BOTTOM, k] == 0.0:
+            drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
+        return strain_margin(row, run, k, drift, rate)[0]
+    clock = span[0] + x * span[1]
+    after = group.origin + clock * clock * clock * clock - span[2]
+    if kind == TOUCH:
+        return book[k, GAP] + ROUNDED - across_between(row, run, group, k, 0, x, after, terms)
+    if kind == TURN:
+        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
+        return sign * across_between(row, run, group, k, 1, x, after, terms) + book[k, STILL]
+    delta = across_between(row, run, group, k, 0, x, after, terms) - book[k, GAP]
+    if kind == PART:
+        return delta
+    rate = across_between(row, run, group, k, 1, x, after, terms)
+    force = uncapped(run, k, max(delta, 0.0), rate)
+    return margin_of_force(run, kind, k, force, 0.0)[0]
+
+
+@kernel
+def is_watched(row, run, kind, k):
+    """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
+    if kind == STRAIN:
+        return row.floors[LIMIT, k] < inf
+    if kind == TOUCH:
+        return run.book[k, CLOSED] == 0.0
+    if run.book[k, CLOSED] == 0.0:
+        return False
+    if kind == YIELD:
+        return run.book[k, STRENGTH] < inf
+    if kind == CUT:
+        return run.book[k, LEAST] > -inf and int(run.book[k, REGION]) != YIELDING
+    return kind != PART or run.book[k, APPROACHING] == 0.0

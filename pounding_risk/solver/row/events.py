@@ -1,0 +1,315 @@
+"""Events of a group in contact: which comes first on a step, and landing on it.
+
+The kinds of `core.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
+its branch. Margins are positive until the event.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
+from pounding_risk.solver.pair.stages import (
+    ELASTIC,
+    END_WEIGHT,
+    FINAL,
+    SHARE,
+    next_step,
+)
+from pounding_risk.solver.pair.taylor import slope_at, value_at
+from pounding_risk.solver.row.event_functions import (
+    STRAIN,
+    TOUCH,
+    is_watched,
+    margin,
+    margin_between,
+    read_force,
+)
+from pounding_risk.solver.row.stages import slopes
+from pounding_risk.solver.row.step import attempt, spread
+from pounding_risk.solver.row.workspace import (
+    END,
+    END_FORCE,
+    FIRST,
+    LAST,
+    NOW,
+    REGION,
+    SLOPE,
+    SLOPES,
+    START,
+    START_FORCE,
+    STRENGTH,
+)
+
+
+@kernel
+def dip_of(row, run, group, kind, k, span, terms, laid):
+    """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
+    s, h = span[0], span[1]
+    stop, stop_slope = margin(row, run, kind, k, True)
+    if stop >= 0.0 and stop_slope <= 0.0 and kind != TURN:
+        return 2.0, laid
+    start, start_slope = margin(row, run, kind, k, False)
+    if stop >= 0.0 and (stop_slope <= 0.0 or s == 0.0):
+        return 2.0, laid
+    start = max(start, 0.0)
+    start_slope = h * start_slope if s > 0.0 else stop - start
+    if stop >= 0.0 and start_slope >= 0.0:
+        return 2.0, laid
+    dip = first_dip(start, start_slope, stop, h * stop_slope)
+    if stop < 0.0:
+        return min(dip, 1.0), laid
+    # The reach of a parabola through both slopes tells most steps without a dip from those with one.
+    if dip > 1.0:
+        reach = start_slope * h * stop_slope / (h * stop_slope - start_slope)
+        if min(start, stop) + reach >= 0.0:
+            return 2.0, laid
+        dip = -start_slope / (h * stop_slope - start_slope)
+    if not laid:
+        spread(row, run, group, s, h)
+    bottom = lowest(row, run, group, kind, k, span, terms, dip)
+    value = margin_between(row, run, group, kind, k, bottom, span, terms)
+    # Rounding is no event: the motion that only grazes goes on as it was.
+    return (bottom if value < -graze(run, kind, k) else 2.0), True
+
+
+@kernel
+def graze(run, kind, k):
+    """How far a margin may dip without an event: rounding."""
+    if kind == YIELD:
+        return 1e-9 * run.book[k, STRENGTH]
+    return 0.0
+
+
+@kernel
+def lowest(row, run, group, kind, k, span, terms, guess):
+    """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
+    low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
+    value = margin_between(row, run, group, kind, k, x, span, terms)
+    for _ in range(40):
+        if value < -graze(run, kind, k):
+            return x
+        wide = x - low > high - x
+        other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
+        there = margin_between(row, run, group, kind, k, other, span, terms)
+        if there < value:
+            if wide:
+                high = x
+            else:
+                low = x
+            x, value = other, there
+        elif wide:
+            low = other
+        else:
+            high = other
+        if high - low < 1e-4:
+            break
+    return x
+
+
+@kernel
+def first_event(row, run, group, watch, span, terms, laid):
+    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out.
+
+    ``watch`` = (first, last building whose points are watched).
+    """
+    found, which, place = NONE, -1, 2.0
+    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+        inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
+        for kind in range(TURN, TOUCH + 1):
+            if (inside or kind == TOUCH) and is_watched(row, run, kind, k):
+                dip, laid = dip_of(row, run, group, kind, k, span, terms, laid)
+                if dip < place:
+                    found, which, place = kind, k, dip
+    for i in range(group.low, group.high):
+        if is_watched(row, run, STRAIN, i):
+            dip, laid = dip_of(row, run, group, STRAIN, i, span, terms, laid)
+            if dip < place:
+                found, which, place = STRAIN, i, dip
+    return found, which, place, laid
+
+
+@kernel
+def settle(row, run, group, kind, k, place, span, terms):
+    """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
+
+    ``place`` lies past the event, or at a guess of it.
+    """
+    high, above = 1.0, margin_between(row, run, group, kind, k, 1.0, span, terms)
+    value = margin_between(row, run, group, kind, k, place, span, terms)
+    if value < 0.0:
+        high, above = place, value
+    elif not above < 0.0:
+        return 2.0
+    low, below = 0.0, max(margin_between(row, run, group, kind, k, 0.0, span, terms), 0.0)
+    if value >= 0.0:
+        low, below = place, value
+    side = 0
+    x = high
+    for _ in range(60):
+        x = low + (high - low) * below / (below - above)
+        if not low < x < high:
+            x = 0.5 * (low + high)
+        value = margin_between(row, run, group, kind, k, x, span, terms)
+        if value < 0.0:
+            move, high, above = high - x, x, value
+            below = 0.5 * below if side == 1 else below
+            side = 1
+        else:
+            move, low, below = x - low, x, value
+            above = 0.5 * above if side == -1 else above
+            side = -1
+        if high - low <= 1e-9 or (move <= 1e-7 and abs(value) <= 1e-7 * abs(below - above)):
+            break
+    return x
+
+
+@kernel
+def fill_spectators(row, run, group, watch, after, terms, line):
+    """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
+    for b in range(watch[0], watch[1] + 1):
+        if not group.first <= b <= group.last:
+            for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+                run.desk[line, i] = value_at(run.series, i, terms, after)
+                run.desk[line + 1, i] = slope_at(run.series, i, terms, after)
+
+
+@kernel
+def fill_ends(row, run, group, watch, span, terms):
+    """Spectators at both ends of a step, and their slopes per unit of s; ``span`` = (s, h, base)."""
+    for at_end in range(2):
+        s = span[0] + span[1] if at_end else span[0]
+        cube = s * s * s
+        after = group.origin + cube * s - span[2]
+        fill_spectators(row, run, group, watch, after, terms, END if at_end else NOW)
+        line = SLOPE + LAST if at_end else SLOPE
+        for b in range(watch[0], watch[1] + 1):
+            if not group.first <= b <= group.last:
+                for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+                    run.desk[line, i] = 4.0 * cube * run.desk[(END if at_end else NOW) + 1, i]
+                    run.desk[line + SLOPES, i] = 0.0
+
+
+@kernel
+def land(row, run, group, watch, kind, k, place, span, terms, rtol):
+    """Shorten the step until it ends on the event, as `core.events.land`; returns (length, whether it is there)."""
+    s, h = span[0], span[1]
+    low, high, length = 0.0, h, place * h
+    crossed = margin(row, run, kind, k, True)[0] < 0.0
+    converged = False
+    close = 1e-3 * sqrt(rtol)
+    for _ in range(50):
+        attempt(row, run, group, s, length, rtol)
+        slopes(row, run, group, s + length, END, LAST)
+        fill_ends(row, run, group, watch, (s, length, span[2]), terms)
+        if kind in (YIELD, CUT):
+            read_force(row, run, group, h, END, SLOPE + LAST, END_FORCE)
+        value, slope = margin(row, run, kind, k, True)
+        if value > 0.0:
+            low = length
+        else:
+            high, crossed = length, True
+        new = length - value / slope if slope < 0.0 else low
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        converged = slope < 0.0 and abs(new - length) <= close * h
+        if converged:
+            slide(row, run, group, new - length)
+            length = new
+        if converged or high - low <= 1e-13 * h:
+            break
+        length = new
+    return length, crossed or converged
+
+
+@kernel
+def slide(row, run, group, length):
+    """Move the end of a step along its slopes."""
+    desk, points = run.desk, run.limits.shape[0]
+    for i in range(group.low, group.high):
+        desk[END, i] += length * desk[SLOPE + LAST, i]
+        desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        for column in (k, points + k):
+            run.quads[SLOPES, column] += length * run.quads[LAST, column]
+    run.quads[SLOPES, 2 * points] += length * run.quads[LAST, 2 * points]
+
+
+@kernel
+def passed(row, run, group, watch, landed, which):
+    """An event other than the one landed on that lies before the end of the step after all, or NONE."""
+    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+        inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
+        for kind in range(TURN, TOUCH + 1):
+            if (kind == landed and k == which) or not (inside or kind == TOUCH):
+                continue
+            if is_watched(row, run, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
+                return kind, k
+    for i in range(group.low, group.high):
+        if landed == STRAIN and i == which:
+            continue
+        if is_watched(row, run, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
+            return STRAIN, i
+    return NONE, -1
+
+
+@kernel
+def look(row, run, group, watch, span, terms):
+    """Readings at the end of the step, whose slopes at LAST stand."""
+    fill_ends(row, run, group, watch, span, terms)
+    read_force(row, run, group, span[1], END, SLOPE + LAST, END_FORCE)
+
+
+@kernel
+def take_step(row, run, group, watch, span, left, terms, rtol):
+    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+
+    Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
+    of 0 means that the step fell below what s resolves, a negative one that the motion is not finite.
+    """
+    s, h, base = span
+    attempts = 0
+    while True:
+        if h >= left:
+            h = left
+        elif 2.0 * h > left:
+            h = 0.5 * left
+        error = attempt(row, run, group, s, h, rtol)
+        attempts += 1
+        if error <= SHARE * rtol:
+            break
+        if not error >= 0.0 and attempts > 10:
+            return -1.0, NONE, -1, h, attempts, False
+        h = next_step(h, error, rtol, run.board) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * left:
+            return 0.0, NONE, -1, h, attempts, False
+    if run.board[FINAL, END_WEIGHT] == 0.0:
+        slopes(row, run, group, s + h, END, LAST)
+    read_force(row, run, group, h, NOW, SLOPE, START_FORCE)
+    look(row, run, group, watch, (s, h, base), terms)
+    following = next_step(h, error, rtol, run.board)
+    kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
+    if kind == NONE:
+        return h, NONE, -1, following, attempts, laid
+    if not laid:
+        spread(row, run, group, s, h)
+    following = h
+    whole = h
+    place = settle(row, run, group, kind, k, place, (s, whole, base), terms)
+    if place > 1.0:
+        return h, NONE, -1, following, attempts, True
+    for _ in range(8):
+        h, there = land(row, run, group, watch, kind, k, place, (s, whole, base), terms, rtol)
+        look(row, run, group, watch, (s, h, base), terms)
+        if not there and not (kind == YIELD and int(run.book[k, REGION]) == ELASTIC):
+            return h, NONE, -1, following, attempts, False
+        other, which = passed(row, run, group, watch, kind, k)
+        if other == NONE:
+            break
+        # The order of two events on one step is a guess of the model between its ends: look again from the landing.
+        spread(row, run, group, s, h)
+        start = margin(row, run, other, which, False)[0]
+        place = settle(row, run, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
+        place, whole, kind, k = min(place, 1.0), h, other, which
+    return h, kind, k, following, attempts, False

@@ -1,0 +1,166 @@
+"""Contact points of buildings in flight: where they stand, and the search for touches and peaks of their distance."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from pounding_risk._jit.compile import kernel
+from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest
+from pounding_risk.solver.row.workspace import (
+    FIRST,
+    GAP,
+    HIGHEST,
+    INVERSE,
+    LEFT_HIGH,
+    LEFT_LOW,
+    LOWEST,
+    NODE,
+    RIGHT_HIGH,
+    RIGHT_LOW,
+    START,
+)
+
+
+@kernel
+def across(row, k, desk, line):
+    """u_left − u_right at contact point ``k`` from a row of the desk (of v: its rate)."""
+    total = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            total += row.shares[k, end] * desk[line, i]
+    return total
+
+
+@kernel
+def compliance(row, k):
+    """1/m of both sides of contact point ``k``: B M⁻¹ Bᵀ, which for two masses is 1/m1 + 1/m2 [1/kg]."""
+    total = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            total += row.shares[k, end] * row.shares[k, end] * row.floors[INVERSE, i]
+    return total
+
+
+@kernel
+def push_apart(row, k, force, desk, line):
+    """Add the accelerations that a contact force gives to the floors at both ends to a row of the desk."""
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            desk[line, i] -= row.shares[k, end] * row.floors[INVERSE, i] * force
+
+
+@kernel
+def lay_across(row, run, k, terms):
+    """The series of u_left − u_right at contact point ``k`` onto the board."""
+    board = run.board
+    for n in range(terms):
+        board[SIGNAL, n] = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            share = row.shares[k, end]
+            for n in range(terms):
+                board[SIGNAL, n] += share * run.series[i, n]
+
+
+@kernel
+def search_point(row, run, k, gap, stop, terms):
+    """When contact point ``k`` touches on (0, stop], or −1; the series of both buildings stand."""
+    lay_across(row, run, k, terms)
+    return first_rise(run.board, terms, gap, stop)
+
+
+@kernel
+def raise_reach(row, run, k, stop, terms):
+    """Raise the extremes of u_left − u_right at contact point ``k`` by those on [0, stop] of its series."""
+    lay_across(row, run, k, terms)
+    run.book[k, HIGHEST] = highest(run.board, SIGNAL, terms, 1.0, stop, run.book[k, HIGHEST])
+    run.book[k, LOWEST] = -highest(run.board, SIGNAL, terms, -1.0, stop, -run.book[k, LOWEST])
+
+
+@kernel
+def bend_across(row, k):
+    """|second derivative of u_left − u_right| over sqrt(2 E), E the larger bound of both buildings' motion."""
+    total = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            total += abs(row.shares[k, end]) * sqrt(row.floors[INVERSE, i])
+    return total
+
+
+@kernel
+def wider(run, k, here, there, span, bend):
+    """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered."""
+    eighth = 0.125 * span * span * bend
+    run.book[k, HIGHEST] = max(run.book[k, HIGHEST], there)
+    run.book[k, LOWEST] = min(run.book[k, LOWEST], there)
+    top, bottom = max(here, there) + eighth, min(here, there) - eighth
+    # What is not finite is searched, and ends the run with its status.
+    return top > run.book[k, HIGHEST] or bottom < run.book[k, LOWEST] or not abs(top) < inf
+
+
+@kernel
+def own_side(row, k, low, high, desk, line):
+    """What the dofs from ``low`` to ``high`` add to u_left − u_right at contact point ``k``, from a row of the desk."""
+    total = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        if low <= i < high:
+            total += row.shares[k, end] * desk[line, i]
+    return total
+
+
+@kernel
+def blind_points(row, span, watch, side):
+    """(first, past the last) contact point of a group's left or right interface, where nobody looks on across it."""
+    if side == 0 and watch[0] == span[0] and span[0] > 0:
+        return row.frame[START, span[0] - 1], row.frame[START, span[0]]
+    if side == 1 and watch[1] == span[1] and span[1] < row.frame.shape[1] - 2:
+        return row.frame[START, span[1]], row.frame[START, span[1] + 1]
+    return 0, 0
+
+
+@kernel
+def begin_blind(row, run, span, watch):
+    """Extremes of a group's own part of the distances that nobody looks across, at the start of an interval."""
+    low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
+    for side in range(2):
+        first, last = blind_points(row, span, watch, side)
+        column = RIGHT_HIGH if side == 0 else LEFT_HIGH
+        for k in range(first, last):
+            run.book[k, column] = run.book[k, column + 1] = own_side(row, k, low, high, run.desk, NODE)
+
+
+@kernel
+def fly_blind(row, run, span, watch, stop, terms):
+    """Raise those extremes by the series of a flight on [0, stop]."""
+    low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
+    for side in range(2):
+        first, last = blind_points(row, span, watch, side)
+        column = RIGHT_HIGH if side == 0 else LEFT_HIGH
+        for k in range(first, last):
+            for n in range(terms):
+                run.board[SIGNAL, n] = 0.0
+            for end in range(4):
+                i = row.ends[k, end]
+                if low <= i < high:
+                    for n in range(terms):
+                        run.board[SIGNAL, n] += row.shares[k, end] * run.series[i, n]
+            book = run.book
+            book[k, column] = highest(run.board, SIGNAL, terms, 1.0, stop, book[k, column])
+            book[k, column + 1] = -highest(run.board, SIGNAL, terms, -1.0, stop, -book[k, column + 1])
+
+
+@kernel
+def stay_apart(row, run, interface):
+    """True where two groups that did not look across an interface have kept clear of it, and of its extremes so far."""
+    for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
+        book = run.book
+        high, low = book[k, LEFT_HIGH] + book[k, RIGHT_HIGH], book[k, LEFT_LOW] + book[k, RIGHT_LOW]
+        if not (high < min(book[k, GAP], book[k, HIGHEST]) and low > book[k, LOWEST]):
+            return False
+    return True

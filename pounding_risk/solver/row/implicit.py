@@ -1,0 +1,287 @@
+"""Steps through contacts whose dampers are much quicker than the buildings: Radau IIA, as `core.implicit` has it.
+
+An explicit step is stable only over some multiples of m/c, c = ∂F/∂δ̇. Where a contact is overdamped, e far below 0.1,
+that may be a millionth of what the motion needs: neighbours that are pressed against each other creep. An implicit step
+is as long as the motion allows. Its equations are solved by Newton's rule, with the derivatives of the contact forces
+alone: within a step the buildings themselves move little, and what they do is found by iterating.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import numpy as np
+
+from pounding_risk._jit.compile import kernel, part
+from pounding_risk.solver.linear import solve_linear
+from pounding_risk.solver.pair.implicit import (
+    BEGIN_SLOPE,
+    COEFFICIENTS,
+    ITERATIONS,
+    NODES,
+    PARTS,
+    POLYNOMIAL_OF_STAGES,
+    SHORTEST,
+    STIFF_ENOUGH,
+    is_solved,
+    is_too_slow,
+    response,
+    shallow,
+    time_weights,
+)
+from pounding_risk.solver.pair.stages import ELASTIC, END_WEIGHT, FINAL, SHARE
+from pounding_risk.solver.row.flight import across, compliance
+from pounding_risk.solver.row.stages import slopes, uncapped
+from pounding_risk.solver.row.workspace import (
+    CLOSED,
+    DEPTH,
+    END,
+    GAP,
+    IMPLICIT,
+    INVERSE,
+    LAST,
+    NOW,
+    POLY,
+    REGION,
+    SLOPE,
+    SLOPES,
+    SPEED,
+    START,
+    TERMS,
+    TRIAL,
+    WHOLE,
+    WORKED,
+)
+
+# Rows of slopes that the explicit method needs for its other stages: u and v at the nodes, what v misses there.
+AT_NODE, MISSING = SLOPE + PARTS, SLOPE + SLOPES + 2 * PARTS + 1
+
+
+@kernel
+def tangents(row, run, k, state):
+    """(∂F/∂δ̇, ∂F/∂δ) of contact ``k``, its state in rows ``state`` [N s/m, N/m]; 0 where it is capped or cut."""
+    book = run.book
+    if book[k, CLOSED] == 0.0 or int(book[k, REGION]) != ELASTIC:
+        return 0.0, 0.0
+    delta = max(across(row, k, run.desk, state) - book[k, GAP], 0.0)
+    rate = across(row, k, run.desk, state + 1)
+    force = uncapped(run, k, delta, rate)
+    faster, deeper = 1e-3 * book[k, SPEED], 1e-4 * delta
+    damper = (uncapped(run, k, delta, rate + faster) - force) / faster
+    spring = (uncapped(run, k, delta + deeper, rate) - force) / deeper if deeper > 0.0 else 0.0
+    return damper, spring
+
+
+@part
+def choose_method(row, run, group, s, h):
+    """Set whether the next step is implicit: where the quickest damper acts many times within ``h``.
+
+    A step once implicit stays so down to shorter ones, so that the choice does not alternate.
+    """
+    end = s + h
+    time = end * end * end * end - s * s * s * s
+    enough = SHORTEST if run.board[WHOLE, IMPLICIT] > 0.0 else STIFF_ENOUGH
+    quickest = 0.0
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        if run.book[k, CLOSED] > 0.0:
+            quickest = max(quickest, tangents(row, run, k, NOW)[0] * compliance(row, k))
+    run.board[WHOLE, IMPLICIT] = 1.0 if quickest * time > enough else 0.0
+
+
+@kernel
+def coupling(row, k, other):
+    """B M⁻¹ Bᵀ between two contact points: how fast a force at one drives the other apart [1/kg]."""
+    left = right = 0.0
+    for end in range(4):
+        i = row.ends[k, end]
+        for far in range(4):
+            if i >= 0 and row.ends[other, far] == i:
+                product = row.shares[k, end] * row.shares[other, far] * row.floors[INVERSE, i]
+                if end < 2:
+                    left += product
+                else:
+                    right += product
+    return left + right
+
+
+@part
+def closed_points(row, run, group):
+    """The closed contact points of the group, left to right."""
+    count = 0
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        count += 1 if run.book[k, CLOSED] > 0.0 else 0
+    places = np.empty(count, dtype=np.int64)
+    count = 0
+    for k in range(row.frame[START, group.first], row.frame[START, group.last]):
+        if run.book[k, CLOSED] > 0.0:
+            places[count] = k
+            count += 1
+    return places
+
+
+@part
+def newton_matrix(row, places, tables):
+    """I + (B M⁻¹ Bᵀ) ⊗ responses, unknowns the changes of closing speed: contact by contact, node by node."""
+    size = places.size * PARTS
+    matrix = np.zeros((size, size))
+    for one in range(places.size):
+        for other in range(places.size):
+            share = coupling(row, places[one], places[other])
+            if share != 0.0:
+                for i in range(PARTS):
+                    for j in range(PARTS):
+                        matrix[one * PARTS + i, other * PARTS + j] = share * tables[other, i, j]
+    for place in range(size):
+        matrix[place, place] += 1.0
+    return matrix
+
+
+@part
+def closing_changes(row, run, places, tables):
+    """Changes of the closing speeds at the nodes that remove what is missing there, (contacts, nodes) [m/s].
+
+    Solved from the left and from the right and averaged: a row and its mirror image move alike to the bit.
+    """
+    count = places.size
+    changes = np.zeros((count, PARTS))
+    order = np.empty(count, dtype=np.int64)
+    turned = np.empty_like(tables)
+    right = np.empty(count * PARTS)
+    for side in range(2):
+        for one in range(count):
+            source = one if side == 0 else count - 1 - one
+            order[one] = places[source]
+            turned[one] = tables[source]
+            for i in range(PARTS):
+                right[one * PARTS + i] = across(row, order[one], run.desk, MISSING + i)
+        solve_linear(newton_matrix(row, order, turned), right)
+        for one in range(count):
+            target = one if side == 0 else count - 1 - one
+            for i in range(PARTS):
+                changes[target, i] += 0.5 * right[one * PARTS + i]
+    return changes
+
+
+@part
+def correct(row, run, group, places, tables, changes):
+    """Add to the speeds at the nodes what is missing there, less what the contact forces' answer takes of it."""
+    desk = run.desk
+    for i in range(PARTS):
+        target = AT_NODE + SLOPES + 1 + i
+        for dof in range(group.low, group.high):
+            desk[target, dof] += desk[MISSING + i, dof]
+        for one in range(places.size):
+            k = places[one]
+            impulse = 0.0
+            for j in range(PARTS):
+                impulse += tables[one, i, j] * changes[one, j]
+            for end in range(4):
+                dof = row.ends[k, end]
+                if dof >= 0:
+                    desk[target, dof] -= row.shares[k, end] * row.floors[INVERSE, dof] * impulse
+
+
+@part
+def evaluate_nodes(row, run, group, s, h, weights):
+    """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
+    desk = run.desk
+    run.board[WHOLE, WORKED] += PARTS * (group.high - group.low)
+    for i in range(PARTS):
+        for dof in range(group.low, group.high):
+            total = 0.0
+            for j in range(PARTS):
+                total += weights[i, j] * desk[AT_NODE + SLOPES + 1 + j, dof]
+            desk[AT_NODE + 1 + i, dof] = desk[NOW, dof] + total
+            desk[TRIAL, dof] = desk[AT_NODE + 1 + i, dof]
+            desk[TRIAL + 1, dof] = desk[AT_NODE + SLOPES + 1 + i, dof]
+        slopes(row, run, group, s + NODES[i] * h, TRIAL, 1 + i)
+    largest = 0.0
+    for i in range(PARTS):
+        for dof in range(group.low, group.high):
+            total = 0.0
+            for j in range(PARTS):
+                total += COEFFICIENTS[i, j] * desk[SLOPE + SLOPES + 1 + j, dof]
+            missing = desk[NOW + 1, dof] + h * total - desk[AT_NODE + SLOPES + 1 + i, dof]
+            desk[MISSING + i, dof] = missing
+            largest = max(largest, abs(missing)) if missing == missing else inf
+    return largest
+
+
+@part
+def implicit_attempt(row, run, group, s, h, rtol):
+    """One implicit step, as `stage.attempt`; infinite where its equations are not solved."""
+    desk = run.desk
+    places = closed_points(row, run, group)
+    weights = time_weights(s, h)
+    tables = np.empty((places.size, PARTS, PARTS))
+    shallowest = group.depth
+    for one in range(places.size):
+        k = places[one]
+        damper, spring = tangents(row, run, k, NOW)
+        tables[one] = response(weights, damper, spring)
+        if damper > 0.0:
+            shallowest = min(shallowest, shallow(across(row, k, desk, NOW) - run.book[k, GAP], run.book[k, DEPTH]))
+    for dof in range(group.low, group.high):
+        for i in range(PARTS):
+            desk[AT_NODE + SLOPES + 1 + i, dof] = desk[NOW + 1, dof]
+    before = inf
+    for turn in range(ITERATIONS):
+        missing = evaluate_nodes(row, run, group, s, h, weights)
+        if is_solved(turn, missing, before, SHARE * rtol * group.speed):
+            break
+        if is_too_slow(turn, missing, before):
+            return inf
+        before = missing
+        correct(row, run, group, places, tables, closing_changes(row, run, places, tables))
+    end_step(row, run, group, places, h)
+    if run.board[FINAL, END_WEIGHT] != 0.0:
+        slopes(row, run, group, s + h, END, LAST)
+    return begin_defect(run, group, h, shallowest)
+
+
+@part
+def end_step(row, run, group, places, h):
+    """The last node, which is the end of the step, to rows END, and the quadratures to row SLOPES."""
+    desk, quads, points = run.desk, run.quads, run.limits.shape[0]
+    for dof in range(group.low, group.high):
+        desk[END, dof] = desk[AT_NODE + PARTS, dof]
+        desk[END + 1, dof] = desk[AT_NODE + SLOPES + PARTS, dof]
+    for one in range(2 * places.size + 1):
+        column = 2 * points
+        if one < 2 * places.size:
+            column = places[one // 2] + (points if one % 2 else 0)
+        total = 0.0
+        for j in range(PARTS):
+            total += COEFFICIENTS[PARTS - 1, j] * quads[1 + j, column]
+        quads[SLOPES, column] = h * total
+
+
+@part
+def begin_defect(run, group, h, depth):
+    """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales."""
+    desk = run.desk
+    total = 0.0
+    for dof in range(group.low, group.high):
+        place, speed = -desk[SLOPE, dof], -desk[SLOPE + SLOPES, dof]
+        for j in range(PARTS):
+            place += BEGIN_SLOPE[j] * desk[SLOPE + 1 + j, dof]
+            speed += BEGIN_SLOPE[j] * desk[SLOPE + SLOPES + 1 + j, dof]
+        place, speed = place / depth, speed / group.speed
+        total += place * place + speed * speed
+    return h * sqrt(total)
+
+
+@part
+def implicit_spread(run, group):
+    """The polynomial of the implicit step just made, as `stage.spread` leaves it."""
+    desk = run.desk
+    for side in range(2):
+        poly, nodes = POLY + side * TERMS, AT_NODE + side * SLOPES + 1
+        for term in range(TERMS):
+            for dof in range(group.low, group.high):
+                total = 0.0
+                if term < PARTS:
+                    for i in range(PARTS - 1):
+                        total += POLYNOMIAL_OF_STAGES[term, i] * (desk[nodes + i, dof] - desk[NOW + side, dof])
+                    total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (desk[END + side, dof] - desk[NOW + side, dof])
+                desk[poly + term, dof] = total

@@ -1,0 +1,85 @@
+"""A row as its cases are solved: chains, contact points, and its parts as the kernels take them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.mdof import Chain
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import Laid
+from pounding_risk.solver.row.partition import LEFTWARDS, RIGHTWARDS, Span
+
+
+class Part(NamedTuple):
+    """Some buildings of a row with the neighbours beside them, as one row of its own."""
+
+    row: Laid
+    points: slice  # of the whole row's contact points; those to the neighbours too
+    watched: NDArray[np.bool_]  # which of these are to the neighbours
+    masses: slice  # of the whole row's, the buildings' own
+    own: slice  # these in ``row``
+    to_left: int  # contact points to the left neighbour, which come first
+    structure: bytes  # the same for equal buildings with equal contact points
+
+    def side(self, place: int) -> int:
+        """On which side the neighbour at this contact point stands."""
+        return LEFTWARDS if place < self.to_left else RIGHTWARDS
+
+
+class RowModel:
+    """Buildings left to right with the contact points between them, ordered by interface."""
+
+    def __init__(self, chains: Sequence[Chain], points: Sequence[Point]):
+        self.chains, self.points = tuple(chains), tuple(points)
+        self.interfaces = np.array([point.interface for point in self.points], dtype=np.int64)
+        self.firsts = (0, *accumulate(chain.mass.size for chain in self.chains))  # of each building's masses
+        self.bounds = np.searchsorted(self.interfaces, np.arange(len(self.chains)))  # of each interface's points
+        kinds: dict[bytes, int] = {}
+        self._kinds = [kinds.setdefault(_content(chain), len(kinds)) for chain in self.chains]
+        self._rows: dict[float, Laid] = {}
+        self._parts: dict[tuple[Span, float], Part] = {}
+
+    @property
+    def everything(self) -> Span:
+        """All buildings."""
+        return Span(0, len(self.chains) - 1)
+
+    def row(self, dt: float) -> Laid:
+        """The whole row for motions sampled every ``dt`` [s]; kept for the next time."""
+        if dt not in self._rows:
+            self._rows[dt] = rows.lay_out(self.chains, self.points, dt)
+        return self._rows[dt]
+
+    def part(self, span: Span, dt: float) -> Part:
+        """These buildings and, on each side, the neighbour beside them; kept for the next time."""
+        if (span, dt) not in self._parts:
+            self._parts[span, dt] = self._made(span, dt)
+        return self._parts[span, dt]
+
+    def _made(self, span: Span, dt: float) -> Part:
+        first, last = max(span.first - 1, 0), min(span.last + 1, len(self.chains) - 1)
+        places = slice(int(self.bounds[first]), int(self.bounds[last]))
+        interfaces = self.interfaces[places]
+        masses = slice(self.firsts[span.first], self.firsts[span.last + 1])
+        before = self.firsts[first]
+        met = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[places]]
+        return Part(
+            rows.cut_out(self.row(dt), first, last),
+            places,
+            (interfaces < span.first) | (interfaces >= span.last),
+            masses,
+            slice(masses.start - before, masses.stop - before),
+            int((interfaces < span.first).sum()),
+            repr((self._kinds[first : last + 1], met, span.first - first, span.last - first)).encode(),
+        )
+
+
+def _content(chain: Chain) -> bytes:
+    """Every number of a chain; equal for chains that move equally."""
+    return b"|".join(np.asarray(value, dtype=float).tobytes() for value in chain)

@@ -1,0 +1,352 @@
+"""One run of a row: from node to node, each building on its own or with the neighbours that it touches.
+
+Buildings that neither touch nor are about to fly on their own, exactly, by a map from node to node; what lies between
+two nodes is searched only where a bound leaves room for a touch or a new peak. Neighbours of which some touch form a
+group that is integrated together (`group`). A building next to a group looks on; should the group strike it, the
+interval is made again with it as a member. What a row costs follows its contacts and its buildings, not their product.
+"""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+import numpy as np
+
+from pounding_risk._jit.compile import borrowed, kernel, part, small
+from pounding_risk.solver.counters import (
+    COMPLETE,
+    COUNT,
+    ENERGY_OPEN,
+    FIRST_TOUCH,
+    FIRST_YIELD,
+    NOT_FINITE,
+    OPEN_FLOOR,
+    OPEN_SHARE,
+    TALLIED,
+)
+from pounding_risk.solver.row.contact import lift_off
+from pounding_risk.solver.row.flight import across, stay_apart
+from pounding_risk.solver.row.free import glide, meets, note_peaks, predict, stand_apart
+from pounding_risk.solver.row.group import FAILED, FLOWN, advance, any_closed
+from pounding_risk.solver.row.storey import soften
+from pounding_risk.solver.row.trace import take_back
+from pounding_risk.solver.row.workspace import (
+    BOOKED,
+    CLOSED,
+    COUNTS,
+    DRIFT,
+    ENERGY,
+    FASTEST,
+    FIRST,
+    GAP,
+    GAPS,
+    GREW,
+    HIGHEST,
+    LAW,
+    LEFT_HIGH,
+    LOWEST,
+    NEXT,
+    NODE,
+    NOW,
+    RESIDUAL,
+    RIGHT_LOW,
+    ROOM,
+    SHAKE,
+    SINCE,
+    START,
+    STATUS,
+    TANGENT,
+    WATCHING,
+    WHOLE,
+    WORK,
+    WORKED,
+    WRITTEN,
+    Row,
+    Run,
+)
+
+WATCHED = 7  # status of a run that a touch at a watched point has ended
+
+
+@small
+def borrow_row(row):
+    """The row with its arrays' references not counted."""
+    return Row(
+        borrowed(row.frame),
+        borrowed(row.ends),
+        borrowed(row.shares),
+        borrowed(row.floors),
+        borrowed(row.damping),
+        borrowed(row.maps),
+    )
+
+
+@small
+def borrow_run(run):
+    """The run with its arrays' references not counted."""
+    return Run(
+        borrowed(run.limits),
+        borrowed(run.timed),
+        borrowed(run.book),
+        borrowed(run.desk),
+        borrowed(run.quads),
+        borrowed(run.series),
+        borrowed(run.board),
+        borrowed(run.kept),
+        borrowed(run.kept_book),
+    )
+
+
+@part
+def begin_run(row, run):
+    """A row at rest."""
+    run.desk[:, :] = 0.0
+    run.book[:, :] = 0.0
+    for i in range(row.floors.shape[1]):
+        soften(row, run.desk, i, 0.0)
+    for k in range(run.limits.shape[0]):
+        run.book[k, BOOKED + FIRST_TOUCH] = nan
+        run.book[k, BOOKED + FIRST_YIELD] = nan
+        run.book[k, GAP] = run.limits[k, GAPS]
+    for place in range(COUNTS):
+        run.board[WHOLE, place] = 0.0
+    run.board[WHOLE, WORKED] = 0.0
+    run.board[WHOLE, GREW] = -1.0
+
+
+@kernel
+def keep(row, run, b, back):
+    """Keep, or bring back, what an interval changes of building ``b`` and of the contact points at its sides."""
+    for line in range(8):
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            swap(run.kept, line, i, run.desk, TANGENT + line, i, back)
+    buildings = row.frame.shape[1] - 1
+    width = run.book.shape[1]
+    for k in range(row.frame[START, max(b - 1, 0)], row.frame[START, min(b + 1, buildings - 1)]):
+        for column in range(width):
+            # What a group across has added to a distance is its own.
+            if not LEFT_HIGH <= column <= RIGHT_LOW:
+                swap(run.kept_book, k, column, run.book, k, column, back)
+        for level in range(run.timed.shape[2]):
+            swap(run.kept_book, k, width + 2 * level, run.timed[1], k, level, back)
+            swap(run.kept_book, k, width + 2 * level + 1, run.timed[2], k, level, back)
+        # A law's numbers, and what its contact remembers.
+        for column in range(LAW, run.limits.shape[1]):
+            swap(run.kept_book, k, width + 2 * run.timed.shape[2] + column - LAW, run.limits, k, column, back)
+
+
+@small
+def swap(kept, line, place, array, i, j, back):
+    """One number to or from what is kept."""
+    if back:
+        array[i, j] = kept[line, place]
+    else:
+        kept[line, place] = array[i, j]
+
+
+@kernel
+def undo(row, run, b, tied, solved):
+    """Bring back the whole group that building ``b`` has been solved in."""
+    first = last = b
+    while first > 0 and tied[first - 1]:
+        first -= 1
+    while last < tied.size - 1 and tied[last]:
+        last += 1
+    for each in range(first, last + 1):
+        if solved[each]:
+            keep(row, run, each, True)
+            solved[each] = False
+    if run.board[WHOLE, ROOM] > 0.0:
+        take_back(row, run, first, last)
+
+
+@part
+def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
+    """The whole row over one node interval, rows NODE to rows NEXT; returns False where the run has ended.
+
+    ``tied`` (interfaces), ``busy``, ``solved`` (buildings that need their group, and have it) and ``swings`` are this
+    function's own.
+    """
+    buildings = row.frame.shape[1] - 1
+    some = False
+    for b in range(buildings):
+        busy[b] = not predict(row, run, b, window, swings)
+        some = some or busy[b]
+    for i in range(buildings - 1):
+        tied[i] = any_closed(row, run, i, i + 1)
+        if not (tied[i] or busy[i] or busy[i + 1]):
+            tied[i] = meets(row, run, i, window, swings, terms)
+        some = some or tied[i]
+    if some:
+        for i in range(buildings - 1):
+            if tied[i]:
+                busy[i] = busy[i + 1] = True
+        if not solve_groups(row, run, tied, busy, solved, window, terms, rtol):
+            return False
+    for b in range(buildings):
+        if not busy[b]:
+            note_peaks(row, run, b, window, swings, terms)
+    for i in range(buildings - 1):
+        if not (busy[i] or busy[i + 1]):
+            stand_apart(row, run, i, window, swings, terms)
+    return True
+
+
+@part
+def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
+    """Every group of busy buildings over the interval; returns False where the run has ended.
+
+    A building that looks on at a group and is struck joins it, and the group is solved again. Groups side by side do
+    not look on at each other: each keeps what it adds to the distance between them, and where the sum leaves room for a
+    touch, or a new extreme, they are one group after all.
+    """
+    buildings = row.frame.shape[1] - 1
+    run.board[WHOLE, SINCE] = run.board[WHOLE, WRITTEN]
+    for b in range(buildings):
+        solved[b] = False
+        if busy[b]:
+            keep(row, run, b, False)
+    b = 0
+    while b < buildings:
+        if solved[b] or not busy[b]:
+            b += 1
+            continue
+        first = last = b
+        while last < buildings - 1 and tied[last]:
+            last += 1
+        watch = (
+            first - 1 if first > 0 and not busy[first - 1] else first,
+            last + 1 if last < buildings - 1 and not busy[last + 1] else last,
+        )
+        before = run.board[WHOLE, RESIDUAL]
+        how, edge = advance(row, run, (first, last), watch, window, terms, rtol)
+        if how == FAILED:
+            return False
+        for each in range(first, last + 1):
+            solved[each] = True
+        if how == FLOWN:
+            for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
+                run.desk[NEXT, i] = run.desk[NOW, i]
+                run.desk[NEXT + 1, i] = run.desk[NOW + 1, i]
+            b = last + 1
+            if first > 0 and busy[first - 1] and not stay_apart(row, run, first - 1):
+                edge = first - 1
+            elif b < buildings and solved[b] and not stay_apart(row, run, last):
+                edge = last
+            else:
+                continue
+        # A building that has only looked on is struck, or groups may meet: both sides are made again, as one.
+        run.board[WHOLE, RESIDUAL] = before
+        undo(row, run, first, tied, solved)
+        for other in (edge, edge + 1):
+            if not busy[other]:
+                # Those on its far side have looked on at its free motion, and have raised extremes by it.
+                for far in (other - 1, other + 1):
+                    if 0 <= far < buildings and solved[far]:
+                        undo(row, run, far, tied, solved)
+                keep(row, run, other, False)
+                busy[other] = True
+            elif solved[other]:
+                undo(row, run, other, tied, solved)
+        tied[edge] = True
+        b = 0
+    return True
+
+
+@kernel
+def struck(run):
+    """A watched contact point that is closed, or −1."""
+    for k in range(run.limits.shape[0]):
+        if run.limits[k, WATCHING] > 0.0 and (run.book[k, CLOSED] > 0.0 or run.book[k, BOOKED + COUNT] > 0.0):
+            return k
+    return -1
+
+
+@part
+def step_on(row, run, node, states):
+    """Rows NEXT become rows NODE; ``states`` (nodes, 2, D) takes them where it has rows."""
+    for i in range(row.floors.shape[1]):
+        run.desk[NODE, i] = run.desk[NEXT, i]
+        run.desk[NODE + 1, i] = run.desk[NEXT + 1, i]
+    if states.shape[0] > node + 1:
+        for i in range(row.floors.shape[1]):
+            states[node + 1, 0, i] = run.desk[NODE, i]
+            states[node + 1, 1, i] = run.desk[NODE + 1, i]
+
+
+@kernel
+def survey(row, run, ground, step, terms, states):
+    """The row without any contact, from rest to the end of the record; finds the fastest closing at every point."""
+    row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
+    begin_run(row, run)
+    buildings = row.frame.shape[1] - 1
+    busy, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
+    for node in range(ground.size - 1):
+        window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
+        for b in range(buildings):
+            busy[b] = not predict(row, run, b, window, swings)
+            if not busy[b]:
+                note_peaks(row, run, b, window, swings, terms)
+        b = 0
+        while b < buildings:
+            last = b
+            if busy[b]:
+                while last < buildings - 1 and busy[last + 1]:
+                    last += 1
+                watch = max(b - 1, 0), min(last + 1, buildings - 1)
+                glide(row, run, (b, last), watch, window, terms)
+            b = last + 1
+        for i in range(buildings - 1):
+            if not (busy[i] or busy[i + 1]):
+                stand_apart(row, run, i, window, swings, terms)
+        step_on(row, run, node, states)
+        for k in range(run.limits.shape[0]):
+            run.limits[k, FASTEST] = max(run.limits[k, FASTEST], abs(across(row, k, run.desk, NODE + 1)))
+    total = 0.0
+    for i in range(row.floors.shape[1]):
+        total += abs(run.desk[NODE, i]) + abs(run.desk[NODE + 1, i]) + run.desk[DRIFT, i] + run.desk[SHAKE, i]
+    if not total < inf:
+        run.board[WHOLE, STATUS] = float(NOT_FINITE)
+
+
+@kernel
+def march(row, run, ground, step, terms, rtol, states):
+    """One run from rest to the end of the record; everything is left in ``run``, u and v at the nodes in ``states``."""
+    row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
+    begin_run(row, run)
+    buildings = row.frame.shape[1] - 1
+    tied, busy = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings, dtype=np.bool_)
+    solved, swings = np.zeros(buildings, dtype=np.bool_), np.zeros(buildings)
+    nodes = ground.size - 1
+    for node in range(nodes):
+        window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
+        if not interval(row, run, tied, busy, solved, swings, window, terms, rtol):
+            break
+        step_on(row, run, node, states)
+        place = struck(run)
+        if place >= 0:
+            run.board[WHOLE, STATUS], run.board[WHOLE, GREW] = float(WATCHED), float(place)
+            break
+    end_run(row, run, nodes * step, rtol)
+
+
+@part
+def end_run(row, run, time, rtol):
+    """Contacts that outlast the record are closed, and the status is set where nothing has set it."""
+    total = 0.0
+    for k in range(run.limits.shape[0]):
+        if run.book[k, CLOSED] > 0.0 and run.board[WHOLE, STATUS] == COMPLETE:
+            lift_off(row, run, k, time, NODE, run.book[k, WORK])
+        for column in range(TALLIED):
+            value = run.book[k, BOOKED + column]
+            if column != FIRST_TOUCH and column != FIRST_YIELD:
+                total += abs(value)
+        total += abs(run.book[k, HIGHEST]) + abs(run.book[k, LOWEST])
+    for i in range(row.floors.shape[1]):
+        total += abs(run.desk[NODE, i]) + abs(run.desk[NODE + 1, i]) + run.desk[DRIFT, i]
+    if run.board[WHOLE, STATUS] != COMPLETE:
+        return
+    if not total < inf:
+        run.board[WHOLE, STATUS] = float(NOT_FINITE)
+    elif not abs(run.board[WHOLE, RESIDUAL]) <= (OPEN_SHARE * rtol + OPEN_FLOOR) * run.board[WHOLE, ENERGY]:
+        run.board[WHOLE, STATUS] = float(ENERGY_OPEN)

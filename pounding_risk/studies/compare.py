@@ -1,0 +1,283 @@
+"""The same scene under many contact models on equal terms: does the conclusion depend on the model?
+
+A β is no k, and equal β under two laws make no equal blows: every law is calibrated to one reference impact, that of
+the scene's own law and stiffness, alone, between the two buildings' masses and without yielding. `scan` then runs
+the grid with the calibrated laws, and `agreement` says what differs.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf, nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk._common.dates import created
+from pounding_risk.ensemble.replacing import check_replaceable_scene
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
+from pounding_risk.models.effects.contact import refusal, wave_of
+from pounding_risk.motions.ensemble import motions_of
+from pounding_risk.motions.motion import driven
+from pounding_risk.results.files import check_target, save
+from pounding_risk.scene.laws import law_of
+from pounding_risk.scene.scene import (
+    EQUAL_TERMS,
+    NO_RESTITUTION,
+    EqualTerms,
+    Study,
+    as_study,
+    known_law,
+    needs_pair,
+    unknown_law,
+)
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators
+from pounding_risk.studies.compare_findings import finding, tables, typical_case
+from pounding_risk.studies.impact import Impact, impact
+from pounding_risk.studies.simulate import histories, logged, relative_displacement
+from pounding_risk.units import SPEED, shown, si
+
+USUAL_TERMS = EqualTerms(EQUAL_TERMS[0], 0.5)  # where neither the call nor the scene says otherwise
+ELASTIC = 1e-6  # a law whose restitution is this close to 1 does not dissipate
+IMPACT_COLUMNS = {
+    "restitution_asked": ("1", "restitution that the relation gives for the reference impact"),
+    "restitution": ("1", "restitution achieved in the reference impact"),
+    "peak_force": ("N", "peak force of the reference impact"),
+    "peak_penetration": ("m", "largest penetration of the reference impact"),
+    "duration": ("s", "duration of the reference impact"),
+}
+CURVES = {"time": ("s", "time since the touch"), "penetration": ("m", "penetration"), "force": ("N", "contact force")}
+
+
+def compare(
+    study: Study | str | Path,
+    out: str | Path | None = None,
+    *,
+    laws: Sequence[str] = (),
+    baseline: str | None = None,
+    same: str | None = None,
+    speed: float | str | None = None,
+    relation: str | None = None,
+    new: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
+
+    ``laws``: those of the scene's grid by default, or every law there is where the grid names one, but for those
+    that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e: the
+    attribute ``left_out`` says so. All get the
+    stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
+    buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s. All
+    that have a restitution return the same e there: ``relation`` is "exact" by default, and "published" where that is
+    asked for or a law has no other; the attribute ``unequal_e`` says why. Results are set beside those of
+    ``baseline``, the scene's own law by default.
+
+    The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
+    `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
+    and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
+    speed, relation or ``same`` that is none, for fewer than two laws and, unless ``new``, for an ``out`` that holds
+    other results; all before the first run.
+    """
+    target = None if out is None else check_target(out)
+    study = needs_pair(as_study(study), "compare")
+    without = "" if laws or len(study.grid.contact_models) > 1 else left_out(study)
+    study = on_equal_terms(study, laws, baseline, (same, speed))
+    study, unequal = with_relation(study, relation)
+    baseline = baseline or study.law_name
+    if target is not None:
+        check_replaceable_scene(target, "compare", study, new)
+    dataset = scan(study, progress=progress)
+    # A law without a stiffness may have none there.
+    stiffnesses = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
+    dataset = dataset.assign(_impacts(study, stiffnesses))
+    dataset = dataset.assign(tables(dataset, baseline))
+    dataset = dataset.assign(_histories(study, typical_case(dataset, baseline)))
+    same_as, at_speed, _ = study.equal_terms or USUAL_TERMS
+    dataset.attrs |= {"baseline": baseline, "reference_law": study.law_name, "same": same_as}
+    dataset.attrs |= {"speed": at_speed, "reduced_mass": study.striking_mass}
+    dataset.attrs |= {"left_out": without, "unequal_e": unequal, "finding": finding(dataset)}
+    dataset.attrs |= created("pounding_risk.compare")
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def on_equal_terms(
+    study: Study, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
+) -> Study:
+    """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
+    if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
+        raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
+    grid = study.grid.contact_models
+    asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
+    names = tuple(dict.fromkeys((*asked, baseline or study.law_name)))
+    for name in names:
+        known_law(name)
+    if len(names) < 2:
+        raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
+    if "stiffness" not in known_law(study.law_name)._fields:
+        raise PoundingError(
+            f"compare: {study.law_name} has no stiffness to which other laws could be calibrated; give the interface "
+            "a contact_model that has one, and name this one as the baseline"
+        )
+    _check_restitution(study, names)
+    own = study.equal_terms or USUAL_TERMS
+    same, speed = terms[0] or own.same, own.speed if terms[1] is None else terms[1]
+    if same not in EQUAL_TERMS:
+        raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
+    fast = si(speed, SPEED, "compare: speed")
+    return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
+
+
+def with_relation(study: Study, asked: str | None) -> tuple[Study, str]:
+    """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
+    laws = [known_law(name) for name in study.grid.contact_models]
+    if asked is not None:
+        if wrong := relation_fault(asked) or misfit(laws, asked):
+            raise PoundingError(f"compare: {wrong}")
+        return replace(study, relation=asked), ""
+    if not any(law.needs_restitution for law in laws):
+        return study, ""
+    exact = replace(study, relation=AS_ASKED)
+    if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, study.grid.contact_models):
+        return replace(study, relation=AS_PUBLISHED), wrong
+    return exact, ""
+
+
+def runnable(study: Study) -> tuple[str, ...]:
+    """Every contact model that can collide the scene's buildings, under its effects and with its e."""
+    return tuple(name for name in CONTACT_MODELS if not _hindered(study, name))
+
+
+def left_out(study: Study) -> str:
+    """A sentence for the contact models that are not `runnable`; "" where all are."""
+    reasons: dict[str, list[str]] = {}
+    for name in CONTACT_MODELS:
+        if why := _hindered(study, name):
+            reasons.setdefault(why, []).append(name)
+    return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+
+
+def _hindered(study: Study, name: str) -> str:
+    """Why a contact model cannot be compared in this scene unless it is asked for; "" where it can."""
+    law = known_law(name)
+    if needs_floors(law) and (short := study.without_floor()):
+        return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'
+    for effect in study.effects:
+        if why := refusal(law, effect.name):
+            return f"{why}, under {effect.name}"
+    if study.restitution_words == NO_RESTITUTION or not law.needs_restitution:
+        return ""
+    exact = replace(study, relation=AS_ASKED)
+    return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
+
+
+def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
+    """Tell every law at once that needs a restitution, where the scene gives none."""
+    damped = [name for name in names if known_law(name).needs_restitution]
+    if damped and study.restitution_words == NO_RESTITUTION:
+        rest = [name for name in runnable(study) if not known_law(name).needs_restitution]
+        raise SceneError(
+            study.source,
+            [
+                f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
+                'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
+                f"or compare {', '.join(rest)} alone"
+            ],
+        )
+
+
+def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impact]:
+    """The reference impact of every law of the grid: the buildings' reduced mass against a wall, without yielding.
+
+    Floors collide as they are: their impedances are no matter of the reduced mass.
+    """
+    terms = study.equal_terms or USUAL_TERMS
+    wall = study.striking_mass, inf
+    found = []
+    for name in study.grid.contact_models:
+        law, masses = study.law(name, stiffnesses.get(name)), wall
+        if needs_floors(law):
+            # A wall cannot strike.
+            struck, other = sorted(study.buildings, key=lambda building: building.is_rigid)
+            law, masses = law.between(struck, other), (struck.mass, inf if other.is_rigid else other.mass)
+        found.append(impact(law, terms.speed, *masses, restitution=study.restitution))
+    return found
+
+
+def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
+    """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
+    found = reference_impacts(study, stiffnesses)
+    names = study.grid.contact_models
+    longest = max(len(each.time) for each in found)
+    variables: dict[str, Any] = {
+        "stiffness": (
+            "contact_model",
+            [stiffnesses.get(name, nan) for name in names],
+            {"long_name": "calibrated stiffness of the contact law, in the unit of stiffness_unit"},
+        ),
+        "stiffness_unit": ("contact_model", [_unit(name) for name in names], {"long_name": "unit of stiffness"}),
+        "dissipates": (
+            "contact_model",
+            np.array([not each.restitution > 1.0 - ELASTIC for each in found], dtype=np.int8),
+            {"long_name": "0 where the law is elastic, and without yielding returns all energy"},
+        ),
+        "capped": (
+            "contact_model",
+            np.array([known_law(name).capped for name in names], dtype=np.int8),
+            {"long_name": "1 where the yield force acts in the law"},
+        ),
+    }
+    for name, (unit, words) in IMPACT_COLUMNS.items():
+        values = [getattr(each, name) for each in found]
+        variables[f"reference_{name}"] = ("contact_model", values, {"units": unit, "long_name": words})
+    for name, (unit, words) in CURVES.items():
+        rows = [np.pad(getattr(each, name), (0, longest - len(each.time)), constant_values=nan) for each in found]
+        about = {"units": unit, "long_name": f"{words}, reference impact; NaN after the parting"}
+        variables[f"impact_{name}"] = (("contact_model", "impact_step"), np.array(rows), about)
+    return variables
+
+
+def _unit(name: str) -> str:
+    return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
+
+
+def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
+    """Relative displacement of one case under every law at the record's samples, and which case it is."""
+    records, grid = study.records, study.grid
+    pga = grid.pgas[place.get("pga", 0)]
+    motion = driven(motions_of(study)[place["record"]], records.polarities[place["polarity"]], pga)
+    pair = oscillators(*study.pair)
+    free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
+    gap, strength = grid.gaps[place["gap"]], grid.yield_forces[place["yield_force"]]
+    samples = np.arange(len(motion.acceleration)) * motion.dt
+    rows = []
+    for name in grid.contact_models:
+        interface = Interface(gap, law_of(study, name), study.restitution, strength)
+        _, log = logged(pair, free, interface, study.rtol)
+        time, states, *_ = histories(pair, free, log)
+        rows.append(np.interp(samples, time, relative_displacement(free, time, states)))
+    return {
+        "time": ("time", samples, {"units": "s", "long_name": "time since the start of the record"}),
+        "history": (
+            ("contact_model", "time"),
+            np.array(rows),
+            {
+                "units": "m",
+                "long_name": "relative displacement of a case of median spread",
+                "record": motion.name,
+                "polarity": records.polarities[place["polarity"]],
+                "pga": motion.pga,
+                "gap": gap,
+                "yield_force": strength,
+            },
+        ),
+    }

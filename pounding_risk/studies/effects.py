@@ -1,0 +1,285 @@
+"""What each effect of a scene changes and what it costs: the scene with none, with each alone, and with all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk._common.counted import counted
+from pounding_risk._common.dates import created
+from pounding_risk.ensemble.plan.row_cost import row_bench
+from pounding_risk.ensemble.replacing import check_replaceable
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.results.files import as_text, check_target, save
+from pounding_risk.scene.scene import Effect, Study, as_study, known_law
+from pounding_risk.studies.accuracy import bench_of, run_event
+from pounding_risk.units import Quantity, parse
+
+NONE, ALL = "none", "all together"
+CASES_TIMED = 24
+# What an effect may change, with the words for it; the first is the one that the finding speaks of.
+COMPARED = {
+    "peak_relative_displacement": "peak relative displacement",
+    "peak_contact_force": "peak contact force",
+    "impact_count": "impact count",
+    "impulse": "impulse",
+    "peak_storey_shear": "peak storey shear",
+    "peak_floor_acceleration": "peak floor acceleration",
+    "permanent_set": "permanent set",
+}
+DIGITS = 4  # that a table shows
+
+
+def effects(
+    study: Study | str | Path,
+    out: str | Path | None = None,
+    *,
+    repeats: int = 5,
+    new: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
+
+    The effects are those of the scene; where it names none, all that act on the ground, or of a row on its buildings,
+    or on one of its contact models, with the options of their examples. An effect that acts on another is switched on
+    with it. Contact models that one of the effects does not act on are left out. Dimensions: effects, and those of
+    `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects
+    act on cases that do not yield, too], and ``time`` [s of the processor per run, every case run, median of
+    ``repeats``], ``time_ratio`` over the scene without. Raises as `scan` does, and for an ``out`` that holds results of
+    another command, unless ``new``.
+    """
+    target = None if out is None else check_target(out)
+    if target is not None:
+        check_replaceable(target, "effects", new=new)
+    study = as_study(study)
+    laws = study.grid.contact_models
+    unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
+    acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
+    asked = study.effects or tuple(_example(name) for name in acting)
+    taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))
+    study = replace(study, grid=study.grid._replace(contact_models=taken))
+    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(asked).items()]
+    found = []
+    for place, (_, scene) in enumerate(scenes):
+        found.append(scan(scene, check_fraction=0.0))
+        if progress:
+            progress(place + 1, len(scenes) + 1)
+    times = run_times([scene for _, scene in scenes], repeats)
+    if progress:
+        progress(len(scenes) + 1, len(scenes) + 1)
+    dataset = _dataset(scenes, found, times)
+    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
+    rest = [law for law in laws if law not in taken]
+    told = [f"{', '.join(rest)}: not every effect here acts on it"] if rest else []
+    dataset.attrs["left_out"] = "; ".join([*told, *(why for name, why in unsuited.items() if _fits(study, name))])
+    dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
+    if target is not None:
+        save(dataset, target)
+    return dataset
+
+
+def combinations(asked: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
+    """None, each alone with what it acts on, and all together, by the words for it."""
+    known = {effect.name: effect for effect in asked}
+    found: dict[str, tuple[Effect, ...]] = {NONE: ()}
+    for name, effect in known.items():
+        needs = tuple(known.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
+        found[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
+    if len(known) > 1 and set(asked) != set(found[list(found)[-1]]):
+        found[ALL] = asked
+    return found
+
+
+def _example(name: str) -> Effect:
+    """An effect with the options of its examples: what may be left out is left out, the last word of a choice."""
+    kind: Any = EFFECTS[name]
+    options = {
+        key: parse(allowed.example, allowed) if isinstance(allowed, Quantity) else allowed[-1]
+        for key, allowed in kind.options.items()
+        if key not in kind.optional
+    }
+    return Effect(name, tuple(sorted(options.items())))
+
+
+def _acts(effect: str, law: str) -> bool:
+    return not refusal(known_law(law), effect)
+
+
+def _fits(study: Study, effect: str) -> bool:
+    """True where an effect is one of a row or of a pair, as the scene is."""
+    return not acts_on_ground(effect) if study.is_row else not acts_on_buildings(effect)
+
+
+def _unsuited(study: Study, effect: str) -> str:
+    """Why the example of an effect has no place in a scene that names none; "" where it has."""
+    if not _fits(study, effect):
+        return f"{effect} is for {'pairs' if study.is_row else 'rows'}"
+    if not acts_on_buildings(effect):
+        return ""
+    if effect == "inelastic_storeys" and not any(building.strengths for building in study.buildings):
+        return "inelastic_storeys: no building gives storey_strengths"
+    try:
+        for building in study.buildings:
+            chain_of(building, (_example(effect),))
+    except PoundingError as error:
+        return str(error)
+    return ""
+
+
+def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
+    """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
+    timers = [_timer(scene) for scene in scenes]
+    found = np.zeros((len(scenes), repeats))
+    for number in range(-1, repeats):  # the first round compiles and warms the caches
+        for place, timed in enumerate(timers):
+            seconds = timed()
+            if number >= 0:
+                found[place, number] = seconds
+    return found
+
+
+def _timer(scene: Study) -> Callable[[], float]:
+    """What runs some cases of a scene and tells the processor time of one [s]."""
+    if scene.is_row:
+        return row_bench(scene, CASES_TIMED).seconds
+    bench = bench_of(scene, CASES_TIMED)
+
+    def timed() -> float:
+        spent = run_event(bench, scene.rtol)
+        # The motion without contact is common to all cases of a record.
+        return spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
+
+    return timed
+
+
+def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+    names = [name for name, _ in scenes]
+    variables = [*COMPARED, "yield_exceedance", "status"]
+    dataset = xr.concat([each[variables] for each in found], dim="effects", combine_attrs="override")
+    dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
+    middle = np.array([median(row) for row in times])
+    dataset["time"] = ("effects", middle, {"units": "s", "long_name": "processor time of one run"})
+    everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
+    words = "1 where the effects act on cases that do not yield, too"
+    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), {"units": "1", "long_name": words})
+    ratios = np.median(times / times[0], axis=1)
+    dataset["time_ratio"] = (
+        "effects",
+        ratios,
+        {"units": "1", "long_name": "time of one run over that without effects"},
+    )
+    dataset.attrs = {
+        key: value for key, value in found[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
+    }
+    dataset.attrs |= {
+        "scene": found[0].attrs["scene"],
+        "references": "; ".join(dict.fromkeys(each.attrs["references"] for each in found)),
+    }
+    return dataset
+
+
+def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
+    """Relative change of one output by these effects, over the cases that they act on and that complete with them.
+
+    An effect of yielding acts on the cases that yield without effects, one of the ground or of buildings on all. Where
+    there was nothing before, a change to something is infinite. Of a row every interface, or building, counts.
+    """
+    acted = acted_on(dataset, name)
+    before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
+    after = dataset[output].sel(effects=name).values.astype(float)[acted]
+    both = np.isfinite(before) & np.isfinite(after)
+    before, after = before[both], after[both]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = (after - before) / np.abs(before)
+    return np.where(after == before, 0.0, np.where(before == 0.0, inf, change))
+
+
+def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """True for the cases that these effects act on; in the shape of a case's outputs."""
+    return yielding_cases(dataset) | bool(dataset["acts_on_all"].sel(effects=name))
+
+
+def changed_cases(dataset: xr.Dataset, name: str) -> int:
+    """In how many cases these effects change a reported digit of any output."""
+    altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
+    for output in COMPARED:
+        before, after = (_printed(dataset[output].sel(effects=which)) for which in (NONE, name))
+        differs = before != after
+        altered |= differs.any(axis=-1) if differs.ndim > altered.ndim else differs
+    return int(altered.sum())
+
+
+def _printed(values: xr.DataArray) -> np.ndarray:
+    return np.array([f"{value:.{DIGITS}g}" for value in values.values.ravel()]).reshape(values.shape)
+
+
+def idle(dataset: xr.Dataset) -> list[str]:
+    """The effects that change no reported digit."""
+    return [str(name) for name in dataset["effects"].values[1:] if changed_cases(dataset, str(name)) == 0]
+
+
+def finding(dataset: xr.Dataset) -> str:
+    """One sentence: which effect changes most, what the effects cost, and which change no reported digit."""
+    names = [str(name) for name in dataset["effects"].values[1:]]
+    without = idle(dataset)
+    most = float(dataset["time_ratio"].max())
+    cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
+    if len(without) == len(names):
+        return f"No effect changes a reported digit of any of the {counted(_cases(dataset), 'case')}; {cost}."
+    output, words = next(iter(COMPARED.items()))
+    # All together is no effect of its own: it is named where no single one stands beside it.
+    single = [name for name in names if name not in without and name != ALL] or [ALL]
+    spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
+    strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
+    change = changes(dataset, strongest, output)
+    rest = f"; {' and '.join(without)} change no reported digit" if without else ""
+    return (
+        f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
+        f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
+        f"{rest}."
+    )
+
+
+def percent(change: float) -> str:
+    """A relative change with its sign: to a tenth of a per cent where it is small."""
+    digits = 1 if abs(change) < 0.0995 else 0
+    # Adding zero takes the sign from a rounded −0.
+    return f"{round(float(change), digits + 2) + 0.0:+.{digits}%}"
+
+
+def yielding(dataset: xr.Dataset) -> int:
+    """In how many cases F_E is reached without effects."""
+    return int(yielding_cases(dataset).sum())
+
+
+def yielding_cases(dataset: xr.Dataset) -> np.ndarray:
+    """True for the cases in which F_E is reached without effects, of a row anywhere."""
+    yields = dataset["yield_exceedance"].sel(effects=NONE) == 1
+    return np.asarray((yields.any("interface") if "interface" in yields.dims else yields).values)
+
+
+def _cases(dataset: xr.Dataset) -> int:
+    return int(dataset["status"].sel(effects=NONE).size)
+
+
+def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:
+    """For every line but the first: effects, cases changed, time, ratio, and smallest, median, largest change."""
+    for name in map(str, dataset["effects"].values):
+        one = dataset.sel(effects=name)
+        spread = {}
+        for output in COMPARED:
+            change = changes(dataset, name, output)
+            change = change[np.isfinite(change)]
+            low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
+            spread[output] = (low, middle, high)
+        yield name, changed_cases(dataset, name), float(one["time"]), float(one["time_ratio"]), spread

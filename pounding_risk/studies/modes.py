@@ -1,0 +1,67 @@
+"""How each building of a scene vibrates on its own: periods, shapes, participation, damping of its modes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys, effective_shares, vibration
+from pounding_risk.scene.scene import Study
+
+Array = NDArray[np.float64]
+
+
+class Modes(NamedTuple):
+    """The modes of one building, slowest first; a rigid building has none.
+
+    Shapes are 1 where a mode moves most, and positive at the roof. Participations are those of these shapes,
+    Γ = φᵀ M 1 / φᵀ M φ, so that all Γ φ add up to 1 at every level; the shares of the mass add up to 1 as well.
+    ζ = φᵀ C φ / (2 ω φᵀ M φ) is that of the mode alone, where a dashpot on soil couples the modes.
+    """
+
+    name: str
+    levels: Array  # m above the ground, of what moves; NaN where it is not known, 0 of a foundation
+    periods: Array  # s
+    shapes: Array  # (levels, modes)
+    participations: Array
+    shares: Array  # of the building's mass, with its foundation
+    dampings: Array
+
+
+def modes(scene: Study | str | Path) -> tuple[Modes, ...]:
+    """The modes of every building of a scene under its effects, left to right; raises as `chain_of` and reading do."""
+    if not isinstance(scene, Study):
+        from pounding_risk.scene.reader import read_scene
+
+        scene = read_scene(scene)
+    return tuple(building_modes(building, scene.effects) for building in scene.buildings)
+
+
+def building_modes(
+    building: Building | Storeys, effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]] = ()
+) -> Modes:
+    """The modes of one building under these effects, (name, options) each, while its storeys are elastic.
+
+    Raises PoundingError as `chain_of` does.
+    """
+    chain = chain_of(building, effects)
+    frequencies, normal = vibration(chain.mass, chain.spring)
+    shares = effective_shares(chain.mass, normal)
+    damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
+    most = np.abs(normal).max(axis=0, initial=0.0)
+    levels = building.levels if isinstance(building, Storeys) else building.heights or (np.nan,) * chain.mass.size
+    return Modes(
+        building.name,
+        np.array([0.0] * chain.foundations + list(levels)) if chain.mass.size else np.empty(0),
+        2.0 * np.pi / frequencies,
+        normal / most,
+        (chain.mass @ normal) * most,
+        shares,
+        damped / (2.0 * frequencies),
+    )

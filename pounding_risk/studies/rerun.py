@@ -1,0 +1,157 @@
+"""A results file made again from what it carries, and held against itself, value by value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from pounding_risk._common.progress import Progress
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.ensemble import motions_of
+from pounding_risk.results.files import open_results, told, versions
+from pounding_risk.results.layout import AXES
+from pounding_risk.results.provenance import check_records, recorded
+
+
+class Difference(NamedTuple):
+    """How a variable or coordinate of the second run differs from that of the first."""
+
+    name: str
+    cases: int  # in which a value differs
+    of: int  # cases in all; values, of what does not depend on cases
+    absolute: float  # largest difference, in the variable's unit; NaN where no two numbers can be compared
+    relative: float  # the largest one over the first value
+    words: str = ""  # where shape or kind differ
+
+
+class Rerun(NamedTuple):
+    """A study run again, beside its results."""
+
+    dataset: xr.Dataset  # of the second run
+    compared: int  # variables and coordinates of the results
+    differences: tuple[Difference, ...]
+    missing: tuple[str, ...]  # variables and coordinates that the second run does not have
+    new: tuple[str, ...]  # and those that only it has
+    versions: dict[str, tuple[str, str]]  # of what computed, where it was another: (was, is)
+    notes: tuple[str, ...]  # what else is not as it was, a sentence each
+
+    @property
+    def same(self) -> bool:
+        """True where every variable and coordinate is the same to the last bit, and none is missing or new."""
+        return not (self.differences or self.missing or self.new)
+
+
+def rerun(
+    results: str | Path,
+    out: str | Path | None = None,
+    *,
+    folder: str | Path | None = None,
+    workers: int | None = None,
+    new: bool = False,
+    progress: Progress | None = None,
+) -> Rerun:
+    """Run what the results file of a scan was made from again, and compare every variable and coordinate.
+
+    Scene, options and command are those that the file carries. Record files that its scene names relative to itself
+    are looked for in ``folder``; without one in the folder of the scene file, then beside the results. ``out`` is
+    where the new dataset goes, in place of other results only with ``new``; ``workers`` is how many threads there are,
+    ``progress`` is called with (cases done, cases in all).
+
+    Raises as `recorded_scene.recorded` and `recorded_scene.check_records`, before any run, and as `scan`.
+    """
+    path = Path(results)
+    if out is not None and Path(out).resolve() == path.resolve():
+        raise PoundingError(f"{out}: is the results file itself, which stays as it is; write to another name")
+    with open_results(path, lazy=True) as before:
+        asked = recorded(before, path, folder)
+        notes = check_records(before, motions_of(asked.study))
+        after = scan(
+            asked.study,
+            out,
+            screening=asked.screening,
+            check_fraction=asked.check_fraction,
+            workers=workers,
+            new=new,
+            progress=progress,
+            command=str(before.attrs.get("command", "")),
+        )
+        return compared(before, after, notes)
+
+
+def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
+    """Two datasets of one study held against each other."""
+    if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
+        notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
+    first, second = set(before.variables), set(after.variables)
+    found = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
+    return Rerun(
+        after,
+        len(first),
+        tuple(each for each in found if each is not None),
+        tuple(sorted(map(str, first - second))),
+        tuple(sorted(map(str, second - first))),
+        _changed_versions(before),
+        tuple(notes),
+    )
+
+
+def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
+    was: Any = told(before, "versions", {})
+    if not isinstance(was, Mapping):
+        raise PoundingError(
+            'the attribute "versions" of the results holds no table: the file was changed since; run its scene with '
+            "scan"
+        )
+    now = versions()
+    names = dict.fromkeys((*was, *now))
+    pairs = {name: (str(was.get(name, "not told")), now.get(name, "not asked")) for name in names}
+    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
+
+
+def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Difference | None:
+    """How two arrays differ; None where they are the same to the last bit."""
+    one, other = before.values, after.values
+    shapes = [f"({', '.join(map(str, each.dims))}) of {each.shape}" for each in (before, after)]
+    if shapes[0] != shapes[1]:
+        return Difference(name, one.size, one.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
+    numbers = [values.dtype.kind in "biuf" for values in (one, other)]
+    if numbers[0] != numbers[1]:
+        return Difference(name, one.size, one.size, np.nan, np.nan, f"{other.dtype}, was {one.dtype}")
+    if not numbers[0]:
+        apart = one.astype(str) != other.astype(str)
+        return Difference(name, *_counted(before, apart), np.nan, np.nan) if apart.any() else None
+    words = "" if one.dtype == other.dtype else f"{other.dtype}, was {one.dtype}"
+    apart = ~_same_bits(one.astype(np.float64), other.astype(np.float64))
+    if not apart.any() and not words:
+        return None
+    return Difference(name, *_counted(before, apart), *_sizes(one[apart], other[apart]), words)
+
+
+def _same_bits(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Where two arrays hold the same number; NaN is NaN, and 0 is not −0."""
+    return np.where(np.isnan(one), np.isnan(other), (one == other) & (np.signbit(one) == np.signbit(other)))
+
+
+def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
+    """Cases in which a value is apart and cases in all; values, where the array does not depend on cases."""
+    inner = tuple(place for place, dim in enumerate(array.dims) if dim not in AXES)
+    if len(inner) == len(array.dims):
+        return int(apart.sum()), apart.size
+    cases = apart.any(axis=inner)
+    return int(cases.sum()), cases.size
+
+
+def _sizes(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """The largest difference and the largest relative to the first; NaN where none is a number."""
+    one, other = one.astype(np.float64), other.astype(np.float64)
+    known = np.isfinite(one) & np.isfinite(other)
+    if not known.any():
+        return np.nan, np.nan
+    away, size = np.abs(other[known] - one[known]), np.abs(one[known])
+    relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
+    return float(away.max()), float(relative.max())

@@ -1,0 +1,181 @@
+"""Hard cases that hold to the last bit: symmetries, scaling by powers of two, and what is known without a run."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from pounding_risk.results.pair_variables import COLUMNS
+from pounding_risk.solver.counters import STEPS
+from pounding_risk.solver.pair.api import free_response, oscillators
+from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, largest_difference, shaking
+
+UNCHANGED = ("count", "status", "steps", "residual", "held", "demand", "exceedance")
+YIELDING = 1.5e6  # N
+
+
+def mirror(trial: Trial) -> float:
+    """The pair seen from behind: buildings swapped, the ground reversed."""
+    scene = Scene(gap=0.005, yield_force=YIELDING)
+    one = trial.solve(scene)
+    other = trial.solve(scene._replace(left=STIFF, right=SOFT, ground=-scene.ground))
+    swapped = {"left": "right", "right": "left"}
+    back = {}
+    for name, value in other.items():
+        stem, _, side = name.rpartition("_")
+        back[f"{stem}_{swapped[side]}" if side in swapped else name] = value
+    return largest_difference(one, back)
+
+
+def scaled(found: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
+    """Outputs times the factor of the first key that stands in their name; what only counts stays as it is."""
+    wanted = {}
+    for name, value in found.items():
+        factor = next((size for part, size in factors.items() if part in name), 1.0)
+        wanted[name] = value if name.endswith(UNCHANGED) else factor * value
+    return wanted
+
+
+def factors(*, length: float = 1.0, time: float = 1.0, force: float = 1.0) -> dict[str, float]:
+    """Factors of all outputs, by a part of their names; the first that fits counts."""
+    return {
+        "acceleration": length / time**2,
+        "speed": length / time,
+        "_time": time,
+        "impulse": force * time,
+        "energy": force * length,
+        "force": force,
+        "shear": force,
+        "displacement": length,
+        "penetration": length,
+        "peak_closing": length,
+        "peak_opening": length,
+    }
+
+
+def masses(trial: Trial, factor: float) -> float:
+    """m, k, β and F_E times a power of two: the same motion, forces times it."""
+    scene = Scene(gap=0.005, yield_force=YIELDING)
+    heavy = Scene(
+        SOFT._replace(mass=factor * SOFT.mass),
+        STIFF._replace(mass=factor * STIFF.mass),
+        scene.gap,
+        factor * scene.hertz,
+        factor * scene.linear,
+        yield_force=factor * YIELDING,
+    )
+    return largest_difference(scaled(trial.solve(scene), factors(force=factor)), trial.solve(heavy))
+
+
+def four_times_the_mass(trial: Trial) -> float:
+    """Factor 4."""
+    return masses(trial, 4.0)
+
+
+def strange_units(trial: Trial) -> float:
+    """Factor 2^200, as no unit of mass will ever have it."""
+    return masses(trial, 2.0**200)
+
+
+def amplitude(trial: Trial) -> float:
+    """a_g, gap and F_E times 16, β a quarter (16^1.5 = 64), k as it is: displacements times 16.
+
+    16 and not 4: the fourth root of a penetration, in Jankowski's dashpot, then doubles.
+    """
+    scene = Scene(gap=0.005, yield_force=YIELDING)
+    more = scene._replace(
+        gap=16.0 * scene.gap,
+        hertz=0.25 * scene.hertz,
+        yield_force=16.0 * YIELDING,
+        ground=16.0 * scene.ground,
+    )
+    return largest_difference(scaled(trial.solve(scene), factors(length=16.0, force=16.0)), trial.solve(more))
+
+
+def slowed(trial: Trial) -> tuple[dict[str, float], dict[str, float]]:
+    """Time times 16: periods and dt; a_g, k, β and F_E divided by 256. What must come out, and what does."""
+    scene = Scene(gap=0.005, yield_force=YIELDING)
+    slow = Scene(
+        SOFT._replace(period=16.0 * SOFT.period),
+        STIFF._replace(period=16.0 * STIFF.period),
+        scene.gap,
+        scene.hertz / 256.0,
+        scene.linear / 256.0,
+        yield_force=YIELDING / 256.0,
+        ground=scene.ground / 256.0,
+        dt=16.0 * scene.dt,
+    )
+    return scaled(trial.solve(scene), factors(time=16.0, force=1.0 / 256.0)), trial.solve(slow)
+
+
+def slow_motion(trial: Trial) -> float:
+    """The same displacements, the same everything."""
+    return largest_difference(*slowed(trial))
+
+
+def slow_motion_of_hertz(trial: Trial) -> float:
+    """The same for laws in δ^1.5, whose error control takes its scale of depth from a search good to a tenth: peaks."""
+    wanted, found = slowed(trial)
+    peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count", "contact_time")
+    return largest_difference(found, wanted, only=peaks)
+
+
+def free_motion_scales(trial: Trial) -> float:
+    """a_g times 2^40 and 2^−40 without contact: every displacement times it."""
+    scene = Scene(gap=inf)
+    one = trial.solve(scene)
+    worst = 0.0
+    for factor in (2.0**40, 2.0**-40):
+        more = trial.solve(scene._replace(ground=factor * scene.ground))
+        worst = max(worst, largest_difference(scaled(one, factors(length=factor, force=factor)), more))
+    return worst
+
+
+def quiet_before(trial: Trial) -> float:
+    """48 zeros before a record that starts at zero: the free motion is that of the record, later."""
+    pair, ground = oscillators(SOFT, STIFF), shaking(4.0)
+    one = free_response(pair, ground, 0.01).states
+    later = free_response(pair, np.append(np.zeros(48), ground), 0.01).states
+    return float(np.abs(later[48:] - one).max() + np.abs(later[:48]).max())
+
+
+def quiet_before_contact(trial: Trial) -> float:
+    """The same with contact, whose clock rounds otherwise at another time: difference of the peaks."""
+    scene = Scene(gap=0.005, yield_force=YIELDING)
+    one = trial.solve(scene)
+    later = trial.solve(scene._replace(ground=np.append(np.zeros(48), scene.ground)))
+    peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count")
+    return largest_difference(one, later, only=peaks)
+
+
+def infinite_gap(trial: Trial) -> float:
+    """gap = inf, and a gap that the free motion does not close: any difference."""
+    return largest_difference(trial.solve(Scene(gap=inf)), trial.solve(Scene(gap=10.0)))
+
+
+def same_again(trial: Trial) -> float:
+    """The same run twice."""
+    return largest_difference(trial.solve(Scene()), trial.solve(Scene()))
+
+
+def pruned(trial: Trial) -> float:
+    """Seven gaps and four yield forces with screening and without: columns that differ; inf where nothing was saved."""
+    pair = oscillators(SOFT, STIFF)
+    free = free_response(pair, shaking(4.0), 0.01)
+    closing = float(free.high[:, 0].max())
+    gaps = np.append(np.linspace(0.0, 0.9 * closing, 5), [closing, 2.0 * closing])
+    forces = np.array([1e5, 1.5e6, 1e9, inf])
+    answers, runs = [], []
+    for screening in (True, False):
+        out = np.zeros((len(gaps), len(forces), COLUMNS))
+        how = np.zeros((len(gaps), len(forces)), dtype=np.int8)
+        grid = (gaps, forces, Scene().restitution)
+        sweep(pair, free, trial.law(Scene()), grid, trial.rtol, screening, make_desk(), out, how)
+        trial.steps += int(out[..., STEPS].sum())
+        answers.append(np.delete(out, STEPS, axis=-1))
+        runs.append(int(how.sum()))
+    same = (answers[0] == answers[1]) | (np.isnan(answers[0]) & np.isnan(answers[1]))
+    return inf if runs[0] >= runs[1] else float(np.count_nonzero(~same))

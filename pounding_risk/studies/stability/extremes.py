@@ -1,0 +1,174 @@
+"""Hard cases of extreme numbers: masses, periods, stiffness, amplitude, damping, and long records."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import inf, isnan, pi, sqrt
+
+import numpy as np
+
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.results.pair_variables import run_outputs
+from pounding_risk.solver.counters import NOT_FINITE, STATUS, STEPS
+from pounding_risk.solver.pair.api import free_response, oscillators, run
+from pounding_risk.solver.pair.flight import Free
+from pounding_risk.studies.stability.trial import (
+    FRAME,
+    SOFT,
+    STIFF,
+    WALL,
+    Ground,
+    Scene,
+    Trial,
+    largest_difference,
+    shaking,
+)
+from pounding_risk.units import STANDARD_GRAVITY
+
+
+def light_left(trial: Trial) -> float:
+    """1 t beside 1,000,000 t."""
+    return trial.unsound(trial.solve(Scene(SOFT._replace(mass=1e3), STIFF._replace(mass=1e9))))
+
+
+def light_right(trial: Trial) -> float:
+    """1,000,000 t beside 1 t."""
+    return trial.unsound(trial.solve(Scene(SOFT._replace(mass=1e9), STIFF._replace(mass=1e3))))
+
+
+def short_beside_long(trial: Trial) -> float:
+    """T = 0.005 s beside T = 3 s."""
+    return trial.unsound(
+        trial.solve(Scene(SOFT._replace(period=3.0), STIFF._replace(period=0.005), hertz=1e11, linear=1e9))
+    )
+
+
+def nearly_rigid(trial: Trial) -> float:
+    """A neighbour of T = 0.005 s and of a thousand times the mass, against one that moves with the ground."""
+    peaks = ("peak_opening", "peak_closing", "peak_displacement_left", "peak_contact_force")
+    scene = Scene(gap=0.01)
+    rigid = trial.solve(scene._replace(right=WALL))
+    stiff = trial.solve(scene._replace(right=Building("stiff", 1e3 * SOFT.mass, 0.005, 0.05)))
+    return largest_difference(stiff, rigid, only=peaks)
+
+
+def cushion(trial: Trial) -> float:
+    """β = 1e6, k = 1e5: contacts that last longer than the stiffer building's period; energy."""
+    found = trial.solve(Scene(right=STIFF._replace(period=0.1), hertz=1e6, linear=1e5))
+    mean = found["contact_time"] / found["impact_count"]
+    return trial.unsound(found) if mean > 0.1 else inf
+
+
+def steel_on_steel(trial: Trial) -> float:
+    """β = 1e13, k = 1e11."""
+    return trial.unsound(trial.solve(Scene(hertz=1e13, linear=1e11)))
+
+
+def unit_error(trial: Trial) -> float:
+    """100 g."""
+    return trial.unsound(trial.solve(Scene(ground=shaking(100.0 * STANDARD_GRAVITY))))
+
+
+def other_unit_error(trial: Trial) -> float:
+    """A millionth of a millionth of g: relative speeds of 1e-12 m/s."""
+    return trial.unsound(trial.solve(Scene(ground=shaking(1e-12 * STANDARD_GRAVITY))))
+
+
+def not_finite(trial: Trial) -> float:
+    """A NaN in a_g, at sample 250: outputs that are numbers all the same, and runs that say nothing of it."""
+    ground = shaking(4.0).copy()
+    ground[250] = np.nan
+    found = trial.solve(Scene(ground=ground), NOT_FINITE)
+    said = ("status", "steps")
+    return float(sum(not isnan(value) and value != -1.0 for name, value in found.items() if name not in said))
+
+
+def two_samples(trial: Trial) -> float:
+    """The shortest record: one ramp of 0.01 s from rest. u of each building against −∫∫ a_g, at T ≫ dt."""
+    scene = Scene(SOFT._replace(damping=0.0), STIFF._replace(damping=0.0), inf, ground=np.array([0.0, 6.0]))
+    found = trial.solve(scene)
+    worst = 0.0
+    for side, building in (("left", scene.left), ("right", scene.right)):
+        omega = 2.0 * pi / building.period
+        exact = 600.0 * ramp_response(omega, 0.0, np.array([0.01]))[0]
+        worst = max(worst, abs(found[f"peak_displacement_{side}"] / exact - 1.0))
+    return worst
+
+
+def ramp_response(omega: float, damping: float, time: Ground) -> Ground:
+    """−u of an oscillator from rest under a_g = t: (t − 2ζ/ω)/ω² + e^(−ζωt) (2ζ/ω cos ω_d t + … sin ω_d t)/ω²."""
+    wave = omega * sqrt(1.0 - damping * damping)
+    fade = np.exp(-damping * omega * time)
+    late = 2.0 * damping / omega
+    # u(0) = u̇(0) = 0 fix both amplitudes of the free vibration.
+    sine = (damping * omega * late - 1.0) / wave
+    found = (time - late + fade * (late * np.cos(wave * time) + sine * np.sin(wave * time))) / omega**2
+    return np.asarray(found)
+
+
+def superposed(building: Building, ground: Ground, dt: float) -> Ground:
+    """u at the samples as a sum of ramp responses, one for each change of the slope of a_g; no stepping."""
+    slopes = np.diff(ground) / dt
+    changes = np.concatenate([slopes[:1], np.diff(slopes)])
+    time = dt * np.arange(len(ground), dtype=np.float64)
+    response = ramp_response(2.0 * pi / building.period, building.damping, time)
+    return np.asarray(-np.convolve(changes, response)[: len(ground)])
+
+
+def free_motion(trial: Trial, building: Building, ground: Ground, dt: float) -> float:
+    """The response without contact at the samples, against the sum of ramp responses."""
+    pair = oscillators(building, WALL)
+    free = free_response(pair, ground, dt)
+    parts = (len(free.ground) - 1) // (len(ground) - 1)
+    exact = superposed(building, ground, dt)
+    return float(np.abs(free.states[::parts, 0] - exact).max() / np.abs(exact).max())
+
+
+def resonance(trial: Trial) -> float:
+    """No damping, 30 s of a sine in the building's own period."""
+    time = np.arange(3001) * 0.01
+    return free_motion(trial, Building("undamped", 1e5, 0.5, 0.0), np.sin(2.0 * pi * time / 0.5), 0.01)
+
+
+def nearly_critical(trial: Trial) -> float:
+    """ζ = 0.99."""
+    return free_motion(trial, FRAME._replace(damping=0.99), shaking(4.0), 0.01)
+
+
+def nearly_critical_pair(trial: Trial) -> float:
+    """Both buildings with ζ = 0.99, and contact."""
+    return trial.unsound(trial.solve(Scene(SOFT._replace(damping=0.99), STIFF._replace(damping=0.99))))
+
+
+def undamped_pair(trial: Trial) -> float:
+    """Neither building damped."""
+    return trial.unsound(trial.solve(Scene(SOFT._replace(damping=0.0), STIFF._replace(damping=0.0), gap=0.005)))
+
+
+@lru_cache(maxsize=2)
+def minutes(count: int) -> tuple[Scene, Free]:
+    """So many minutes, each with 5 s of the same shaking at its start and then quiet, and their free response."""
+    dt = 0.005
+    one = np.zeros(round(60.0 / dt))
+    burst = shaking(4.0, dt)
+    one[: len(burst)] = burst
+    scene = Scene(gap=0.005, ground=np.append(np.tile(one, count), 0.0), dt=dt)
+    return scene, free_response(oscillators(scene.left, scene.right), scene.ground, dt)
+
+
+def one_hour(trial: Trial) -> float:
+    """720,000 samples: sixty minutes alike, against one of them. All counts sixtyfold, every peak the same.
+
+    A minute's motion has fallen by 1e-15 when the next one shakes.
+    """
+    found = []
+    for count in (1, 60):
+        scene, free = minutes(count)
+        raw = run(oscillators(scene.left, scene.right), free, trial.interface(scene), trial.rtol)
+        trial.steps += int(raw[STEPS])
+        trial.status = trial.status or int(raw[STATUS])
+        found.append({name: float(value) for name, value in run_outputs(raw, scene.yield_force).items()})
+    many = ("impact_count", "contact_time", "impulse")
+    same = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "peak_approach_speed")
+    sixty = {name: 60.0 * found[0][name] if name in many else found[0][name] for name in (*many, *same)}
+    return largest_difference(sixty, found[1], only=(*many, *same))

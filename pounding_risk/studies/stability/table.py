@@ -1,0 +1,348 @@
+"""The table of hard cases: for each its scene in words, what must hold, the figure that measures it, and its bound."""
+
+from __future__ import annotations
+
+from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.laws import LAWS, SHIPPED
+from pounding_risk.studies.stability import exact, extremes, limits, rest, touches
+from pounding_risk.studies.stability.case import Bound, Case
+from pounding_risk.studies.stability.trial import Trial
+
+ALL = SHIPPED
+EVERY = (*ALL, *INSTANT_LAWS)  # those whose velocities jump too
+CAPPED = tuple(name for name in SHIPPED if LAWS[name].capped)  # type: ignore[attr-defined]
+DAMPED = tuple(name for name in SHIPPED if LAWS[name].needs_restitution)  # type: ignore[attr-defined]
+LINEAR = tuple(name for name in ALL if Trial(name, 1e-6).is_linear)
+HERTZ = tuple(name for name in ALL if name not in LINEAR)
+# A law that remembers its path rests where the path leaves it, and its corners are stepped over, not landed on.
+PATH = tuple(name for name in SHIPPED if remembers(LAWS[name]))
+POTENTIAL = tuple(name for name in ALL if name not in PATH)
+
+BITS = Bound(0.0, 0.0, "exact: to the last bit")
+LEDGER = Bound(1e-11, 10.0, "two hundred steps of 0.05 rtol each, should all err alike; rounding")
+REST, TOUCH, LIMIT, EXTREME, EXACT = "rest", "touches", "limits of a law", "extreme numbers", "exact"
+
+ENERGY = "energy closes, nothing pulls, all is finite"
+
+CASES: tuple[Case, ...] = (
+    Case("1", REST, "no gap, at rest, still ground", "every output is 0", rest.still_ground_closed_gap, BITS, EVERY),
+    Case("2", REST, "no gap, two equal buildings, shaken", "no relative motion, no contact", rest.twins, BITS, EVERY),
+    Case("3", REST, "no gap, different buildings, shaken", ENERGY, rest.different_buildings, LEDGER, EVERY),
+    Case(
+        "5",
+        REST,
+        "pressed together by a lasting push",
+        "comes to rest on the static solution",
+        rest.resting,
+        Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance"),
+        POTENTIAL,
+    ),
+    Case(
+        "5b",
+        REST,
+        "pressed together by a lasting push, a law with a path",
+        "rests in balance, with a force of its loop",
+        rest.resting_in_balance,
+        Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance"),
+        PATH,
+    ),
+    Case(
+        "6",
+        REST,
+        "a push that needs three times F_E",
+        "rests with F = F_E on the static solution",
+        rest.pushed_past_yielding,
+        Bound(1e-12, 0.0, "rounding, as in case 5"),
+        CAPPED,
+    ),
+    Case("7", REST, "a push taken back slowly", "parts once", rest.released, BITS, EVERY),
+    Case(
+        "18",
+        REST,
+        "shaken on the plateau, approach and retreat in turn",
+        "F = F_E throughout; energy closes",
+        rest.shaken_on_the_plateau,
+        LEDGER,
+        CAPPED,
+    ),
+    Case("25", REST, "pressed together, e = 0.05", "one contact, which does not end", rest.never_parting, BITS, DAMPED),
+    Case(
+        "26",
+        REST,
+        "bounces that shrink, e = 0.9, under a push",
+        "comes to rest on the static solution",
+        rest.chattering,
+        Bound(1e-9, 1.0, "the vibration falls by 1e-11 in the 20 s; at rest each step renews its error"),
+        POTENTIAL,
+    ),
+    Case("36", REST, "a gap, at rest, still ground", "every output is 0", rest.still_ground_open_gap, BITS, EVERY),
+    Case("46", REST, "a light building leans on a heavy one, shaken", ENERGY, rest.carried, LEDGER, EVERY),
+    Case(
+        "8a",
+        TOUCH,
+        "gap = closing of the free motion × (1 + 1e-12)",
+        "no contact; the free motion",
+        touches.just_not_touching,
+        BITS,
+        EVERY,
+    ),
+    Case(
+        "8b",
+        TOUCH,
+        "gap = closing of the free motion × (1 − 1e-6)",
+        "one contact; the same closing",
+        touches.just_touching,
+        Bound(touches.OVERLAP, 0.0, "the closing lies between the gap and that of the free motion"),
+        ALL,
+    ),
+    Case(
+        "9",
+        TOUCH,
+        "several contacts of a vibration within one sample",
+        "same count and peaks when sampled finer",
+        touches.two_touches_in_one_sample,
+        Bound(1e-11, 10.0, "as for the energy: two hundred steps, should all err alike"),
+        ALL,
+    ),
+    Case(
+        "27",
+        TOUCH,
+        "several bounces within one sample",
+        "same count and peaks when sampled finer",
+        touches.bounces_in_one_sample,
+        Bound(1e-11, 10.0, "as in case 9"),
+        ALL,
+    ),
+    Case(
+        "13",
+        TOUCH,
+        "e(v) of concrete, record cut after one contact",
+        "as with the e of its touch",
+        touches.restitution_is_that_of_the_touch,
+        BITS,
+        EVERY,
+    ),
+    Case("47", TOUCH, "a record cut short", "the longer one takes no peak back", touches.further_record, BITS, EVERY),
+    Case(
+        "10",
+        LIMIT,
+        "e = 1, two equal masses",
+        "no speed is lost; velocities are exchanged",
+        limits.full_restitution,
+        Bound(1e-11, 1.0, "one contact at the tolerance; rounding"),
+        ALL,
+    ),
+    Case(
+        "11",
+        LIMIT,
+        "e = 0.01, isolated impact",
+        "the law's closed form of e",
+        limits.hardly_any_restitution,
+        Bound(1e-10, 1.0, "ten digits are given; one contact at the tolerance"),
+        ALL,
+    ),
+    Case(
+        "12a",
+        LIMIT,
+        "concrete at 5, 7.2 and 20 m/s",
+        "e held at the end of its fit",
+        limits.same_at_any_speed,
+        Bound(1e-11, 1.0, "e depends on ξ alone; one contact at the tolerance"),
+        ALL,
+    ),
+    Case("12b", LIMIT, "a run past 7.1 m/s", ENERGY + ", e is held", limits.faster_than_the_fit, LEDGER, EVERY),
+    Case(
+        "14",
+        LIMIT,
+        "F_E = 1e-9 N",
+        "the motion without contact",
+        limits.no_yield_force,
+        Bound(1e-11, 10.0, "the free motion, integrated while in contact; as for the energy"),
+        CAPPED,
+    ),
+    Case(
+        "15",
+        LIMIT,
+        "F_E = a thousandth of the peak force",
+        "rebounds all but elastically",
+        limits.low_yield_force,
+        Bound(1e-5, 1.0, "the loss falls as the yield force to the power 1.8: 0.009 at a tenth"),
+        CAPPED,
+    ),
+    Case("16", LIMIT, "F_E above the largest force", "the law without a cap", limits.high_yield_force, BITS, CAPPED),
+    Case(
+        "17",
+        LIMIT,
+        "F_E just below the largest force, and far",
+        "the largest force is F_E",
+        limits.yield_force_just_reached,
+        BITS,
+        CAPPED,
+    ),
+    Case(
+        "19a",
+        LIMIT,
+        "two free masses, 1 : 1e6",
+        "momentum",
+        limits.light_striker,
+        Bound(1e-12, 0.0, "rounding of some tens of steps; both masses are moved by the same force"),
+        EVERY,
+    ),
+    Case(
+        "19b",
+        LIMIT,
+        "two free masses, 1e6 : 1",
+        "momentum",
+        limits.heavy_striker,
+        Bound(1e-12, 0.0, "as in case 19a"),
+        EVERY,
+    ),
+    Case(
+        "19c",
+        LIMIT,
+        "a mass struck by a millionth of it",
+        "gains at most 2 m/M v; e as against a wall",
+        limits.heavy_side_hardly_moves,
+        Bound(1e-11, 1.0, "e depends on no mass; two contacts at the tolerance"),
+        ALL,
+    ),
+    Case(
+        "22b",
+        LIMIT,
+        "free impact, β up to 1e13",
+        "peak force ~ β^(2/5), k^(1/2)",
+        limits.force_of_stiffness,
+        Bound(1e-11, 1.0, "two contacts at the tolerance; rounding"),
+        POTENTIAL,
+    ),
+    Case(
+        "22c",
+        LIMIT,
+        "free impact, β up to 1e13, a law with corners",
+        "peak force ~ β^(2/5)",
+        limits.force_of_stiffness,
+        Bound(1e-11, 30.0, "two contacts, whose corners the steps pass over; rounding"),
+        PATH,
+    ),
+    Case(
+        "23",
+        LIMIT,
+        "one impact on a wall, β = 1e13, k = 1e12",
+        "the stereomechanical rebound",
+        limits.stiff_limit,
+        Bound(0.01, 1.0, "the contact lasts 3e-3 of the period, in which the spring acts too"),
+        ALL,
+    ),
+    Case(
+        "24",
+        LIMIT,
+        "e = 0.01: dashpot of sixty times the critical",
+        "F rises and falls once; no pull",
+        limits.overdamped,
+        BITS,
+        ALL,
+    ),
+    Case("19d", EXTREME, "1 t beside 1e6 t", ENERGY, extremes.light_left, LEDGER, EVERY),
+    Case("19e", EXTREME, "1e6 t beside 1 t", ENERGY, extremes.light_right, LEDGER, EVERY),
+    Case(
+        "20a",
+        EXTREME,
+        "neighbour of T = 0.005 s, a thousand times the mass",
+        "as a rigid one",
+        extremes.nearly_rigid,
+        Bound(1e-3, 10.0, "(0.005 s / 0.5 s)² = 1e-4, and contacts as long as its period"),
+        ALL,
+    ),
+    Case("20b", EXTREME, "T = 0.005 s beside 3 s", ENERGY, extremes.short_beside_long, LEDGER, EVERY),
+    Case("21", EXTREME, "β = 1e6, k = 1e5: contacts longer than a period", ENERGY, extremes.cushion, LEDGER, ALL),
+    Case("22a", EXTREME, "β = 1e13, k = 1e11", ENERGY, extremes.steel_on_steel, LEDGER, ALL),
+    Case("32", EXTREME, "NaN in a_g", "a status says so, and no output is a number", extremes.not_finite, BITS, EVERY),
+    Case(
+        "35",
+        EXTREME,
+        "a record of two samples",
+        "closed form of the displacements",
+        extremes.two_samples,
+        Bound(1e-11, 0.0, "rounding of a difference of sines"),
+        ("jankowski",),
+    ),
+    Case("37a", EXTREME, "100 g", ENERGY, extremes.unit_error, LEDGER, EVERY),
+    Case("37b", EXTREME, "1e-12 g", ENERGY, extremes.other_unit_error, LEDGER, EVERY),
+    Case(
+        "39",
+        EXTREME,
+        "one hour, 720,000 samples: sixty like minutes",
+        "sixty times the counts, the same peaks",
+        extremes.one_hour,
+        Bound(1e-10, 1e-3, "the clock of an hour rounds to 5e-13 s, contacts last 1e-2 s; so do the steps"),
+        ALL,
+    ),
+    Case(
+        "40",
+        EXTREME,
+        "no damping, 30 s of resonance",
+        "superposed ramp responses",
+        extremes.resonance,
+        Bound(1e-11, 0.0, "rounding of 3,000 samples"),
+        ("jankowski",),
+    ),
+    Case("40b", EXTREME, "two undamped buildings, shaken", ENERGY, extremes.undamped_pair, LEDGER, EVERY),
+    Case(
+        "42a",
+        EXTREME,
+        "ζ = 0.99, free motion",
+        "superposed ramp responses",
+        extremes.nearly_critical,
+        Bound(1e-11, 0.0, "rounding, and cancellation by 1/sqrt(1 − ζ²) = 7"),
+        ("jankowski",),
+    ),
+    Case("42b", EXTREME, "ζ = 0.99, shaken", ENERGY, extremes.nearly_critical_pair, LEDGER, EVERY),
+    Case("31", EXACT, "seen from behind: −a_g, left for right", "the same run", exact.mirror, BITS, EVERY),
+    Case("37c", EXACT, "a_g × 2^40, × 2^−40, no contact", "displacements × it", exact.free_motion_scales, BITS, EVERY),
+    Case(
+        "38a",
+        EXACT,
+        "48 zeros before the record, no contact",
+        "the same motion, later",
+        exact.quiet_before,
+        BITS,
+        ("jankowski",),
+    ),
+    Case(
+        "38b",
+        EXACT,
+        "48 zeros before the record",
+        "the same peaks",
+        exact.quiet_before_contact,
+        Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps"),
+        EVERY,
+    ),
+    Case(
+        "41a", EXACT, "masses, stiffnesses, F_E × 4", "same motion, forces × 4", exact.four_times_the_mass, BITS, EVERY
+    ),
+    Case("41b", EXACT, "the same × 2^200", "same motion, forces × it", exact.strange_units, BITS, EVERY),
+    Case("41c", EXACT, "a_g, gap, F_E × 16, β / 4", "displacements × 16", exact.amplitude, BITS, POTENTIAL),
+    Case("41d", EXACT, "time × 16, k and F_E / 256", "the same displacements", exact.slow_motion, BITS, LINEAR),
+    Case(
+        "41e",
+        EXACT,
+        "time × 16, β and F_E / 256",
+        "the same peaks",
+        exact.slow_motion_of_hertz,
+        Bound(
+            1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"
+        ),
+        HERTZ,
+    ),
+    Case("43", EXACT, "gap = inf", "a gap of 10 m", exact.infinite_gap, BITS, EVERY),
+    Case("45", EXACT, "7 gaps × 4 yield forces, screened", "every case run by itself", exact.pruned, BITS, EVERY),
+    Case("48", EXACT, "the same run twice", "the same run", exact.same_again, BITS, EVERY),
+)
+
+# Numbers that wait for rows of three and more buildings.
+LATER = {
+    "28": "three in a row, both contacts at once: the middle stays still",
+    "29": "three in a row, a very light middle: energy never rises",
+    "30": "a row with all gaps huge: each building as if it stood alone",
+}

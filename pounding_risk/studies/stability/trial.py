@@ -1,0 +1,169 @@
+"""What the hard cases are made of: scenes, ground motions, and a trial of one law at one tolerance."""
+
+from __future__ import annotations
+
+from math import inf, isfinite, isnan
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, needs_floors
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.solver.counters import COMPLETE, make_log
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
+from pounding_risk.studies.impact import Impact, impact
+
+Ground = NDArray[np.float64]
+
+# Laws whose published form may pull: Kelvin-Voigt before every parting, the Hertz-damp family where two driven
+# buildings part faster than they met.
+PULLING = ("kelvin_voigt", "hertz_damp", "hertz_damp_exact")
+# A law that cannot pull is evaluated up to 1e-8 of a step past its turn from approach to restitution, where a dashpot
+# gives so much of the peak force; what is larger is a pull.
+NO_PULL = 1e-8
+STEPS_KEPT = 200_000
+
+# With floors, of which the harder is the shorter: a force in steps, for models that collide them.
+SOFT = Building("left", 500e3, 0.5, 0.05, 27.0)
+STIFF = Building("right", 800e3, 0.31, 0.05, 12.0)
+FRAME, MASONRY = Building("frame", 44.36e3, 0.208, 0.05), Building("masonry", 82.6e3, 0.007, 0.05)
+USUAL_FLOOR = 20.0  # m
+WALL = Building.rigid("wall")
+
+
+def shaking(peak: float, dt: float = 0.01, duration: float = 5.0) -> Ground:
+    """Five sines under a half sine: a_g [m/s²] that starts and ends at zero, with this largest value."""
+    t = np.arange(round(duration / dt) + 1) * dt
+    rates, phases = (0.7, 1.3, 2.9, 4.7, 7.9), (0.3, 2.1, 4.4, 1.2, 5.6)  # Hz, rad: no common period
+    waves = sum(np.sin(2.0 * np.pi * rate * t + phase) for rate, phase in zip(rates, phases, strict=True))
+    a = waves * np.sin(np.pi * t / t[-1])
+    a[0] = a[-1] = 0.0
+    return np.asarray(a * (peak / np.abs(a).max()))
+
+
+def push(level: float, rise: float, hold: float, dt: float = 0.01, release: float = 0.0) -> Ground:
+    """a_g that rises smoothly from 0 to ``level``, stays, and falls to −``level`` over ``release`` [s] if asked to."""
+    up = 0.5 * level * (1.0 - np.cos(np.linspace(0.0, np.pi, round(rise / dt) + 1)))
+    parts = [up, np.full(round(hold / dt), level)]
+    if release > 0.0:
+        parts.append(level * np.cos(np.linspace(0.0, np.pi, round(release / dt) + 1)[1:]))
+    return np.concatenate(parts)
+
+
+class Scene(NamedTuple):
+    """A pair, its interface and its ground motion; a law takes the stiffness of its kind."""
+
+    left: Building = SOFT
+    right: Building = STIFF
+    gap: float = 0.0  # m
+    hertz: float = 2.75e9  # β, N/m^1.5
+    linear: float = 5e8  # k, N/m
+    restitution: Restitution = Restitution(0.65)
+    yield_force: float = inf  # N
+    ground: Ground = shaking(4.0)
+    dt: float = 0.01
+
+
+class History(NamedTuple):
+    """Contacts and steps of one run, as `tally.CONTACT_COLUMNS` and `tally.STEP_COLUMNS`."""
+
+    contacts: Ground
+    steps: Ground
+
+
+class Trial:
+    """One law at one tolerance: makes the runs of a case and keeps count of what they took.
+
+    ``status`` is that of the first run that did not complete; ``steps`` those of all runs. A case compares what
+    the runs return, which for a failed run is NaN, so that it cannot hold.
+    """
+
+    def __init__(self, name: str, rtol: float):
+        self.name, self.rtol, self.kind = name, rtol, CONTACT_MODELS[name]
+        self.status, self.steps = COMPLETE, 0
+
+    @property
+    def is_linear(self) -> bool:
+        """True for the laws whose stiffness is in N/m."""
+        return not is_instant(self.kind) and stiffness_quantity(self.kind).unit == "N/m"
+
+    def law(self, scene: Scene) -> Any:
+        """The law with the scene's stiffness or floors, where it takes them."""
+        if needs_floors(self.kind):
+            pair = (scene.left, scene.right)
+            kind: Any = self.kind
+            return kind.between(*(each._replace(floor_length=each.floor_length or USUAL_FLOOR) for each in pair))
+        if is_instant(self.kind):
+            return self.kind()
+        return self.kind(scene.linear if self.is_linear else scene.hertz)
+
+    def interface(self, scene: Scene) -> Interface:
+        """The scene's interface under this law."""
+        return Interface(scene.gap, self.law(scene), scene.restitution, scene.yield_force)
+
+    def solve(self, scene: Scene, expected: int = COMPLETE) -> dict[str, float]:
+        """Every output of one run; a status other than the one ``expected`` is kept."""
+        there = self.interface(scene)
+        found = solve(scene.left, scene.right, there, scene.ground, scene.dt, rtol=self.rtol)
+        self.steps += int(found["steps"])
+        if found["status"] != expected and self.status == COMPLETE:
+            self.status = int(found["status"])
+        return found
+
+    def follow(self, scene: Scene) -> History:
+        """The contacts and steps of one run."""
+        pair = oscillators(scene.left, scene.right)
+        log = make_log(STEPS_KEPT // 20, STEPS_KEPT, np.zeros(0))
+        run(pair, free_response(pair, scene.ground, scene.dt), self.interface(scene), self.rtol, log)
+        self.steps += int(log.used[1])
+        return History(log.contacts[: log.used[0]], log.steps[: log.used[1]])
+
+    def collide(self, scene: Scene, speed: float, mass: float, other: float = inf) -> Impact:
+        """One isolated impact of two free masses, at the trial's tolerance."""
+        found = impact(
+            self.law(scene),
+            speed,
+            mass,
+            other,
+            restitution=scene.restitution,
+            yield_force=scene.yield_force,
+            rtol=self.rtol,
+        )
+        self.steps += len(found.time)
+        return found
+
+    def unsound(self, found: dict[str, float]) -> float:
+        """The energy that a run with contact leaves unaccounted for, over its largest energy.
+
+        Infinite where the run broke what must hold to rounding: there was contact, no force pulls in a law that
+        does not, the capped force is at most F_E, no output is NaN or infinite.
+        """
+        # The force of a jump is not finite, unless floors collide: NaN has a meaning there.
+        forceless = is_instant(self.kind) and not needs_floors(self.kind)
+        peak = 0.0 if forceless else found["peak_contact_force"]
+        pulls = self.name not in PULLING and not found["lowest_contact_force"] >= -NO_PULL * peak
+        never = {"first_yield_time", "peak_storey_shear_left", "peak_storey_shear_right"}  # NaN has a meaning there
+        if forceless:
+            never |= {"peak_contact_force", "yield_demand"}
+        broken = any(not isfinite(value) for name, value in found.items() if name not in never)
+        return inf if pulls or broken or not found["impact_count"] > 0.0 else found["energy_residual"]
+
+
+def largest_difference(
+    one: dict[str, float], other: dict[str, float], only: tuple[str, ...] = (), but: tuple[str, ...] = ()
+) -> float:
+    """The largest difference of two runs' outputs over the larger of the two; 0 where all bits agree, NaN with NaN.
+
+    ``only`` names the outputs that count, all by default; ``but`` those that do not.
+    """
+    worst = 0.0
+    for name in set(only or one) - set(but):
+        a, b = one[name], other[name]
+        if a == b or (isnan(a) and isnan(b)):
+            continue
+        difference = abs(a - b) / max(abs(a), abs(b))
+        worst = max(worst, inf if isnan(difference) else difference)
+    return worst

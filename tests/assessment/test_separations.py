@@ -1,0 +1,495 @@
+"""Combinations against Lyapunov's equation and simulated noise, rules against hand sums, and rules beside motions."""
+
+from __future__ import annotations
+
+import json
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from figure_words import words_of
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import solve_continuous_lyapunov
+from scipy.signal import cont2discrete, lfilter
+from typer.testing import CliRunner
+
+from pounding_risk import cli
+from pounding_risk.assessment.separations.rules import ONE_GROUND, VERIFICATIONS
+from pounding_risk.assessment.separations.table import (
+    COMBINATIONS,
+    RULES,
+    Case,
+    Site,
+    abs_sum,
+    code_table,
+    cqc,
+    separations,
+    srss,
+    white_noise_correlation,
+)
+from pounding_risk.cli.separations import footnotes, separation_rows
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.separations import separations_figure
+from pounding_risk.figures.style import MEANING
+from pounding_risk.results.files import save
+
+PERIODS = st.floats(0.05, 5.0)
+DAMPINGS = st.floats(0.005, 0.5)
+LENGTHS = st.floats(0.0, 2.0)
+BUILDINGS = ("frame", "masonry")
+
+
+def covariance(periods: tuple[float, float], dampings: tuple[float, float]) -> np.ndarray:
+    """Of the displacements of two oscillators under white noise of unit intensity, by A P + P Aᵀ + b bᵀ = 0."""
+    system = np.zeros((4, 4))
+    for place, (period, damping) in enumerate(zip(periods, dampings, strict=True)):
+        omega = 2.0 * np.pi / period
+        system[2 * place : 2 * place + 2, 2 * place : 2 * place + 2] = [[0.0, 1.0], [-(omega**2), -2 * damping * omega]]
+    noise = np.outer([0.0, -1.0, 0.0, -1.0], [0.0, -1.0, 0.0, -1.0])
+    return solve_continuous_lyapunov(system, -noise)[::2, ::2]
+
+
+@given(st.tuples(PERIODS, PERIODS), st.tuples(DAMPINGS, DAMPINGS))
+def test_the_correlation_is_that_of_lyapunovs_equation(periods, dampings):
+    """In units of the left building's period; what is left is the solver's rounding."""
+    found = covariance((1.0, periods[1] / periods[0]), dampings)
+    expected = found[0, 1] / np.sqrt(found[0, 0] * found[1, 1])
+    assert white_noise_correlation(periods, dampings) == pytest.approx(expected, abs=1e-10)
+
+
+def test_the_correlation_of_simulated_noise():
+    """Unequal damping, where exchanging the two in the formula gives 0.154 for 0.178.
+
+    Noise held over steps of a fiftieth of the shorter period filters by 0.1 %. The error allowed is four of the
+    estimate's own, from 60 stretches that are longer than any memory of either oscillator.
+    """
+    periods, dampings, step = (1.0, 0.8), (0.02, 0.10), 0.016
+    noise = np.random.default_rng(20261121).normal(size=(60, 60_000)) / np.sqrt(step)
+    moved = []
+    for period, damping in zip(periods, dampings, strict=True):
+        omega = 2.0 * np.pi / period
+        above, below, _ = cont2discrete(([-1.0], [1.0, 2.0 * damping * omega, omega**2]), step)
+        moved.append(lfilter(above.ravel(), below, noise, axis=1)[:, 5000:])  # past the start from rest
+    variances = [np.mean(each**2) for each in moved]
+    products = np.mean(moved[0] * moved[1], axis=1) / np.sqrt(variances[0] * variances[1])
+    error = products.std(ddof=1) / np.sqrt(products.size)
+    assert error < 0.005, "too short to tell the formula from the one with the two exchanged"
+    assert white_noise_correlation(periods, dampings) == pytest.approx(products.mean(), abs=4.0 * error)
+
+    parting = np.mean((moved[0] - moved[1]) ** 2, axis=1)
+    error = parting.std(ddof=1) / np.sqrt(parting.size)
+    exact = covariance(periods, dampings)
+    deviations = (np.sqrt(exact[0, 0]), np.sqrt(exact[1, 1]))
+    assert error < 0.02 * parting.mean()
+    assert cqc(deviations, periods, dampings) ** 2 == pytest.approx(parting.mean(), abs=4.0 * error)
+
+
+@given(st.tuples(LENGTHS, LENGTHS), st.tuples(PERIODS, PERIODS), st.tuples(DAMPINGS, DAMPINGS))
+def test_sum_is_never_below_srss_nor_srss_below_cqc(moved, periods, dampings):
+    """And CQC is never below the difference; the slack is rounding."""
+    steps = [abs_sum(*moved), srss(*moved), cqc(moved, periods, dampings), abs(moved[0] - moved[1])]
+    assert all(above >= below - 1e-12 for above, below in pairwise(steps))
+    # Left and right are names.
+    assert cqc(moved[::-1], periods[::-1], dampings[::-1]) == pytest.approx(steps[2], rel=1e-9, abs=1e-12)
+
+
+def test_limits_of_the_correlation():
+    assert white_noise_correlation((0.7, 0.7), (0.05, 0.05)) == 1.0
+    assert cqc((0.03, 0.04), (0.7, 0.7), (0.05, 0.05)) == pytest.approx(0.01, rel=1e-12)  # they move together
+    # Of one period, ρ = 2 √(ζA ζB) / (ζA + ζB).
+    assert white_noise_correlation((0.7, 0.7), (0.02, 0.08)) == pytest.approx(2.0 * 0.04 / 0.1, rel=1e-12)
+    assert white_noise_correlation((1.0, 1000.0), (0.05, 0.05)) < 1e-5
+    assert cqc((0.03, 0.04), (1.0, 1000.0), (0.05, 0.05)) == pytest.approx(0.05, rel=1e-5)
+    assert white_noise_correlation((1.0, 1.0), (0.0, 0.0)) == 1.0
+    assert white_noise_correlation((1.0, 1.1), (0.0, 0.0)) == white_noise_correlation((1.0, 1.1), (0.0, 0.1)) == 0.0
+
+
+def test_a_rigid_building_needs_no_period():
+    assert cqc((0.03, 0.0), (0.5, np.nan), (0.05, np.nan)) == 0.03
+    both = cqc((np.array([0.03, 0.0]), np.array([0.0, 0.02])), (0.5, 0.4), (0.05, 0.05))
+    assert both.tolist() == [0.03, 0.02]
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: abs_sum(-0.01, 0.02), "a peak displacement is -0.01; it must be at least 0"),
+        (lambda: srss(np.nan, 0.02), "a peak displacement is nan"),
+        (lambda: cqc((0.01, 0.02), (np.nan, 1.0), (0.05, 0.05)), "a period [s] is nan; it must be greater than 0"),
+        (lambda: white_noise_correlation((1.0, 0.0), (0.05, 0.05)), "a period [s] is 0"),
+        (lambda: white_noise_correlation((1.0, 2.0), (0.05, 5.0)), "a damping ratio is 5; it must be from 0 to 1"),
+        (lambda: asked(Site(heights=(12.0, -1.0))), "a height is -1 m; it must be greater than 0"),
+        (lambda: asked(Site(factors=(0.0, 1.0))), "a factor is 0; it must be greater than 0"),
+        (lambda: asked(Site(ground=0.0)), "a design acceleration is 0 m/s²"),
+        (lambda: asked(Site(zone="IV")), "zone is 'IV'; it must be I, II, III"),
+        (lambda: asked(Site(intensity=5)), "intensity is 5; it must be 6, 7, 8, 9"),
+        (lambda: separations(BUILDINGS, (0.01, np.inf), (1, 1), (0, 0)), "a peak displacement is inf m"),
+        (lambda: separations(("one",), (0.01, 0.1), (1, 1), (0, 0)), "1 buildings; a separation is between two"),
+    ],
+)
+def test_what_is_out_of_range_is_refused(call, told):
+    with pytest.raises(PoundingError, match=re.escape(told)):
+        call()
+
+
+def asked(site: Site) -> dict[str, float | None]:
+    """What every rule asks for [mm] of two buildings of 0.9 and 1 s, 5 % damping, that move 30 and 40 mm."""
+    rows = separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05), site)
+    return {row.rule: None if row.separation is None else pytest.approx(1e3 * row.separation) for row in rows}
+
+
+def test_rules_give_what_their_clauses_say():
+    """By hand, 30 and 40 mm; where a height counts, 12 m beside 20 m."""
+    found = asked(Site(heights=(12.0, 20.0), zone="II", intensity=8, ground=0.25 * 9.80665))
+    assert found == {
+        "abs": 70.0,
+        "srss": 50.0,
+        "cqc": np.sqrt(2500.0 - 2.0 * 0.4730276832 * 1200.0),
+        "asce7": 50.0,
+        "asce7_boundary": 70.0,
+        "ubc97": 35.0,
+        "ubc97_boundary": 49.0,
+        "eurocode8": 50.0,
+        "eurocode8_boundary": 70.0,
+        "nbcc": 50.0,
+        "mexico": (30.0 + 36.0) + (40.0 + 36.0),
+        "mexico_simplified": 2.0 * 108.0,
+        "china": 100.0,
+        "is1893_2002": 70.0,
+        "is1893_2016": 70.0,
+        "peru": 72.0,
+        "iran": 120.0,
+        "turkey": 50.0,  # 30 + 2 · 10 mm of height, above half of 50
+        "italy": 70.0,
+        "asce41": 50.0,
+    }
+
+
+@pytest.mark.parametrize(
+    ("rule", "site", "expected"),
+    [
+        ("eurocode8", {"aligned": True}, 35.0),
+        ("eurocode8_boundary", {"aligned": True}, 49.0),
+        ("is1893_2002", {"aligned": True}, 35.0 + 25.0),
+        ("asce7", {"factors": (0.8, 0.8)}, 40.0),
+        ("mexico", {"heights": (12.0, 20.0), "zone": "I"}, 50.0 + 52.0),  # 30 + 12 is below 50
+        ("mexico", {"heights": (12.0, 20.0), "zone": "II", "aligned": True, "alike": True}, 71.0),
+        ("mexico", {"heights": (12.0, 20.0), "zone": "II", "alike": True}, 142.0),  # alike, but floors are not level
+        ("mexico_simplified", {"heights": (3.0, 20.0), "zone": "III"}, 100.0),  # 36 mm is below 50
+        ("china", {"heights": (24.0, 30.0), "intensity": 8}, 160.0),
+        ("china", {"heights": (30.0, 24.0), "intensity": 9}, 190.0),
+        ("china", {"heights": (24.0, 30.0), "intensity": 9, "structure": "frame and walls"}, 133.0),
+        ("china", {"heights": (24.0, 30.0), "intensity": 8, "structure": "walls"}, 100.0),  # 80 is below 100
+        ("peru", {"heights": (3.0, 4.0)}, 2.0 / 3.0 * 70.0),
+        ("peru", {"heights": (3.0, 4.0), "factors": (0.1, 0.1)}, 30.0),
+        ("asce41", {"heights": (1.0, 9.0)}, 40.0),
+        ("turkey", {"heights": (3.0, 9.0), "factors": (2.0, 2.0)}, 50.0),
+        ("turkey", {"heights": (3.0, 9.0), "factors": (2.0, 2.0), "aligned": True}, 30.0),  # 25 is below 30
+        ("italy", {"heights": (12.0, 9.0), "ground": 9.80665}, 180.0),  # 1 g: twice 1 %
+    ],
+)
+def test_what_a_site_changes(rule, site, expected):
+    assert asked(Site(**site))[rule] == expected
+
+
+KNOWN = Site(heights=(24.0, 30.0), zone="II", intensity=8, aligned=True, alike=True, ground=2.0)
+OTHERWISE = {
+    "heights": (12.0, 15.5),
+    "factors": (0.5, 0.6),
+    "aligned": False,
+    "alike": False,
+    "zone": "III",
+    "intensity": 9,
+    "structure": "frame and walls",
+    "ground": 4.0,
+}
+
+
+@pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
+def test_each_rule_looks_at_what_it_declares(rule):
+    """What it says it needs or assumes changes its number, and nothing else does."""
+    assert set(OTHERWISE) == set(Site._fields)
+    declared = {*rule.needs, *rule.assumes}
+    if "alike" in declared:
+        declared.add("aligned")  # alike includes it
+
+    def of(site: Site) -> float:
+        # Small heights matter to a cap of 4 %, so that displacements are large as well as small.
+        return sum(float(rule.function(Case((d, 1.3 * d), (0.9, 1.0), (0.05, 0.05), site))) for d in (0.03, 0.9))
+
+    changes = {key for key, value in OTHERWISE.items() if of(KNOWN._replace(**{key: value})) != of(KNOWN)}
+    assert changes == declared
+
+
+def test_each_rule_has_its_clause_and_says_how_its_text_is_known():
+    assert list(RULES)[:3] == list(COMBINATIONS)
+    for rule in RULES.values():
+        assert rule.title and rule.clause and rule.formula
+        assert rule.verification in VERIFICATIONS
+        assert (rule.source == "") is (rule.verification == "from memory")
+        assert (rule.verification == "derived") is (rule.name in COMBINATIONS)
+        assert rule.year is None or str(rule.year)[2:] in rule.clause or rule.name in ("peru", "iran")
+
+
+def test_only_a_clause_that_was_read_itself_counts_as_read():
+    """Engineers' letters, examination answers, forums and a code that takes the clause over are quotations."""
+    known = {rule.name: rule.verification for rule in RULES.values()}
+    assert {name for name, text in known.items() if text == "clause read"} == {"asce7", "mexico", "mexico_simplified"}
+    quoted = {"asce7_boundary", "ubc97", "ubc97_boundary", "nbcc", "china", "turkey", "italy"}
+    assert {name for name, text in known.items() if text == "quoted"} == quoted
+
+
+def test_an_edition_that_is_superseded_names_what_supersedes_it():
+    """Two editions of one code stand in the list: the older names the newer."""
+    assert RULES["is1893_2002"].superseded in RULES["is1893_2016"].clause
+    assert {RULES[name].superseded for name in ("asce7", "asce7_boundary")} == {"ASCE/SEI 7-16 and 7-22"}
+    for rule in RULES.values():
+        later = [int(year) for year in re.findall(r"\b20\d\d\b", rule.superseded)]
+        assert all(year > (rule.year or 0) for year in later)
+        assert rule.verification != "derived" or not rule.superseded
+    row = separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05))[3]
+    assert (row.rule, row.superseded) == ("asce7", "ASCE/SEI 7-16 and 7-22")
+    assert "superseded by ASCE/SEI 7-16 and 7-22" in row.note
+
+
+def test_what_a_rule_takes_for_granted_is_told():
+    rows = {row.rule: row for row in separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05))}
+    assert rows["mexico"].separation is None
+    assert rows["mexico"].note == "needs heights and zone; superseded by NTC-Sismo 2017 and later ones"
+    assert rows["asce7"].note.endswith("; d is that of the linear model, not reduced (factors 1)")
+    assert rows["eurocode8"].note.startswith("clause from memory, not read; superseded by the second generation")
+    assert "not at the same levels" in rows["eurocode8"].note
+    for row in rows.values():
+        assert ("clause from memory, not read" in row.note) is (row.verification == "from memory")
+        assert ("clause quoted by others, not read" in row.note) is (row.verification == "quoted")
+    known = separations(BUILDINGS, (0.03, 0.04), (0.9, 1.0), (0.05, 0.05), KNOWN._replace(factors=(0.9, 0.9)))
+    for row in known:
+        later = f"superseded by {row.superseded}" if row.superseded else ""
+        assert row.verification not in ("derived", "clause read") or row.note == later
+    printed = dict(zip([row.rule for row in rows.values()], separation_rows(list(rows.values())), strict=True))
+    assert printed["asce7"][2:4] == ("clause read", "50 mm") and printed["eurocode8"][2:4] == ("from memory", "50 mm")
+    assert printed["mexico"][3] == "–" and printed["eurocode8"][4].endswith("; floors not at the same levels")
+    assert len(footnotes(list(rows.values()))) == 3
+    assert footnotes([row for row in known if row.verification in ("derived", "clause read")]) == []
+
+
+def made_results(closing: np.ndarray, left: np.ndarray, right: np.ndarray, period: float = 1.0) -> xr.Dataset:
+    """Results as `scan` writes them; by record, polarity and amplitude."""
+    axes = ("record", "polarity", "pga")
+    count = closing.shape
+    return xr.Dataset(
+        {
+            "peak_closing_free": (axes, closing),
+            "peak_displacement_free": ((*axes, "building"), np.stack([left, right], axis=-1)),
+        },
+        coords={
+            "record": [f"R{number}" for number in range(count[0])],
+            "polarity": ["as recorded", "reversed"][: count[1]],
+            "pga": [2.0, 4.0, 3.0][: count[2]],
+            "building": list(BUILDINGS),
+            "building_period": ("building", [0.9, period]),
+            "building_damping": ("building", [0.05, 0.05 if np.isfinite(period) else np.nan]),
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def results() -> xr.Dataset:
+    """Twenty records; at the largest amplitude one motion closes no gap and one has no answer."""
+    chance = np.random.default_rng(7)
+    left, right = chance.lognormal(-3.0, 0.5, (2, 20, 2, 3))
+    closing = (left + right) * chance.uniform(0.3, 1.0, left.shape)
+    closing[3, 1, 1] = 0.0
+    left[5, 0, 1] = np.nan
+    return made_results(closing, left, right)
+
+
+def test_rules_beside_the_motions(results):
+    """Every number by its definition, from the arrays themselves."""
+    table = code_table(results, 90.0)
+    assert (table.amplitude, table.motions, table.without) == (4.0, 38, 1)
+    shown = results.sel(pga=4.0)
+    left, right = (shown["peak_displacement_free"].values[..., side].ravel() for side in (0, 1))
+    needed = shown["peak_closing_free"].values.ravel()
+    known = np.isfinite(left)
+    assert table.demand == pytest.approx(np.percentile(needed[known], 90.0))
+    assert table.demand_median == pytest.approx(np.median(needed[known]))
+    assert table.displacements == pytest.approx((np.median(left[known]), np.median(right[known])))
+    moved = known & (needed > 0.0)
+    each = np.hypot(left, right)[moved]
+    ratio = each / needed[moved]
+    found = {comparison.row.rule: comparison for comparison in table.rules}["asce7"]
+    assert found.row.separation == pytest.approx(np.hypot(*table.displacements))
+    assert (found.middle, found.upper) == pytest.approx((np.median(each), np.percentile(each, 90.0)))
+    quantiles = np.percentile(ratio, [16.0, 50.0, 84.0])
+    assert (found.ratio_low, found.ratio_median, found.ratio_high) == pytest.approx(tuple(quantiles))
+    assert found.exceeded == pytest.approx(np.mean(ratio < 1.0))
+    assert 0.0 < found.exceeded < 1.0 and found.safe is False
+    assert table.closing == pytest.approx(tuple(needed[moved])) and table.asked["srss"] == pytest.approx(tuple(each))
+    assert table.names[:2] == ("R0 as recorded", "R0 reversed") and len(table.names) == 38
+    assert json.loads(json.dumps(table.as_dict(), allow_nan=False))["rules"][0]["row"]["rule"] == "abs"
+
+
+def test_the_finding_says_what_the_table_says(results):
+    table = code_table(results)
+    told = {each.row.rule: each for each in table.rules}
+    short = round(told["srss"].exceeded * table.motions)
+    ratio = {name: each.ratio_median for name, each in told.items()}
+    assert f"ABS falls short in none ({ratio['abs']:.2f} times the gap needed in the median)" in table.finding
+    assert f"SRSS in {short} ({ratio['srss']:.2f})" in table.finding
+    assert told["mexico"].exceeded is None and told["mexico"].row.note.startswith("needs heights and zone; ")
+
+
+def test_a_rule_that_just_holds_is_not_exceeded():
+    """Beside a rigid building every combination is the other's peak, to the last digit or so."""
+    peaks = np.full((4, 1, 1), 0.1) * (1.0 + 1e-15 * np.arange(4).reshape(4, 1, 1))
+    table = code_table(made_results(peaks * (1.0 + 4e-16), peaks, 0.0 * peaks, period=np.nan))
+    assert [each.exceeded for each in table.rules[:3]] == [0.0] * 3
+    assert table.correlation is None
+
+
+def test_motions_that_close_no_gap_ask_for_nothing():
+    peaks = np.full((3, 2, 1), 0.1)
+    table = code_table(made_results(0.0 * peaks, peaks, peaks))
+    assert (table.motions, table.without, table.demand) == (0, 6, 0.0)
+    assert table.finding == "No motion closes any gap between these buildings"
+    assert table.rules[0].row.separation == pytest.approx(0.2) and table.rules[0].exceeded is None
+    assert table.finding in separations_figure(table).get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda made: made.drop_vars("peak_closing_free"), "has no peak_closing_free; scan the scene again"),
+        (lambda made: made.isel(building=[0]), "has 1 buildings; select two neighbours"),
+    ],
+)
+def test_a_dataset_that_will_not_do_is_refused(results, change, told):
+    with pytest.raises(PoundingError, match=re.escape(told)):
+        code_table(change(results))
+    for percentile, found in (
+        (120.0, "120.0 is 120 %"),
+        (0.3, "0.3 is 30 %"),
+        (10, "10 is 10 %"),
+        (1, "1 could be 1 %"),
+    ):
+        with pytest.raises(PoundingError, match=re.escape(f"percentile: {found}")):
+            code_table(results, percentile)
+    assert code_table(results, 0.9) == code_table(results, "90 %") == code_table(results, 90.0)
+
+
+def test_a_passing_wave_is_in_no_rule_and_told(results):
+    """The ground moves apart, so that even the sum of peaks is no bound."""
+    passing = results.assign_attrs(scene_resolved='[effects]\nwave_passage = {velocity = "300 m/s"}\n')
+    assert all(ONE_GROUND in each.row.note for each in code_table(passing).rules)
+    assert not any(ONE_GROUND in each.row.note for each in code_table(results).rules)
+
+
+def test_without_a_finite_motion_nothing_is_asked_for(results):
+    with pytest.raises(PoundingError, match="no motion of the dataset has a finite response"):
+        code_table(results.assign(peak_closing_free=results["peak_closing_free"] * np.nan))
+
+
+@pytest.mark.slow  # where no kernel is compiled yet
+def test_a_scan_tells_all_that_is_needed():
+    """On real records no sum of peaks is exceeded, which no rounding may break; displacements are spectral ones."""
+    from pounding_risk.ensemble.scan import scan
+    from pounding_risk.motions import intensity as measures
+    from pounding_risk.motions.motion import read_motion
+    from pounding_risk.scene.reader import parse_scene
+
+    records = ["RSN6-180", "CCC-HN1"]
+    text = "".join(
+        f'[[building]]\nname = "{name}"\nmass = "10 t"\nperiod = "{period} s"\ndamping = 0.05\n'
+        for name, period in (("left", 0.5), ("right", 0.8))
+    )
+    # No gap so wide is ever closed: nothing is simulated.
+    text += '[[interface]]\ngap = "9 m"\ncontact_model = "linear"\nstiffness = "1e5 kN/m"\n'
+    text += f'[records]\nnames = {json.dumps(records)}\npolarity = ["as recorded", "reversed"]\n'
+    table = code_table(scan(parse_scene(text), check_fraction=0.0))
+    assert (table.motions, table.amplitude) == (4, None)
+    assert table.rules[0].safe and table.rules[0].ratio_low > 1.0
+    first = read_motion(records[0])
+    peaks = measures.response_spectra([first.acceleration], first.dt, [0.5, 0.8]).displacement[0]
+    # Both find crests between samples, each in its own way: 1e-9 apart.
+    assert table.asked["abs"][:2] == pytest.approx((peaks.sum(), peaks.sum()), rel=1e-7)
+
+
+def run(*words: str):
+    return CliRunner().invoke(cli.app, ["separations", *words], prog_name="pounding-risk")
+
+
+def test_the_command_lists_every_rule():
+    told = run()
+    lines = {line.split()[0]: line for line in told.output.split("\n\n")[0].splitlines()[1:]}
+    assert list(lines) == list(RULES)
+    for rule in RULES.values():
+        assert rule.clause in lines[rule.name] and rule.formula in lines[rule.name]
+        assert f" {rule.verification} " in lines[rule.name]
+        assert rule.source in told.output and f", by {rule.superseded}" in told.output
+    assert "Rules from memory were not read anywhere" in told.output
+    assert "Quoted rules were read in texts that quote the clause" in told.output
+
+
+def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(results, "results.nc")
+    told = run("results.nc", "--height", "12 m", "--height", "20 m", "--zone", "II", "--figure", "codes.svg")
+    assert told.exit_code == 0, told.output
+    cells = {line.split()[0]: re.split(r" {2,}", line) for line in told.output.split("\n\n")[0].splitlines()}
+    table = code_table(results, site=Site(heights=(12.0, 20.0), zone="II"))
+    for each in table.rules:
+        if each.exceeded is None:
+            assert each.row.rule in ("china", "italy") and cells[each.row.rule][2] == "–"
+            continue
+        assert cells[each.row.rule][2] == f"{1e3 * each.middle:.4g} mm"
+        assert cells[each.row.rule][4].startswith(f"{each.ratio_median:.2f} (")
+        assert cells[each.row.rule][5] == f"{round(each.exceeded * 38)} of 38"
+    assert "Displacements are those of the linear model" in told.output and "not reduced" not in told.output
+    assert table.finding in told.output and "1 more close no gap" in told.output
+    assert Path("codes.svg").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("results.nc",), "results.nc: no such results file"),
+        (("--figure", "codes.png"), "--figure: needs a dataset to draw"),
+        (("results.nc", "--height", "12 m"), "--height: is given 1 times; give it twice"),
+        (("results.nc", "--height", "12 kg", "--height", "3 m"), "--height: "),
+        (("results.nc", "--ground", "0.2"), '--ground: "0.2" has no unit'),
+        (("results.nc", "--factor", "1"), "--factor: is given 1 times"),
+        (("results.nc", "--percentile", "0.3"), '--percentile: "0.3" is 30 %; it must lie between 50 % and 100 %'),
+    ],
+)
+def test_the_command_says_what_is_wrong(words, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    answer = run(*words)
+    assert answer.exit_code == 2 and told in answer.stderr
+
+
+def test_the_figure_shows_every_motion_and_every_rule(results):
+    table = code_table(results)
+    figure = separations_figure(table, "a note")
+    motions, rules = figure.axes
+    lines = {line.get_label(): line.get_ydata() for line in motions.get_lines()}
+    assert lines["gap needed"] == pytest.approx(1e3 * np.sort(table.closing))
+    order = np.argsort(table.closing)
+    assert lines["CQC"] == pytest.approx(1e3 * np.array(table.asked["cqc"])[order])
+    labels = [label.get_text() for label in rules.get_yticklabels()]
+    drawn = [each.row for each in table.rules if each.exceeded is not None]
+    assert len(labels) == len(drawn)
+    for label, row in zip(labels, drawn, strict=True):
+        assert ("quoted" in label) is (row.verification == "quoted")
+        assert ("from memory" in label) is (row.verification == "from memory")
+        assert ("superseded" in label) is bool(row.superseded)
+    marks = [line for line in rules.get_lines() if len(line.get_xdata()) == 1]
+    filled = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
+    assert [mark.get_fillstyle() for mark in marks] == [filled[row.verification] for row in drawn]
+    assert {mark.get_color() for mark in marks} == {MEANING["rule"]}
+    words = words_of(figure).replace("\n", " ")
+    assert table.finding in words and "a note" in words

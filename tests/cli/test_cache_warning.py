@@ -1,0 +1,180 @@
+"""A damaged cache, a full disk, no home, a folder that cannot be written: a command runs, and says so in a sentence."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from test_compile import PACKAGE, bare_environment, compiled
+
+from pounding_risk._jit import compile as _jit
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.simulate import simulate
+
+pytestmark = compiled
+SCENE = """\
+[[building]]
+name = "frame"
+mass = "44.36 t"
+period = "0.208 s"
+[[building]]
+name = "wall"
+rigid = true
+[[interface]]
+gap = "1 mm"
+contact_model = "jankowski"
+stiffness = "4.2e7 kN/m^1.5"
+restitution = "concrete"
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "3 s"]
+"""
+NEEDED = ("survey.survey", "tally.make_log", "march.march", "flight.lay_out", "flight.state_at")
+CHEAP = "flight.lay_out"  # compiled anew in a second
+ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory) -> Path:
+    """A cache with all that the scene needs, below a folder of its own."""
+    simulate(parse_scene(SCENE))
+    assert _jit.CACHE is not None
+    kept = Path(_jit.CACHE)
+    target = tmp_path_factory.mktemp("warm")
+    for file in kept.glob("solver_*/*"):
+        if file.name.startswith(NEEDED):
+            copied = target / "pounding_risk" / file.relative_to(kept.parent)
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(file, copied)
+    return target
+
+
+@pytest.fixture
+def cache(warm, tmp_path) -> Path:
+    """A copy of it that a test may harm."""
+    return Path(shutil.copytree(warm, tmp_path / "cache"))
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """A folder with the scene and a file in the way of folders."""
+    (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    return tmp_path
+
+
+def command(folder: Path, *words: str, **more: str) -> tuple[str, list[str]]:
+    """What a command in a process of its own prints, and its lines on standard error."""
+    done = subprocess.run(
+        [sys.executable, "-m", "pounding_risk", *words],
+        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), **more),
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr.splitlines()
+
+
+@pytest.fixture(scope="module")
+def usual(warm, tmp_path_factory) -> str:
+    """The output where all is as usual: nothing is said of the cache then."""
+    folder = tmp_path_factory.mktemp("usual")
+    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
+    told, said = command(folder, "simulate", "scene.toml", NUMBA_CACHE_DIR=str(warm))
+    assert said == []
+    assert "contact" in told
+    return told
+
+
+def harmed(cache: Path, pattern: str) -> Iterator[Path]:
+    for file in cache.rglob(f"{CHEAP}*{pattern}"):
+        raw = file.read_bytes()
+        file.write_bytes(raw[: len(raw) // 2])
+        yield file
+
+
+# That the next start finds it whole again is for test_compile.
+@pytest.mark.parametrize("pattern", [".nbc", ".nbi"])
+def test_damaged_code_is_told_once(pattern, cache, folder, usual):
+    assert list(harmed(cache, pattern))
+    told, said = command(folder, "simulate", "scene.toml", NUMBA_CACHE_DIR=str(cache))
+    assert told == usual
+    (sentence,) = said
+    assert sentence.startswith(f"pounding-risk: note: compiled code in {cache / 'pounding_risk'}")
+    assert sentence.endswith("was damaged (pickle data was truncated) and is compiled anew")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits of a process are a matter of POSIX")
+def test_a_full_disk_is_told_once(cache, folder, usual):
+    """Files may be opened and not be filled, as on a disk without space: here beyond the first block."""
+    for file in list(cache.rglob(f"{CHEAP}*")) + list(cache.rglob("tally.make_log*")):
+        file.unlink()
+    code = (
+        "import resource, runpy, signal, sys\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+        "sys.argv = ['pounding-risk', 'simulate', 'scene.toml']\n"
+        "runpy.run_module('pounding_risk', run_name='__main__')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(cache)),
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert (done.returncode, done.stdout) == (0, usual), done.stderr
+    (sentence,) = done.stderr.splitlines()
+    assert (
+        f"cannot be kept (File too large), so that the next start compiles again; free space, or {ADVICE}" in sentence
+    )
+
+
+def test_without_a_home_the_place_is_told(warm, folder, usual):
+    """What cannot be made by any user, root among them, stands for a home that is missing."""
+    (folder / "temporary").mkdir()
+    private = folder / "temporary" / f"pounding_risk-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+    shutil.copytree(warm, private)
+    private.chmod(0o700)
+    home = folder / "file" / "home"
+    told, said = command(folder, "simulate", "scene.toml", HOME=str(home), TMPDIR=str(folder / "temporary"))
+    assert told == usual
+    (sentence,) = said
+    assert sentence.startswith(f"pounding-risk: note: compiled code is kept in {private / 'pounding_risk'}")
+    assert sentence.endswith(f"since {home / '.cache'} cannot be written; to keep it elsewhere, {ADVICE}")
+
+
+def test_what_is_not_kept_is_told(folder):
+    """The folder asked for is a file; `validate` compiles nothing, and tells it too."""
+    told, said = command(folder, "validate", "scene.toml", NUMBA_CACHE_DIR=str(folder / "file"))
+    assert "1 contact model" in told
+    assert said == [
+        f"pounding-risk: note: compiled code is not kept, since NUMBA_CACHE_DIR, {folder / 'file'}, is no folder that "
+        f"can be written; every start compiles again; {ADVICE}"
+    ]
+
+
+def test_a_warning_of_something_else_is_shown_as_it_is(folder):
+    code = (
+        "import warnings\n"
+        "from pounding_risk.cli.cache_warning import cache_told\n"
+        "with cache_told():\n"
+        "    warnings.warn('a compiled kernel is a kernel')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=bare_environment(PYTHONPATH=str(PACKAGE.parent)),
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert "UserWarning: a compiled kernel is a kernel" in done.stderr

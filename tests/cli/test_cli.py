@@ -1,0 +1,613 @@
+"""The command line: what it prints, what it refuses and in which words, and that it can be stopped."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from math import pi, sqrt
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+import pounding_risk
+from pounding_risk import cli
+from pounding_risk.cli import tables as cli_output
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.structures.typologies import TYPOLOGIES
+
+PACKAGE = Path(pounding_risk.__file__).resolve().parent
+COMMANDS = (
+    "demo",
+    "validate",
+    "impact",
+    "simulate",
+    "scan",
+    "compare",
+    "accuracy",
+    "effects",
+    "stability",
+    "models",
+    "modes",
+    "separations",
+    "assess",
+    "view",
+    "report",
+    "rerun",
+    "histories",
+    "convert",
+    "summary",
+    "draw",
+    "block",
+    "status",
+)
+SCENE = """\
+[scene]
+name = "A pair"
+[[building]]
+name = "frame"
+mass = "44.36 t"
+period = "0.208 s"
+[[building]]
+name = "masonry"
+mass = "82.60 t"
+period = "0.1 s"
+[[interface]]
+gap = "0 mm"
+contact_model = "hertz"
+stiffness = "4.2e7 kN/m^1.5"
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "3 s"]
+pga = "0.5 g"
+[grid]
+gap = ["0 mm", "5 mm", "1 m"]
+yield_force = ["200 kN", "inf"]
+"""
+LAWS = (
+    "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
+    "distributed_mass"
+)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch) -> Path:
+    """A folder of its own, with a scene and a faulty one."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(SCENE, encoding="utf-8")
+    faulty = SCENE.replace('"44.36 t"', '"44.36 m"').replace('"hertz"', '"hertzian"').replace("[grid]", "[grit]")
+    Path("bad.toml").write_text(faulty, encoding="utf-8")
+    return tmp_path
+
+
+def run(*words: str):
+    """A command in this very process."""
+    return CliRunner().invoke(cli.app, list(words), prog_name="pounding-risk")
+
+
+def rows(text: str) -> list[list[str]]:
+    """The cells of printed tables: columns are two spaces apart at least."""
+    return [re.split(r" {2,}", line.strip()) for line in text.splitlines() if line.strip()]
+
+
+def test_help_lists_the_commands():
+    for words in ([], ["--help"]):
+        told = run(*words).output
+        assert re.findall(r"^  (\w+)  +[A-Z]", told.partition("Commands:")[2], re.MULTILINE) == [*COMMANDS, "records"]
+        assert "..." not in told.partition("Commands:")[2]  # no summary is cut
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_explains_its_options(name):
+    told = run(name, "--help")
+    assert told.exit_code == 0
+    assert told.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+
+
+def test_models_lists_what_there_is():
+    """Every model and effect by itself, with the unit of its stiffness and its source; a user's own law too."""
+    told = run("models")
+    found = {line[0]: line[1:] for line in rows(told.stdout) if line[0] in {**CONTACT_MODELS, **EFFECTS}}
+    assert list(found) == [*CONTACT_MODELS, *EFFECTS]
+    assert found["linear"][0] == "N/m" and found["jankowski"][:3] == ["N/m^1.5", "exact", "–"]
+    assert found["distributed_mass"][0] == "floor lengths" and found["van_mier"][1:3] == ["–", "yields"]
+    for name, kind in {**CONTACT_MODELS, **EFFECTS}.items():
+        assert found[name][-1].endswith(kind.reference), name
+    kinds = {line[0]: line[1:] for line in rows(told.stdout) if line[0] in TYPOLOGIES}
+    assert list(kinds) == list(TYPOLOGIES) and kinds["masonry_ec8"][:2] == ["0.05 h^0.75 up to 40 m", "z / h"]
+    assert kinds["concrete_walls"][2:4] == ["0.2 to 3 storeys, 0.167 to 7 storeys, 0.127 above", "yes"]
+
+
+def test_version():
+    assert run("--version").output == f"pounding-risk {pounding_risk.__version__}\n"
+
+
+def test_an_unknown_command_is_answered_with_the_nearest():
+    told = run("scna", "scene.toml")
+    assert told.exit_code == 2
+    assert "No such command 'scna'." in told.stderr and "'scan'" in told.stderr
+
+
+def test_commands_are_public_calls_of_the_same_name():
+    names = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
+    assert names == list(COMMANDS)
+    names.remove("models")  # lists the classes of pounding_risk.models, which are there to import
+    names.remove(
+        "separations"
+    )  # and this one the rules of pounding_risk.assessment.separations.table, with `code_table` for a dataset
+    assert set(names) <= set(pounding_risk.__all__)
+    # A submodule of that name would take the function's place as soon as somebody imports it.
+    assert [name for name in names if importlib.util.find_spec(f"pounding_risk.{name}")] == []
+
+
+@pytest.mark.parametrize("name", ["validate", "impact", "simulate", "scan"])
+def test_options_are_the_arguments_of_the_call(name):
+    # Files, the scene and the law are made into objects; --strict is the command's own, for its exit status.
+    shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
+    shared |= {"floor_length", "other_floor_length", "wave_speed"}  # of the law
+    shared |= {"plan", "shard", "scheduler"}  # calls of their own, and an executor
+    options = set(inspect.signature(getattr(cli, name)).parameters) - shared
+    assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
+
+
+@pytest.mark.parametrize(
+    "option", [["--no-screening"], ["--shard", "1/2"], ["--scheduler", "tcp://127.0.0.1:1"], ["--new"]]
+)
+def test_a_plan_is_of_the_whole_scan(folder, option):
+    found = run("scan", str(folder / "scene.toml"), "--plan", *option)
+    assert found.exit_code == 2 and f"--plan and {option[0]}: a plan is of the whole scan" in found.stderr
+
+
+def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
+    before = sorted(path.name for path in folder.iterdir())
+    for words in (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"]):
+        told = run(words[0], "bad.toml", *words[1:])
+        assert (told.exit_code, told.stdout) == (2, "")
+        assert told.stderr.splitlines() == [
+            "pounding-risk: bad.toml: 3 faults",
+            '  - line 5, building.frame.mass: "44.36 m" is a length, not a mass; write a mass such as "44.36 t"',
+            '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
+            f"it may be {LAWS}",
+            '  - line 19, grit: unknown section (did you mean "grid"?); sections are scene, building, interface, '
+            "effects, records, grid, solver",
+        ]
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+NO_UNIT = "has no unit, and"
+REFUSED = [
+    ("validate no/scene.toml", "no/scene.toml: 1 fault\n  - no such file; check the name and the folder"),
+    ("validate .", ".: 1 fault\n  - this is a folder; name a scene file (.toml) in it"),
+    (
+        "validate scene.toml --set interface.gap=3",
+        f"scene.toml: 1 fault\n  - --set interface.gap: 3 {NO_UNIT} a clear distance at rest needs one; "
+        'write a clear distance at rest such as "25 mm"',
+    ),
+    ("scan scene.toml -o no/r.nc", "-o: no/r.nc: the folder no does not exist; make it first"),
+    ("scan scene.toml -o r.csv", "-o: r.csv: the name must end in .nc or .zarr; write r.nc"),
+    ("scan scene.toml -o /", "-o: '/' is not the name of a file; write one that ends in .nc"),
+    ("scan scene.toml -o folder.nc", "-o: folder.nc: is a folder; name a file in it"),
+    (
+        "scan taken.toml",
+        "taken.nc exists already; write -o taken.nc to make the same study again, --new to replace it whatever it is, "
+        "or -o and another name",
+    ),
+    (
+        "scan scene.toml -o r.nc --figure map.jpg",
+        "--figure: map.jpg: the name must end in .png or .svg or .pdf; write map.png",
+    ),
+    ("simulate scene.toml -o h.txt", "-o: h.txt: the name must end in .nc; write h.nc"),
+    (
+        "simulate scene.toml --gap 3",
+        f'--gap: "3" {NO_UNIT} a clear distance at rest needs one; write a clear distance at rest such as "25 mm"',
+    ),
+    (
+        "simulate scene.toml --yield-force 3t",
+        '--yield-force: "3t" is a mass, not a force; write a yield force F_E such as "450 kN"',
+    ),
+    (
+        "simulate scene.toml --record RSN6-80",
+        "record 'RSN6-80' is not in the scene (did you mean \"RSN6-180\"?), which has RSN6-180; name one of these",
+    ),
+    ("simulate scene.toml --record RSN7", "record 'RSN7' is not in the scene, which has RSN6-180; name one of these"),
+    (
+        "simulate scene.toml --polarity reversed",
+        "polarity 'reversed' is not in the scene, which has as recorded; name one of these",
+    ),
+    (
+        "simulate scene.toml --law hertzian",
+        f'"hertzian" is not a contact model (did you mean "hertz"?); it may be {LAWS}',
+    ),
+    (
+        "simulate scene.toml --law jankowski",
+        "scene.toml: 1 fault\n  - jankowski needs a restitution, and the scene gives none; "
+        'write restitution = 0.65, or restitution = "concrete", in [[interface]]',
+    ),
+    (
+        "simulate scene.toml --law linear",
+        "scene.toml: 1 fault\n  - linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; write "
+        'equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows',
+    ),
+    (
+        "scan scene.toml --shard 1/2 --strict",
+        "--strict and --shard: a shard writes no results; give it to the scan without --shard",
+    ),
+    (
+        "impact --law distributed_mass",
+        'distributed_mass needs the length of the floors; write --floor-length "20 m"',
+    ),
+    (
+        "impact --speed 3",
+        f'--speed: "3" {NO_UNIT} an approach speed needs one; write an approach speed such as "0.5 m/s"',
+    ),
+    (
+        "impact --stiffness 3kN",
+        '--stiffness: "3kN" is a force, not an impact stiffness (force/length^1.5); '
+        'write an impact stiffness β such as "4.2e7 kN/m^1.5"',
+    ),
+    (
+        "impact --stiffness 3kN/m --stiffness 3N/m",
+        "--stiffness: two values in N/m; give one of each unit at most",
+    ),
+    (
+        "impact --restitution steely",
+        "restitution 'steely': it is neither a number in (0, 1] nor a known relation (concrete); write one of these",
+    ),
+    ("demo --out scene.toml", "--out: scene.toml is a file, not a folder; choose another name"),
+    (
+        "records info RSN6-18",
+        '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?',
+    ),
+]
+
+
+@pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line for line, _ in REFUSED])
+def test_bad_input_is_refused_before_any_work(line, sentence, folder):
+    (folder / "folder.nc").mkdir()
+    for name in ("taken.toml", "taken.nc"):
+        (folder / name).write_text(SCENE)
+    before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+    told = run(*line.split())
+    assert (told.exit_code, told.stdout) == (2, "")
+    assert told.stderr == f"pounding-risk: {sentence}\n"
+    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
+
+
+def test_validate_tells_the_scene_and_its_records(folder):
+    told = run("validate", "scene.toml", "--set", "grid.gap={start='0 mm', stop='20 mm', num=11}")
+    assert told.exit_code == 0
+    table = rows(told.stdout)
+    assert ["left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"] in table
+    assert ["gaps", "11 from 0 mm to 20 mm"] in table
+    assert ["cases", "22 = 11 gaps × 2 yield forces"] in table
+    assert ["changed", "cases: 6 -> 22"] in table
+    assert table[-1] == ["RSN6-180", "Imperial Valley-02, California", "processed", "3 s", "0.01 s", "0.2808 g"]
+    assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "scene.toml"]
+
+
+def test_impact_compares_laws():
+    told = run("impact", "--law", "linear", "--law", "hertz", "--stiffness", "1e8 N/m", "--stiffness", "2.75e9 N/m^1.5")
+    assert told.exit_code == 0, told.stderr
+    # k δ: F = v sqrt(k m), δ = v sqrt(m / k), half a period π sqrt(m / k) of contact.
+    force, depth, lasts = 0.5 * sqrt(570e8), 0.5 * sqrt(570 / 1e8), pi * sqrt(570 / 1e8)
+    # β δ^1.5: the energy 0.4 β δ^2.5 is m v² / 2.
+    hertz = (570 * 0.25 / (0.8 * 2.75e9)) ** 0.4
+    heads, linear, other = rows(told.stdout)
+    assert heads == ["law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost"]
+    assert linear[1:4] == ["–", "1.0000", f"{force / 1e3:.1f} kN"]
+    assert linear[4:6] == [f"{depth * 1e3:.3f} mm", f"{lasts * 1e3:.4g} ms"]
+    assert other[2:5] == ["1.0000", f"{2.75e6 * hertz**1.5:.1f} kN", f"{hertz * 1e3:.3f} mm"]
+    assert linear[-1].endswith("(0 %)")
+
+
+def test_impact_gives_the_other_kind_of_law_an_equal_peak_force():
+    told = run("impact", "--law", "hertz", "--law", "linear")
+    assert told.exit_code == 0, told.stderr
+    _, hertz, linear, note = rows(told.stdout)
+    assert hertz[3] == linear[3]
+    assert re.fullmatch(r"linear: k = \S+ MN/m, which gives the peak force of hertz without yielding", note[0])
+
+
+def test_an_approach_past_the_range_of_a_relation_is_noted():
+    """Equation (4) is a fit up to 5 m/s."""
+    note = "faster than the range of the restitution relation, which is held at its end there"
+    for speed, noted in (("5 m/s", []), ("6 m/s", [f"note: the approach is {note}"])):
+        told = run("impact", "--restitution", "concrete", "--speed", speed)
+        assert told.exit_code == 0, told.stderr
+        assert told.stdout.splitlines()[2:] == noted
+    law = ["--set", "interface.contact_model=jankowski", "--set", "interface.restitution=concrete"]
+    told = run("simulate", "scene.toml", *law, "--pga", "30 g")
+    assert re.search(rf"^note: \d+ contacts are {note}$", told.stdout, re.MULTILINE), told.output
+    told = run("scan", "scene.toml", *law, "--set", "records.pga=30 g", "--set", "grid.gap=['0 mm']")
+    assert told.stdout.splitlines()[-1] == f"note: 2 cases have contacts {note}", told.output
+
+
+def test_impact_draws_what_it_printed(folder):
+    told = run("impact", "--law", "hertz", "--figure", "f.svg")
+    assert told.exit_code == 0, told.stderr
+    assert "<svg" in Path("f.svg").read_text(encoding="utf-8")
+    drawn = Path("f.svg").read_bytes()
+    assert not [path for path in folder.iterdir() if "partial" in path.name]
+    assert told.stdout.splitlines()[-1] == "written: f.svg"
+    assert run("impact", "--law", "hertz", "--speed", "2 m/s", "--figure", "f.svg").exit_code == 0
+    assert Path("f.svg").read_bytes() != drawn
+
+
+def test_simulate_prints_outputs_and_contacts_and_keeps_histories():
+    told = run("simulate", "scene.toml", "-o", "h.nc", "--gap", "5 mm")
+    assert told.exit_code == 0, told.stderr
+    dataset = pounding_risk.open_results("h.nc")
+    outputs = json.loads(dataset.attrs["outputs"])
+    table = rows(told.stdout)
+    assert ["gap", "5 mm"] in table and ["yield force", "inf"] in table and ["status", "complete"] in table
+    values = {row[0]: row[1] for row in table if len(row) == 3}
+    assert values["peak_contact_force"] == cli_output.engineering(outputs["peak_contact_force"], "N")
+    assert values["impact_count"] == f"{outputs['impact_count']:g}"
+    contacts = table[next(place for place, row in enumerate(table) if row[0] == "contact") + 1 : -1]
+    assert [int(row[0]) for row in contacts] == list(range(1, int(outputs["impact_count"]) + 1))
+    assert {row[4] for row in contacts} == {"–"}  # hertz needs no restitution
+    assert table[-1] == ["written: h.nc"]
+
+
+def test_simulate_without_contact():
+    told = run("simulate", "scene.toml", "--gap", "1 m")
+    assert told.stdout.splitlines()[-1] == "no contact"
+
+
+def test_scan_writes_and_sums_up():
+    told = run("scan", "scene.toml", "--workers", "1")
+    assert told.exit_code == 0, told.stderr
+    dataset = pounding_risk.open_results("scene.nc")
+    table = rows(told.stdout)
+    simulated = int(dataset["simulated"].sum())
+    assert table[:3] == [
+        ["cases", "6"],
+        ["simulated", str(simulated)],
+        ["known without a run of their own", str(6 - simulated)],
+    ]
+    assert table[3][0] == "made again" and table[3][1].startswith("1 of ")
+    assert table[4][1].endswith("cases a second with reading and compiling")
+    assert ["written", "scene.nc"] in table
+    assert table[-1][0].startswith("note: grid.yield_force: no effect on any force: hertz limits none")
+    every = run("scan", "scene.toml", "--no-screening", "-o", "scene.nc", "--set", "solver.rtol=1e-7", "--new")
+    assert rows(every.stdout)[1] == ["simulated", "6"]
+    assert json.loads(pounding_risk.open_results("scene.nc").attrs["overrides"]) == ["solver.rtol=1e-7"]
+
+
+def test_demo_says_what_it_wrote(monkeypatch):
+    def demo(folder, say):
+        say("one run")
+        return {"figure": folder / "paper.png"}
+
+    monkeypatch.setitem(sys.modules, "pounding_risk.studies.demo", SimpleNamespace(demo=demo))
+    told = run("demo", "--out", "new/folder")
+    assert told.exit_code == 0, told.stderr
+    assert told.stdout.splitlines()[0] == "one run"
+    assert rows(told.stdout)[1] == ["figure", "new/folder/paper.png"]
+
+
+def test_records_are_listed_and_told():
+    for words in (["records"], ["records", "list"]):
+        table = rows(run(*words).stdout)
+        assert table[0][0] == "record"
+        assert table[1][:3] == ["RSN6-180", "Imperial Valley-02, California", "1940-05-19"]
+    told = dict(row for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 2)
+    assert (told["PGA"], told["dt"]) == ("0.2808 g", "0.01 s")
+    assert {"origin", "terms", "sha256", "file"} <= set(told)
+
+
+def test_a_record_is_measured():
+    """Numbers of NGA-West2's El Centro as others find them; a raw record is processed before, and says so."""
+    told = {row[0]: row[1:] for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 3}
+    assert {"PGA", "PGV", "PGD", "Arias", "CAV", "D5-75", "D5-95"} <= set(told)
+    assert (told["PGA"][0], told["PGV"][0], told["D5-95"][0]) == ("0.2808 g", "0.3096 m/s", "24.19 s")
+    assert [name for name in told if name.startswith("Sa")] == ["Sa(0.2 s)", "Sa(0.5 s)", "Sa(1 s)", "Sa(2 s)"]
+    raw = {row[0]: row[1:] for row in rows(run("records", "info", "CCC-HN1").stdout) if len(row) == 3}
+    assert raw["PGA"] == ["0.4698 g", "peak ground acceleration, processed as for a run"]
+
+
+def test_numbers_are_written_as_engineers_do():
+    written = [
+        (450e3, "N", "450 kN"),
+        (0.005, "m", "5 mm"),
+        (4.903325, "m/s2", "0.5 g"),
+        (2.5e5, "N s", "250 kN s"),
+        (12.0, "N s", "12 N s"),
+        (0.00035, "m/s", "0.00035 m/s"),
+        (1307.0, "J", "1.307 kJ"),
+        (float("nan"), "s", "–"),
+        (float("inf"), "N", "inf"),
+    ]
+    assert [cli_output.engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
+
+
+class Clock:
+    """The time as a test sets it."""
+
+    def __init__(self, monkeypatch):
+        self.now = 0.0
+        monkeypatch.setattr(cli_output, "monotonic", lambda: self.now)
+
+
+def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
+    clock = Clock(monkeypatch)
+    with cli_output.Watch("scan") as watch:
+        for done in range(0, 1001, 100):
+            clock.now = 10.0 + done / 10
+            watch(done, 1000)
+    assert capsys.readouterr().err.splitlines() == [
+        "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
+        "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
+        "scan: 800 of 1000 cases (80 %), 10 a second, about 20 s left",
+    ]
+
+
+def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
+    """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
+    clock = Clock(monkeypatch)
+    with cli_output.Watch("scan", resumes=True) as watch:
+        watch(600, 1000)
+        for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
+            watch(done, 1000)
+    assert capsys.readouterr().err.splitlines() == [
+        "scan: 600 of 1000 cases are kept from before",
+        "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
+        "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
+    ]
+    with cli_output.Watch("scan", resumes=True) as watch:
+        watch(0, 1000)
+    assert capsys.readouterr().err == ""
+
+
+def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
+    """The last worker of a cluster died: the speed of better times is no longer told."""
+    clock = Clock(monkeypatch)
+    monkeypatch.setattr(cli_output, "EVERY", 1e9)
+    with cli_output.Watch("scan") as watch:
+        for clock.now, done in ((10.0, 0), (20.0, 500)):
+            watch(done, 1000)
+        clock.now = 110.0
+        monkeypatch.setattr(cli_output, "EVERY", 30.0)
+        watch._say()
+    assert capsys.readouterr().err == "scan: 500 of 1000 cases (50 %), 5 a second, about 100 s left\n"
+
+
+def lines_said(capsys, count: int) -> list[str]:
+    """So many lines of standard error, however long they take to come; fewer are a failure."""
+    text = ""
+    for _ in range(2000):
+        text += capsys.readouterr().err
+        if text.count("\n") >= count:
+            return text.splitlines()[:count]
+        time.sleep(0.005)
+    raise AssertionError(f"only this was said: {text!r}")
+
+
+def test_progress_is_told_while_nothing_reports(monkeypatch, capsys):
+    """A long compile, or a long piece of work: the line comes by itself, from the state last told."""
+    monkeypatch.setattr(cli_output, "EVERY", 0.02)
+    with cli_output.Watch("scan") as watch:
+        assert lines_said(capsys, 2) == ["scan: reading, compiling, 0 s so far"] * 2
+        watch(100, 1000)
+        assert lines_said(capsys, 4)[-2:] == ["scan: 100 of 1000 cases (10 %)"] * 2
+    assert not watch._clock.is_alive()
+
+
+def test_progress_on_a_terminal_is_a_bar_with_speed_and_time_left(monkeypatch):
+    clock = Clock(monkeypatch)
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    monkeypatch.setenv("TERM", "xterm")
+    with cli_output.Watch("scan", resumes=True) as watch:
+        watch(600, 1000)
+        for clock.now, done in ((20.0, 610), (40.0, 650)):
+            watch(done, 1000)
+        watch._bar.refresh()
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", terminal.getvalue())
+    assert "scan: 600 of 1000 cases are kept from before" in text
+    assert re.search(r"650/1000 [0-9:]+ 2 a second, about 3 min left", text)
+
+
+class Terminal(io.StringIO):
+    """Standard error as a terminal has it."""
+
+    def isatty(self) -> bool:
+        """It says so."""
+        return True
+
+
+def test_spans_of_time_are_told_as_one_thinks_of_them():
+    spans = (0.4, 80.0, 119.7, 700.0, 7200.0, 12_000.0, 180_000.0, 500_000.0)
+    told = ["0 s", "80 s", "2 min", "12 min", "2 h 0 min", "3 h 20 min", "2 d 2 h", "5 d 18 h"]
+    assert [cli_output.span_words(span) for span in spans] == told
+    assert cli_output.pace(0.0, 10) == "" and cli_output.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
+
+
+def start(code: str, *words: str) -> subprocess.Popen[str]:
+    """A command in a process of its own, which finds this very package."""
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONUNBUFFERED": "1"}
+    line = [sys.executable, "-c", code, *words]
+    return subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_real_process_ends_with_status_2_and_no_traceback():
+    process = start("from pounding_risk.cli import main; main()", "validate", "bad.toml")
+    out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (2, "")
+    assert err.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    "command", [("scan", "scene.toml", "-o", "out.nc"), ("simulate", "scene.toml", "-o", "out.nc")]
+)
+def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
+    """A ground motion beyond what steps resolve: the dataset is written either way, with NaN and a reason."""
+    law = ("--set", "interface.contact_model=jankowski", "--set", "interface.restitution=0.65")
+    wild = ("--set", "records.pga='1e28 g'", *law)
+    sentences = ("the step in contact fell below what the numbers resolve", "the step budget ran out")
+    for strict, status in (((), 0), (("--strict",), 3)):
+        Path("out.nc").unlink(missing_ok=True)
+        result = run(*command, *wild, *strict)
+        assert result.exit_code == status, result.output
+        assert any(sentence in result.output for sentence in sentences), result.output
+        assert Path("out.nc").exists()
+    Path("out.nc").unlink()
+    assert run(*command, "--strict").exit_code == 0
+
+
+def test_accuracy_prints_settings_and_the_finding():
+    told = run(
+        "accuracy", "scene.toml", "--cases", "1", "--budget", "0.5", "--no-scipy", "-o", "a.nc", "--figure", "a.png"
+    )
+    assert told.exit_code == 0, told.output
+    table = rows(told.stdout)
+    assert table[0][:2] == ["setting", "time a run"]
+    assert any(line[0] == "event-driven, rtol 1e-06" for line in table)
+    words = dict(line[:2] for line in table if len(line) == 2)
+    assert words["cases"] == "1" and "printed digits" in words["finding"]
+    assert Path("a.png").stat().st_size > 10_000
+    assert pounding_risk.open_results("a.nc").attrs["finding"] == words["finding"]
+    assert run("accuracy", "bad.toml").exit_code == 2
+    assert run("accuracy", "scene.toml", "-o", "a.txt").exit_code == 2
+
+
+def test_scan_tells_how_far_runs_move_when_made_again():
+    text = run("scan", "scene.toml", "--check-fraction", "1").output
+    words = dict(rows(text)[:-1])["made again"]
+    assert words.startswith("2 of 2 runs at rtol 1e-08: peak relative displacement moves by ")
+    assert "made again" not in run("scan", "scene.toml", "-o", "0.nc", "--check-fraction", "0").output
+    refused = run("scan", "scene.toml", "--check-fraction", "2", "-o", "r.nc")
+    assert refused.exit_code == 2 and "at least 0 and at most 1" in refused.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
+    (folder / "r.nc").write_bytes(b"the results of yesterday")
+    # Long enough to be met in the middle; each chunk reports, so that the middle is seen.
+    grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
+    # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli import tables"
+    code += "; tables.EVERY = 0.0; cli.main()"
+    process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
+    assert process.stderr is not None
+    said = iter(process.stderr.readline, "")
+    assert any(re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", line) for line in said)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (130, "")
+    kept = r"\d+ of 19998 cases are kept in r.study; the same command without --new goes on from there"
+    assert re.fullmatch(f"pounding-risk: stopped by Ctrl-C; {kept}", err.splitlines()[-1])
+    assert "Traceback" not in err
+    assert (folder / "r.nc").read_bytes() == b"the results of yesterday"
+    assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "r.nc", "r.study", "scene.toml"]

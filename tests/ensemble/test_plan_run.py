@@ -1,0 +1,289 @@
+"""What a plan says of a run before it, against the run itself: lines, bytes, compiling, time; and what `--set` does."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_compile import PACKAGE, bare_environment, compiled
+from test_row_scan import SCENE as ROW
+
+from pounding_risk.ensemble.pair_job import PairJob
+from pounding_risk.ensemble.plan import cost as plan_work
+from pounding_risk.ensemble.plan.plan import Plan, plan, validate
+from pounding_risk.ensemble.plan.text import duration
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.motions import catalogue
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.scene.reader import parse_scene
+
+PAIR = """\
+[[building]]
+name = "frame"
+mass = "44.36 t"
+period = "0.208 s"
+[[building]]
+name = "wall"
+rigid = true
+[[interface]]
+gap = "10 mm"
+contact_model = "viscous_elastoplastic"
+stiffness = "4.2e7 kN/m^1.5"
+restitution = "concrete"
+[records]
+names = ["RSN6-180", "RSN1690-090"]
+window = ["0 s", "12 s"]
+polarity = ["as recorded", "reversed"]
+[grid]
+gap = {start = "0 mm", stop = "20 mm", num = 21}
+yield_force = {start = "50 kN", stop = "1000 kN", num = 20}
+contact_model = ["viscous_elastoplastic", "jankowski"]
+pga = ["0.2 g", "0.5 g"]
+"""
+SCENES = {"pair": PAIR, "row": ROW}
+
+
+def known(dataset) -> np.ndarray:
+    """Lines none of whose cases touches or was run."""
+    touches = dataset["impact_count"]
+    beside = [dim for dim in touches.dims if dim not in dataset["simulated"].dims]
+    still = (touches.sum(beside) if beside else touches) == 0
+    return (still & (dataset["simulated"] == 0)).all("yield_force").values
+
+
+@compiled
+@pytest.mark.parametrize("name", SCENES)
+def test_a_plan_counts_what_the_run_makes(name):
+    study = parse_scene(SCENES[name])
+    made = plan(study, workers=2)
+    dataset = scan(study, check_fraction=0.02, workers=2)
+    assert made.cases == dataset["simulated"].size
+    assert (made.lines, made.screened) == (known(dataset).size, known(dataset).sum())
+    assert 0 < made.screened < made.lines
+    assert made.bytes == sum(variable.nbytes for variable in dataset.data_vars.values())
+
+
+@compiled
+def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
+    """A clock on which a line takes a hundredth of a second for each of its contacts: the plan's time is that of all.
+
+    Within four standard errors, which are the plan's own: the sample is a random one.
+    """
+    study = parse_scene(PAIR)
+    touches = scan(study, check_fraction=0.0)["impact_count"].sum("yield_force").values.ravel() / 100.0
+    now, solve = [0.0], PairJob.solve
+
+    def timed(job, lines, stop):
+        now[0] += touches[lines.start : lines.stop].sum()
+        return solve(job, lines, stop)
+
+    monkeypatch.setattr(PairJob, "solve", timed)
+    monkeypatch.setattr(plan_work, "thread_time", lambda: now[0])
+    made = plan(study, workers=2)
+    assert made.seconds is not None
+    assert made.error is not None
+    assert 2 < made.sampled < made.lines, "a second is over before all lines are solved"
+    assert abs(2 * made.seconds - touches.sum()) < 4.0 * 2 * made.error
+    assert made.error < made.seconds
+    now[0] = 0.0
+    assert plan(study, workers=4).seconds == pytest.approx(0.5 * made.seconds, rel=1e-12)  # the same sample
+
+
+@compiled
+def test_what_is_compiled_is_timed_without_being_asked():
+    """`validate` compiles nothing, and knows what an earlier run has left."""
+    study = parse_scene(PAIR)
+    made = plan(study)
+    again = validate(study)
+    assert again.kernels.whole
+    assert again.screened == made.screened
+    assert again.seconds is not None
+    assert dict(again.summary())["compiling"] == "nothing: all is compiled"
+
+
+FRESH = """
+import json, os, sys
+from pathlib import Path
+from pounding_risk.ensemble.plan.plan import validate
+found = []
+for scene in sys.argv[1:]:
+    made = validate(scene)
+    facts = [made.kernels.motion, made.kernels.solver, made.kernels.missing, made.screened, made.seconds]
+    found.append([*facts, dict(made.summary())])
+print(json.dumps([found, sum(1 for _ in Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nb?"))]))
+"""
+
+
+@compiled
+def test_validate_compiles_nothing(tmp_path):
+    """In a new process with an empty cache; equal terms, which take impacts to find, included."""
+    terms = PAIR.replace('"jankowski"]', '"linear"]').replace(
+        "[records]", 'equal_terms = {same = "penetration", speed = "0.5 m/s"}\n[records]'
+    )
+    for name, text in (("pair", terms), ("row", ROW)):
+        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "cache").mkdir()
+    done = subprocess.run(
+        [sys.executable, "-c", FRESH, "pair.toml", "row.toml"],
+        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path / "cache")),
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    ((*pair, of_pair), (*row, of_row)), files = json.loads(done.stdout)
+    assert files == 0
+    assert pair == [False, True, 2, None, None]
+    assert row == [False, False, 1, None, None]
+    assert of_pair["compiling"] == "not compiled yet: the motion without contact and 2 contact models: about 29 s"
+    assert of_pair["time"] == "not known, since not all is compiled; `scan --plan` compiles and times a sample"
+    assert of_row["compiling"] == (
+        "not compiled yet: the motion without contact, the solver of rows, once for all contact models and "
+        "1 contact model (by each process): about 61 s"
+    )
+
+
+PROBE = """
+import json, sys
+from pounding_risk.ensemble.plan.compilation import is_compiled
+from pounding_risk.solver.pair.stages import depth_of
+from pounding_risk.models.contact.laws import Hertz, Linear
+call = Hertz(1e9), 1234.5, 1e-6
+found = [is_compiled(depth_of, call)]
+if "call" in sys.argv:
+    depth_of(*call)
+    found += [is_compiled(depth_of, call), is_compiled(depth_of, (Linear(1e9), *call[1:]))]
+print(json.dumps(found))
+"""
+
+
+@compiled
+def test_a_kernel_is_known_to_be_compiled(tmp_path):
+    """Before and after its first call, in the next process, and after its files were damaged."""
+
+    def probe(*words: str) -> list[bool]:
+        environment = bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path))
+        command = [sys.executable, "-c", PROBE, *words]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    assert probe("call") == [False, True, False]
+    assert probe() == [True]
+    for pattern in ("*depth_of*.nbc", "*depth_of*.nbi"):
+        kept = {file: file.read_bytes() for file in Path(tmp_path).rglob(pattern)}
+        assert kept
+        for file, raw in kept.items():
+            file.write_bytes(raw[: len(raw) // 2])
+        assert probe() == [False]
+        for file, raw in kept.items():
+            file.write_bytes(raw)
+    assert probe() == [True]
+
+
+@pytest.fixture(scope="module")
+def changed() -> Plan:
+    overrides = (
+        "interface.gap=20 mm",
+        "interface.stiffness=4.20001e7 kN/m^1.5",
+        "building.frame.mass=50 t",
+        'records.polarity=["reversed"]',
+        "grid.pga=['0.2 g']",
+        "grid.gap={start='1 mm', stop='20 mm', num=9}",
+    )
+    return validate(parse_scene(PAIR), overrides)
+
+
+def test_what_set_changes_is_told_value_by_value(changed):
+    """In its order in the scene; a change in the fifth digit is not told as none; the cases that come of it last."""
+    assert changed.changes == (
+        "building.frame.mass: 44.36 t -> 50 t",
+        "interface.gap: 10 mm -> 20 mm",
+        "interface.stiffness: 42000000000.0 N/m^1.5 -> 42000100000.0 N/m^1.5",
+        "records.polarity: as recorded, reversed -> reversed",
+        "grid.gap: 21 values from 0 mm to 20 mm -> 9 values from 1 mm to 20 mm",
+        "grid.pga: 0.2 g, 0.5 g -> 0.2 g",
+        "cases: 6720 -> 720",
+    )
+    assert [words for what, words in changed.summary() if what == "changed"] == list(changed.changes)
+
+
+def test_a_value_set_to_what_it_is_changes_nothing(tmp_path):
+    assert validate(parse_scene(PAIR), ["interface.gap=10 mm"]).changes == ()
+    assert validate(parse_scene(PAIR)).changes == ()
+    # Each interface of a row, by its number; records count for the cases.
+    told = validate(parse_scene(ROW), ["interface.gap=30 mm", 'records.names=["RSN6-180"]']).changes
+    assert told[:3] == tuple(f"interface.{number}.gap: 20 mm -> 30 mm" for number in (1, 2, 3))
+    assert told[3:] == ("records.names: RSN6-180, RSN1690-090 -> RSN6-180", "cases: 36 -> 18")
+    # A scene that only does with the overrides has nothing to compare with.
+    scene = tmp_path / "scene.toml"
+    scene.write_text(PAIR.replace("44.36 t", "44.36 m"), encoding="utf-8")
+    assert validate(scene, ["building.frame.mass=50 t"]).changes == ()
+
+
+def test_a_unit_that_no_record_takes_is_told_and_no_change(tmp_path):
+    """A file of PEER states its own unit; columns that state none take the one that is given."""
+    before, after = PAIR.split('names = ["RSN6-180", "RSN1690-090"]')
+    shutil.copy(catalogue.path("RSN6-180"), tmp_path / "own.AT2")
+    study = parse_scene(f'{before}files = ["own.AT2"]{after}', str(tmp_path / "scene.toml"))
+    plan = validate(study, ['records.unit="cm/s^2"', 'records.dt="0.02 s"'])
+    idle = "(without effect: every motion stays the same)"
+    assert plan.changes == (f"records.unit: not given -> cm/s^2 {idle}", f"records.dt: not given -> 0.02 s {idle}")
+    assert plan.records[0].flags[:2] == (
+        'the unit "cm/s^2" that is given changes nothing: the record states its own (g, times 9.80665 m/s²)',
+        "the time step 0.02 s that is given changes nothing: the record states its own (0.01 s)",
+    )
+    np.savetxt(tmp_path / "own.csv", 100.0 * read_motion("RSN6-180").acceleration)
+    stated = 'unit = "cm/s^2"\ndt = "0.01 s"'
+    bare = parse_scene(f'{before}files = ["own.csv"]\n{stated}{after}', str(tmp_path / "scene.toml"))
+    assert not any("changes nothing" in flag for flag in validate(bare).records[0].flags)
+    (told,) = validate(bare, ['records.unit="mm/s^2"']).changes
+    assert told == "records.unit: cm/s^2 -> mm/s^2"
+
+
+def test_a_plan_of_interpreted_kernels_says_so(changed):
+    """As under NUMBA_DISABLE_JIT."""
+    kernels = changed.kernels._replace(interpreted=True)
+    told = dict(replace(changed, kernels=kernels, screened=None, seconds=None).summary())
+    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+    assert told["time"] == "not known, since nothing is compiled; `scan --plan` times a sample all the same"
+    assert told["lines"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
+    assert "chunks" not in told
+
+
+def test_times_are_told_as_one_says_them():
+    told = [duration(seconds) for seconds in (0.0, 0.84, 9.6, 42.0, 719.0, 12000.0, 1e6)]
+    assert told == ["0.1 s", "0.8 s", "10 s", "42 s", "12 min", "3 h 20 min", "11.6 days"]
+
+
+MEMORY = """
+import json, sys
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.ensemble.plan.plan import plan
+told = plan("scene.toml", workers=2).memory
+scan("scene.toml", "results.nc", workers=2)
+peak = next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(json.dumps([told, 1024 * int(peak)]))
+"""
+
+
+@compiled
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the peak of a process is read as Linux tells it")
+def test_the_memory_of_a_plan_is_that_of_the_run(tmp_path):
+    """Within a third: of some 300 MB two thirds are libraries, which a system may load in whole or in part."""
+    plan(parse_scene(PAIR))  # compiles, where the child finds it
+    (tmp_path / "scene.toml").write_text(PAIR, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    command = [sys.executable, "-c", MEMORY]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    told, peak = json.loads(done.stdout)
+    assert 0.75 * peak < told < 1.33 * peak

@@ -1,0 +1,315 @@
+"""Unusual numbers are told with the likely slip, where the answer is read; usual ones are not."""
+
+import json
+from math import pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from pounding_risk.assessment.assess import assess
+from pounding_risk.cli.assess import print_assessment
+from pounding_risk.cli.convert import print_summary
+from pounding_risk.cli.print_runs import print_plan, print_run, print_scan
+from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, of_input
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.laws import Hertz, Linear
+from pounding_risk.motions.ensemble import motions_of
+from pounding_risk.motions.formats.columns import write_columns
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.reports import report
+from pounding_risk.results.contact_notes import of_results
+from pounding_risk.results.summary import summary
+from pounding_risk.scene.reader import parse_scene, read_scene
+from pounding_risk.studies.simulate import simulate
+
+SCENES = sorted((Path(scan.__code__.co_filename).parents[1] / "scene" / "shipped").glob("*.toml"))
+G = 9.80665
+PAIR = """
+[scene]
+name = "two frames"
+[[building]]
+name = "left"
+mass = "300 t"
+period = "0.6 s"
+[[building]]
+name = "right"
+mass = "200 t"
+period = "0.3 s"
+[[interface]]
+gap = "20 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180"]
+"""
+ROW = """
+[[building]]
+name = "a"
+floor_masses = "200 t"
+storey_stiffnesses = "300 MN/m"
+storey_heights = "3 m"
+storeys = 3
+[[building]]
+name = "b"
+floor_masses = "200 t"
+storey_stiffnesses = "600 MN/m"
+storey_heights = "3 m"
+storeys = 2
+[[interface]]
+gap = "5 mm"
+contact_model = "linear"
+stiffness = "1 GN/m"
+[records]
+names = ["RSN6-180"]
+"""
+
+
+def notes(*overrides, text=PAIR):
+    study = parse_scene(text, "scene", overrides)
+    return of_input(study, motions_of(study))
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_shipped_scenes_and_the_pair_of_the_paper_get_no_note(path):
+    """The masonry of 0.007 s too: it stands for a wall, in which contacts last two of its periods."""
+    study = read_scene(path)
+    assert of_input(study, motions_of(study)) == ()
+
+
+def test_the_pairs_of_these_tests_get_no_note():
+    assert notes() == notes(text=ROW) == ()
+
+
+PERIODS = "(0.0724 h^0.8 for a steel frame of h = 600 m (ASCE 7-16, equation 12.8-7))"
+MASSES = "(a floor of 20 m² at 250 kg/m², and a tower of 50 000 t as one mass)"
+GAPS = "(two buildings of 50 m that lean by 2 % towards each other); m written for mm or cm?"
+SOFT = "that is no blow; N/m^1.5 written for kN/m^1.5 or MN/m^1.5?"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        (
+            ['building.left.period="62 s"'],
+            f"left: period 62 s, usually 12.1 s or less {PERIODS}; a decimal point lost, or ms written as s?",
+        ),
+        (
+            ['building.left.mass="1450 kg"'],
+            f"left: mass of a floor 1.45 t, usually 5 t or more {MASSES}; kg written for t?",
+        ),
+        (
+            ['building.left.mass="3e8 t"'],
+            f"left: mass of a floor 3e8 t, usually 50000 t or less {MASSES}; t written for kg?",
+        ),
+        (['interface.gap="90 m"'], f"left | right: gap 90 m, usually 2 m or less {GAPS}"),
+        (['grid.gap=["20 mm", "90 m"]'], f"grid.gap: gap 90 m, usually 2 m or less {GAPS}"),
+        (
+            ['records.pga="35 g"'],
+            "the scene: PGA asked for 35 g, usually 2 g or less (few records exceed 2 g); m/s² or % written as g?",
+        ),
+        # m = 120 t: t = 3.2181 (m v²/β)^0.4 / v = 0.167 s, 0.56 of 0.3 s.
+        (
+            ['interface.stiffness="2.75e8 N/m^1.5"'],
+            "left | right: a stiffness of 2.75e5 kN/m^1.5 makes a contact at 0.5 m/s last 0.167 s, 0.56 times the "
+            f"period of right (0.3 s): {SOFT}",
+        ),
+        (
+            ['interface.stiffness="2.75e18 N/m^1.5"'],
+            "left | right: a stiffness of 2.75e15 kN/m^1.5 makes a contact at 0.5 m/s last 16.7 µs, less than 1 ms, "
+            "in which sound crosses 1.75 m of concrete twice; kN/m^1.5 written for N/m^1.5?",
+        ),
+    ],
+)
+def test_each_unusual_number_has_a_sentence_with_range_and_slip(overrides, sentence):
+    assert notes(*overrides) == (sentence,)
+
+
+@pytest.mark.parametrize(
+    ("given", "meant", "sentence"),
+    [
+        (
+            "mm/s^2",
+            "cm/s^2",
+            "quake: PGA as recorded 0.0281 g, usually 0.039 g or more (0.039 g is the least of intensity V (Wald et "
+            "al. 1999, table 1), and few records exceed 2 g); cm/s² read as mm/s², or a weak record?",
+        ),
+        (
+            "g",
+            "m/s^2",
+            "quake: PGA as recorded 2.75 g, usually 2 g or less (0.039 g is the least of intensity V (Wald et al. "
+            "1999, table 1), and few records exceed 2 g); m/s² read as g?",
+        ),
+    ],
+)
+def test_a_record_read_in_the_wrong_unit_is_told(tmp_path, given, meant, sentence):
+    """El Centro, 0.281 g = 2.754 m/s² = 275.4 cm/s², in a file that says another unit than it has."""
+    size = {"cm/s^2": 100.0, "m/s^2": 1.0}[meant]
+    samples = read_motion("RSN6-180", processing="none").acceleration * size
+    text = f"# unit = {given}\n# dt = 0.01 s\n" + "\n".join(f"{value:.9g}" for value in samples)
+    (tmp_path / "quake.txt").write_text(text)
+    scene = PAIR.replace('names = ["RSN6-180"]', f'files = ["{tmp_path / "quake.txt"}"]')
+    (said,) = notes(text=scene)
+    assert said.replace("0.02808 g", "0.0281 g").replace("2.754 g", "2.75 g") == sentence
+    assert notes('records.pga="0.3 g"', text=scene) == ()  # scaled, it is the same record in any unit
+    (tmp_path / "quake.txt").write_text(text.replace(f"unit = {given}", f"unit = {meant}"))
+    assert notes(text=scene) == ()
+
+
+def test_several_weak_records_are_one_note(tmp_path):
+    motion = read_motion("RSN6-180")
+    for name, pga in (("one", 0.01 * G), ("two", 0.02 * G), ("three", 0.1 * G)):
+        write_columns(motion.scaled_to(pga), tmp_path / f"{name}.csv")
+    (said,) = notes(text=PAIR.replace('names = ["RSN6-180"]', f'files = ["{tmp_path}/*.csv"]'))
+    assert said.startswith("one and 1 more: PGA as recorded 0.01 g, usually 0.039 g or more")
+
+
+# --- mechanics --------------------------------------------------------------------------------------------
+
+
+def test_the_time_of_a_hertz_contact_is_that_of_the_integral():
+    """m v̇ = −β δ^1.5: t = 2 δ_max/v ∫ ds/√(1 − s^2.5), δ_max = (5 m v²/(4 β))^0.4. With s = 1 − q² nothing is
+    singular; 2e-5 is the rounding of 3.2181."""
+    half = quad(lambda q: 2.0 * q / sqrt(1.0 - (1.0 - q * q) ** 2.5), 0.0, 1.0)[0]
+    assert pytest.approx(2.0 * half * 1.25**0.4, rel=2e-5) == HERTZ_TIME
+    assert contact_duration(2.75e9, "N/m^1.5", 28.9e3) == pytest.approx(
+        2.0 * half * (1.25 * 28.9e3 * 0.25 / 2.75e9) ** 0.4 / 0.5, rel=2e-5
+    )
+    assert contact_duration(4e7, "N/m", 1e5) == pytest.approx(pi * sqrt(1e5 / 4e7), rel=1e-12)
+
+
+@pytest.mark.parametrize("law", [Linear(4e7), Hertz(2.75e9)])
+def test_the_time_of_a_contact_is_that_of_an_integration(law):
+    """SciPy's, of m δ̈ = −F(δ) from the touch on; 1e-4 is above its tolerance and the digits of 3.2181."""
+    from scipy.integrate import solve_ivp
+
+    mass, power = 1.2e5, 1.0 if isinstance(law, Linear) else 1.5
+
+    def motion(_time, state):
+        return state[1], -law.stiffness * max(state[0], 0.0) ** power / mass
+
+    def parting(_time, state):
+        return state[0]
+
+    parting.terminal, parting.direction = True, -1.0
+    run = solve_ivp(motion, (0.0, 10.0), (1e-12, 0.5), events=parting, rtol=1e-9, atol=1e-12, max_step=1e-3)
+    unit = "N/m" if isinstance(law, Linear) else "N/m^1.5"
+    assert contact_duration(law.stiffness, unit, mass) == pytest.approx(run.t_events[0][0], rel=1e-4)
+
+
+# --- where they are told ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def odd():
+    """A pair that meets with 2.75e6 N/m^1.5, a thousandth of the published value."""
+    return parse_scene(
+        PAIR, "scene", ['interface.stiffness="2.75e6 N/m^1.5"', 'grid.gap=["0 mm", "20 mm"]', 'records.pga="0.5 g"']
+    )
+
+
+@pytest.fixture(scope="module")
+def results(odd):
+    return scan(odd, check_fraction=0.0)
+
+
+LASTS = "left | right: a stiffness of 2750 kN/m^1.5 makes a contact at 0.5 m/s last 1.06 s"
+
+
+def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_from_it(results):
+    (kept,) = json.loads(results.attrs["notes"])
+    assert kept.startswith(LASTS)
+    told = of_results(results)
+    assert told[0] == kept
+    (pushing,) = told[1:]
+    touching = (results["impact_count"] > 0).values
+    mean = results["contact_time"].values[touching] / results["impact_count"].values[touching]
+    long = int((mean >= 0.15).sum())  # half of 0.3 s
+    assert 2 * long > touching.sum()
+    assert pushing == (
+        f"in {long} of {touching.sum()} cases with contact one lasts 0.5 times the period of right (0.3 s) or more on "
+        "average: floors push rather than collide; a stiffness too small?"
+    )
+
+
+def test_a_penetration_that_crushes_whole_floors_is_told(results):
+    """0.0035 of two floors of 15 m is 105 mm; of the floors that a scene gives, it is theirs."""
+    deep = results.assign(peak_penetration=results["peak_penetration"].where(results["gap"] > 0.0, 0.11))
+    (said,) = (each for each in of_results(deep) if "penetration" in each)
+    assert said.startswith(
+        "the deepest contact has a penetration of 110 mm, more than 105 mm, which crushes floors of 15 m and 15 m "
+        "through their whole length (strain 0.0035, EN 1992-1-1, table 3.1)"
+    )
+    floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "20 m"\ndamping =')
+    assert not any("penetration" in each for each in of_results(deep.assign_attrs(scene_resolved=floors)))
+    less = deep.assign(peak_penetration=deep["peak_penetration"].clip(max=0.104))
+    assert not any("penetration" in each for each in of_results(less))
+
+
+@pytest.mark.parametrize(
+    ("attribute", "text"),
+    [("notes", "{"), ("notes", "5"), ("scene_resolved", "building = 3"), ("scene_resolved", "[[building]")],
+)
+def test_damaged_attributes_are_told(results, attribute, text):
+    with pytest.raises(PoundingError, match=f'the attribute "{attribute}" of the results cannot be read: the file was'):
+        of_results(results.assign_attrs({attribute: text}))
+
+
+def test_a_part_of_a_dataset_has_notes_too(results):
+    part = results.sel(polarity="as recorded", yield_force=np.inf)
+    assert of_results(part)[0] == of_results(results)[0]
+    assert len(of_results(part)) == 2
+
+
+def test_every_command_tells_them(odd, results, tmp_path, capsys):
+    whole = of_results(results)
+    print_scan(results, 1.0, tmp_path / "x.nc")
+    assert [line for line in capsys.readouterr().out.splitlines() if "stiffness" in line] == [
+        f"note: {each}" for each in whole
+    ]
+    print_summary(summary(results))
+    assert all(f"note: {each}" in capsys.readouterr().out for each in whole[:1])
+    found = assess(results)
+    assert found.notes == whole
+    assert found.as_dict()["notes"] == list(whole)
+    print_assessment(found)
+    told = capsys.readouterr().out
+    assert told.index(f"note: {whole[0]}") < told.index("left | right\n"), "before the verdict"
+    print_plan(validate(odd))
+    assert f"note: {whole[0]}" in capsys.readouterr().out
+    page = report(results, tmp_path / "report.html").read_text()
+    assert "2750 kN/m^1.5 makes a contact at 0.5 m/s last 1.06 s" in page
+    assert "floors push rather than collide" in page
+
+
+def test_a_single_run_tells_them(odd, capsys):
+    run = simulate(odd, gap=0.0)
+    told = json.loads(run.attrs["notes"])
+    assert told[0].startswith(LASTS)
+    lasting = float(np.median((run["contact_end"] - run["contact_start"]).values))
+    assert told[1].startswith(f"contacts last {lasting:.3g} s, {lasting / 0.3:.2g} times the period of right (0.3 s)")
+    print_run(run)
+    assert f"note: {told[0]}" in capsys.readouterr().out
+    assert json.loads(simulate(parse_scene(PAIR)).attrs["notes"]) == []
+    wide = json.loads(simulate(parse_scene(PAIR), gap=90.0).attrs["notes"])
+    assert wide == [f"grid.gap: gap 90 m, usually 2 m or less {GAPS}"]
+
+
+def test_a_row_tells_them_by_interface(capsys):
+    soft = parse_scene(ROW, "scene", ['interface.stiffness="1 MN/m"', 'records.pga="0.5 g"'])
+    (kept,) = of_input(soft, motions_of(soft))
+    # A floor of 200 t strikes one of 200 t: π √(1e5/1e6) = 0.993 s; T1 of b is 2 π √(200e3/600e6)/0.618 = 0.1856 s.
+    assert kept.startswith(
+        "a | b: a stiffness of 1 MN/m makes a contact at 0.5 m/s last 0.993 s, 5.4 times the period of b"
+    )
+    told = of_results(scan(soft, check_fraction=0.0))
+    assert told[0] == kept
+    assert "in 1 of 1 cases with contact one lasts 0.5 times the period of b" in told[1]
+    run = simulate(soft)
+    print_run(run)
+    assert f"note: {kept}" in capsys.readouterr().out
+    assert len(json.loads(run.attrs["notes"])) == 2

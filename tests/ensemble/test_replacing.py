@@ -1,0 +1,187 @@
+"""Finished results are never replaced silently: only the same command of the same study writes over them unasked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from test_labels import SCENE
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk.cli import app
+from pounding_risk.ensemble.replacing import MARKS, check_replaceable, read_finished
+from pounding_risk.ensemble.scan import scan, scan_shard
+from pounding_risk.errors import PoundingError, Stopped
+from pounding_risk.results.files import open_results, save
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.convert import convert
+
+SMALL = SCENE.replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]').replace("0.3 g", "0.2 g")
+SMALL = SMALL.replace('"RSN6-180", "RSN1690-090"', '"RSN6-180"')
+OTHER = SMALL.replace('gap = "20 mm"', 'gap = "25 mm"').replace('period = "0.3 s"', 'period = "0.4 s"')
+SUFFIXES = (".nc", ".zarr")
+
+
+def bytes_of(target: Path) -> dict[str, bytes]:
+    """Every file of a dataset."""
+    files = sorted(target.rglob("*")) if target.is_dir() else [target]
+    return {str(file): file.read_bytes() for file in files if file.is_file()}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("with_study", [True, False])
+def test_another_study_is_refused_with_the_differences(tmp_path, suffix, with_study):
+    """Whether or not the folder of the study is still beside it; and nothing is touched."""
+    target = tmp_path / f"results{suffix}"
+    scan(parse_scene(SMALL), target)
+    if not with_study:
+        (tmp_path / "results.study").rename(tmp_path / "elsewhere")
+    before = bytes_of(target)
+    with pytest.raises(PoundingError) as told:
+        scan(parse_scene(OTHER), target, screening=False)
+    assert str(told.value).splitlines() == [
+        f"{target}: holds the finished scan of a study that was another:",
+        '  - building[1].period: was "0.3 s", is "0.4 s"',
+        '  - interface[0].gap: was "0.02 m", is "0.025 m"',
+        "  - screening: was true, is false",
+        "to replace it say so (--new, or new=True in Python), or write to another name (-o)",
+    ]
+    assert bytes_of(target) == before
+    assert with_study or not (tmp_path / "results.study").exists()
+    with pytest.raises(PoundingError, match="move it away, or write to another name"):
+        scan_shard(parse_scene(OTHER), target, "1/2")
+    scan(parse_scene(OTHER), target, new=True)
+    assert open_results(target).attrs["scene_resolved"] == parse_scene(OTHER).to_toml()
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_same_study_is_made_again_and_a_title_does_not_count(tmp_path, suffix):
+    target = tmp_path / f"results{suffix}"
+    first = scan(parse_scene(SMALL), target)
+    xr.testing.assert_identical(scan(parse_scene(SMALL), target), first)
+    renamed = scan(parse_scene(f'[scene]\nname = "Another title"\n{SMALL}'), target)
+    assert renamed.attrs["title"] == "Another title"
+
+
+def test_a_new_program_a_new_library_and_other_records_are_differences(tmp_path):
+    """As the file's own attributes tell them."""
+    target = tmp_path / "results.nc"
+    study = parse_scene(SMALL)
+    scan(study, target)
+    sound = open_results(target)
+    changes = {
+        "kernels_digest": ("0123", "pounding_risk: its source was changed since"),
+        "versions": (sound.attrs["versions"].replace('"numpy": "', '"numpy": "0.'), 'numpy: was "0.'),
+        "motions_sha256": (
+            sound.attrs["motions_sha256"].replace(": ", ": x", 0).replace('-180": "', '-180": "0'),
+            "RSN6-180",
+        ),
+        "options": ('{"check_fraction": 0.5, "screening": true}', "check_fraction: was 0.5, is 0.01"),
+    }
+    for name, (value, words) in changes.items():
+        save(sound.assign_attrs({name: value}), target)
+        with pytest.raises(PoundingError) as told:
+            scan(study, target)
+        assert words in str(told.value), name
+
+
+def test_what_was_begun_with_leave_goes_on_without_being_asked_again(tmp_path):
+    """--new, Ctrl-C after some of it, and the same command without --new."""
+    target = tmp_path / "results.nc"
+    scan(parse_scene(SMALL), target)
+
+    def stop(done: int, total: int) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Stopped):
+        scan(parse_scene(OTHER), target, new=True, workers=1, progress=stop)
+    assert open_results(target).attrs["scene_resolved"] == parse_scene(SMALL).to_toml()
+    scan(parse_scene(OTHER), target)
+    assert open_results(target).attrs["scene_resolved"] == parse_scene(OTHER).to_toml()
+
+
+def test_a_foreign_file_and_another_command_s_are_never_replaced_unasked(tmp_path):
+    study = parse_scene(SMALL)
+    target = tmp_path / "results.nc"
+    foreign = (b"", b"precious notes", None)
+    for content in foreign:
+        if content is None:
+            xr.Dataset({"impact_count": ("x", [1.0])}).to_netcdf(target)
+        else:
+            target.write_bytes(content)
+        before = target.read_bytes()
+        with pytest.raises(PoundingError, match=r"is there already and holds no results of pounding-risk"):
+            scan(study, target)
+        assert target.read_bytes() == before
+    scan(study, target, new=True)
+    for refused in (
+        lambda: pr.compare(study, target, laws=["linear", "hertz"]),
+        lambda: pr.accuracy(study, target),
+        lambda: pr.effects(study, target),
+        lambda: pr.histories(study, target),
+    ):
+        with pytest.raises(PoundingError, match="holds the results of scan, not those of"):
+            refused()
+    assert read_finished(target).command == "scan"
+
+
+def test_every_command_s_file_is_known(tmp_path):
+    """By a dimension or a variable that only its datasets have."""
+    study = parse_scene(SMALL.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5"))
+    files = {name: tmp_path / f"{name}.nc" for name in MARKS}
+    scan(study, files["scan"])
+    save(pr.simulate(study), files["simulate"])
+    pr.histories(study, files["histories"], gaps=[0.005])
+    pr.compare(study, files["compare"], laws=["linear", "jankowski"])
+    pr.accuracy(study, files["accuracy"], cases=2, budget=0.2, scipy=False)
+    pr.effects(study, files["effects"], repeats=1)
+    assert {name: read_finished(file).command for name, file in files.items()} == {name: name for name in MARKS}
+    for name, file in files.items():
+        check_replaceable(file, name)
+    with pytest.raises(PoundingError, match=r'holds the finished compare of .*\n  - building\[1\].period: was "0.3 s"'):
+        pr.compare(
+            parse_scene(study.to_toml().replace("0.3 s", "0.4 s")), files["compare"], laws=["linear", "jankowski"]
+        )
+
+
+def test_the_commands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a.toml").write_text(SMALL)
+    Path("b.toml").write_text(OTHER)
+
+    def run(*words: str):
+        return CliRunner().invoke(app, list(words))
+
+    assert run("scan", "a.toml", "-o", "r.nc").exit_code == 0
+    before = Path("r.nc").read_bytes()
+    refused = run("scan", "b.toml", "-o", "r.nc")
+    assert refused.exit_code == 2 and 'building[1].period: was "0.3 s", is "0.4 s"' in refused.stderr
+    for words in (("simulate", "a.toml", "-o", "r.nc"), ("effects", "a.toml", "-o", "r.nc")):
+        refused = run(*words)
+        assert refused.exit_code == 2 and "holds the results of scan" in refused.stderr, words
+    assert Path("r.nc").read_bytes() == before
+    assert run("scan", "b.toml", "-o", "r.nc", "--new").exit_code == 0
+    refused = run("rerun", "r.nc", "-o", "r.nc")
+    assert refused.exit_code == 2
+    assert run("scan", "a.toml").exit_code == 0
+    again = run("scan", "a.toml")
+    assert again.exit_code == 2 and "a.nc exists already; write -o a.nc to make the same study again" in again.stderr
+    assert run("scan", "a.toml", "--new").exit_code == 0
+
+
+def test_a_conversion_replaces_nothing_but_the_same_results(tmp_path):
+    first, other = tmp_path / "a.nc", tmp_path / "b.nc"
+    scan(parse_scene(SMALL), first)
+    scan(parse_scene(OTHER), other)
+    convert(first, tmp_path / "a.zarr")
+    convert(first, tmp_path / "a.zarr")
+    with pytest.raises(PoundingError, match="holds other results of scan; move it away, or write to another name"):
+        convert(other, tmp_path / "a.zarr")
+    (tmp_path / "precious.nc").write_text("notes")
+    with pytest.raises(PoundingError, match="holds no results of pounding-risk"):
+        convert(tmp_path / "a.zarr", tmp_path / "precious.nc")
+    assert (tmp_path / "precious.nc").read_text() == "notes"
+    xr.testing.assert_identical(open_results(tmp_path / "a.zarr"), open_results(first))

@@ -1,0 +1,407 @@
+"""Chunks and threads: every line once, the same bits in any chunk, no compile twice, and an end that waits for none."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from chunked_work import SCENE, Kept, Numbers, Order, scanned
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pounding_risk
+from pounding_risk.ensemble import scan as ensemble
+from pounding_risk.ensemble.scan import scan_shard
+from pounding_risk.ensemble.threads import (
+    GROWTH,
+    LEAST,
+    PART_BYTES,
+    ROUNDS,
+    SECONDS,
+    Pending,
+    Threads,
+    read_shard,
+    shard_lines,
+)
+from pounding_risk.errors import PoundingError, Stopped
+from pounding_risk.results.store import Netcdf
+from pounding_risk.scene.reader import parse_scene
+
+
+def pending_of(job, lines=None, **more):
+    return Pending([range(job.lines)] if lines is None else lines, job.law_at, bytes_a_line=job.bytes_a_line, **more)
+
+
+def drained(pending, cost):
+    """Chunks as they are handed out, each back before the next is asked for; ``cost`` tells a line's seconds."""
+    chunks = []
+    while (lines := pending.next()) is not None:
+        chunks.append((lines, sum(map(cost, lines))))
+        pending.took(*chunks[-1])
+    assert pending.left == 0
+    return chunks
+
+
+def serial(order):
+    """Every line alone, one after the other."""
+    kept = Kept(order.lines)
+    job = Numbers(order)
+    for line in range(order.lines):
+        kept(range(line, line + 1), job.solve(range(line, line + 1), lambda: False), 0.0)
+    return kept.value
+
+
+@given(
+    lines=st.integers(1, 300),
+    laws=st.integers(1, 5),
+    run=st.integers(1, 40),
+    workers=st.integers(1, 6),
+    length=st.none() | st.integers(1, 400),
+    cost=st.floats(0.0, 3.0),
+    data=st.data(),
+)
+def test_every_line_is_handed_out_once(lines, laws, run, workers, length, cost, data):
+    """Whatever comes back when: chunks are whole, apart, and together what was asked for."""
+    job = Numbers(Order(lines, laws, run))
+    first = data.draw(st.integers(0, lines))
+    last = data.draw(st.integers(first, lines))
+    pieces = [range(last, lines), range(0, first)]  # out of order, with a hole
+    pending = pending_of(job, pieces, length=length)
+    pending.shared_by(workers)
+    out, found, begun, ready = [], [], set(), set()
+    while pending.left or out:
+        chunk = pending.next() if len(out) < workers else None
+        if chunk is not None:
+            assert len(chunk) > 0
+            needs = {job.law_at(line) for line in chunk}
+            assert needs <= ready or (len(chunk) == 1 and not needs & begun), "two compile one law"
+            assert length is None or len(chunk) <= length
+            begun |= needs
+            out.append(chunk)
+            continue
+        chunk = out.pop(data.draw(st.integers(0, len(out) - 1)))
+        pending.took(chunk, data.draw(st.sampled_from([cost * len(chunk), 0.0, None])))
+        ready |= {job.law_at(line) for line in chunk}
+        found += chunk
+    assert sorted(found) == [*range(first), *range(last, lines)]
+    assert pending.next() is None
+
+
+def test_chunks_are_sized_from_what_lines_took():
+    """A compile says nothing; growth is fourfold at most; then chunks take what was asked for, until the end."""
+    order = Order(lines=4000, laws=1)
+    cost = 0.01
+    chunks = drained(pending_of(Numbers(order)), lambda line: 30.0 if line == 0 else cost)
+    lengths = [len(lines) for lines, _ in chunks]
+    assert lengths[:4] == [1, 1, GROWTH, GROWTH**2]
+    sized = round(SECONDS / cost)
+    assert lengths[4:10] == pytest.approx([sized] * 6, abs=1)  # a line more or less, from rounding
+    assert max(lengths) <= sized
+    assert min(lengths[4:-1]) >= LEAST * sized - 1
+    assert sum(lengths[-4:]) < 4 * sized, "chunks shrink towards the end"
+
+
+def test_small_gaps_do_not_make_a_long_chunk():
+    """Lines cost 40 times less along each run of gaps; a chunk keeps below a few times what was asked for."""
+    order = Order(lines=5000, laws=1, run=50)
+
+    def cost(line):
+        return 0.08 if line % 50 < 10 else 0.002
+
+    took = [seconds for _, seconds in drained(pending_of(Numbers(order)), cost)]
+    # The worst chunk: ten costly lines after a mean of (10 × 0.08 + 40 × 0.002) / 50 = 0.0176 s a line.
+    assert max(took) <= 2.0
+    assert np.mean(took[8:-8]) == pytest.approx(SECONDS, rel=0.35)  # a running mean over whole runs of gaps
+
+
+def test_a_line_that_takes_long_is_a_chunk_and_one_never_waits_for_more():
+    took = drained(pending_of(Numbers(Order(lines=40, laws=2))), lambda line: 5.0)
+    assert {len(lines) for lines, _ in took} == {1}
+    # Two seconds at most, whatever is asked for.
+    pending = pending_of(Numbers(Order(lines=4000, laws=1)), seconds=60.0)
+    assert max(seconds for _, seconds in drained(pending, lambda line: 0.01)) <= 2.0 + 1e-9
+
+
+def test_a_part_is_no_larger_than_memory_allows():
+    pending = Pending([range(10_000)], lambda line: 0, bytes_a_line=int(PART_BYTES // 7))
+    assert max(len(lines) for lines, _ in drained(pending, lambda line: 1e-6)) == 7
+
+
+def test_what_several_laws_take_is_told_apart():
+    """Two laws by turns, one twenty times dearer: chunks come to what was asked for, and no step is skipped."""
+    order = Order(lines=20_000, laws=2, run=25)
+    job = Numbers(order)
+    chunks = drained(pending_of(job), lambda line: 0.004 if job.law_at(line) else 0.0002)
+    most = 1
+    for lines, _ in chunks:
+        dear = sum(job.law_at(line) for line in lines)
+        assert dear <= GROWTH * most
+        most = max(most, dear)
+    # Whole runs of both laws: one run more or less is 25 × 4 ms.
+    assert [seconds for _, seconds in chunks[-40:-15]] == pytest.approx([SECONDS] * 25, abs=0.1)
+
+
+def test_a_chunk_spans_laws_but_not_holes():
+    job = Numbers(Order(lines=400, laws=4, run=5))
+    chunks = [lines for lines, _ in drained(pending_of(job, length=64), lambda line: 1e-3)]
+    assert max(len({job.law_at(line) for line in lines}) for lines in chunks) == 4
+    pieces = [range(0, 50), range(60, 90)]
+    apart = [lines for lines, _ in drained(pending_of(job, pieces, length=64), lambda line: 1e-3)]
+    assert all(lines.stop <= 50 or lines.start >= 60 for lines in apart)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 4])
+@pytest.mark.parametrize("length", [None, 1, 7, 5000])
+def test_threads_give_the_same_bits(workers, length):
+    order = Order(lines=500, laws=3)
+    job, kept = Numbers(order), Kept(order.lines)
+    Threads(workers).run(job, pending_of(job, length=length), kept)
+    assert np.array_equal(kept.value, serial(order))
+    assert (kept.times == 1).all()
+    assert length is None or max(map(len, kept.chunks)) <= length
+
+
+@pytest.fixture(scope="module")
+def in_one_go():
+    """A real scan: all lines but the first of each law in one chunk."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ensemble, "Pending", partial(Pending, length=10_000))
+        return scanned(workers=1)
+
+
+@pytest.mark.parametrize(("workers", "length"), [(1, 1), (2, None), (2, 5), (4, 3)])
+def test_a_scan_has_the_same_bits_on_any_threads_in_any_chunks(in_one_go, monkeypatch, workers, length):
+    assert int(in_one_go["simulated"].sum()) > 40
+    assert int((in_one_go["sensitive"] >= 0).sum()) > 10
+    monkeypatch.setattr(ensemble, "Pending", partial(Pending, length=length))
+    assert scanned(workers=workers).identical(in_one_go)
+
+
+def test_a_scan_has_the_same_bits_in_shards(in_one_go, tmp_path):
+    """Three shards, the last first, and a scan that puts them together: the very bytes of a scan in one go."""
+    whole, sharded = tmp_path / "whole.nc", tmp_path / "sharded.nc"
+    scanned(out=whole)
+    study = parse_scene(SCENE)
+    for number in (3, 1, 2):
+        assert not sharded.exists()
+        found = scan_shard(study, sharded, f"{number}/3", check_fraction=0.25)
+    assert found[1] == in_one_go["status"].size
+    told = []
+    assert scanned(out=sharded, progress=lambda *counts: told.append(counts)).identical(in_one_go)
+    assert told == [(found[1], found[1])], "nothing is left to solve"
+    assert sharded.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.parametrize(("new", "again"), [(False, "the same command"), (True, "the same command without --new")])
+def test_ctrl_c_while_results_are_written_says_what_is_kept(in_one_go, monkeypatch, tmp_path, new, again):
+    """All is solved by then; and after --new the same command would throw it away."""
+    target, cases = tmp_path / "r.nc", in_one_go["status"].size
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Netcdf, "finish", interrupted)
+        with pytest.raises(Stopped) as stop:
+            scanned(out=target, new=new)
+    assert str(stop.value) == (
+        f"{cases} of {cases} cases are kept in {tmp_path / 'r.study'}; {again} goes on from there"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["r.study"]
+    told = []
+    scanned(out=target, progress=lambda *counts: told.append(counts))
+    assert told == [(cases, cases)] and target.exists()
+
+
+def test_no_law_compiles_on_two_threads():
+    """Other laws go on meanwhile."""
+    begun, over = [], []
+    order = Order(lines=60, laws=3, run=10)
+
+    class Compiling(Numbers):
+        def solve(self, lines, stop):
+            law = self.law_at(lines.start)
+            if law not in begun:
+                assert len(lines) == 1
+                begun.append(law)
+                time.sleep(0.05)
+                over.append(law)
+            assert {self.law_at(line) for line in lines} <= set(over), "solved while it compiles elsewhere"
+            return super().solve(lines, stop)
+
+    job, kept = Compiling(order), Kept(order.lines)
+    Threads(4).run(job, pending_of(job), kept)
+    assert np.array_equal(kept.value, serial(order))
+
+
+def test_parts_are_kept_by_the_caller_and_do_not_pile_up():
+    order, alive = Order(lines=200, laws=1), []
+
+    class Counted(Numbers):
+        def solve(self, lines, stop):
+            alive.append(1)
+            return super().solve(lines, stop)
+
+    def keep(lines, part, seconds):
+        assert threading.current_thread() is threading.main_thread()
+        time.sleep(0.002)  # a slow disk
+        most.append(len(alive))
+        alive.pop()
+
+    most: list[int] = []
+    job = Counted(order)
+    Threads(2).run(job, pending_of(job, length=1), keep)
+    assert len(most) == 200
+    assert max(most) <= 5  # two threads, twice as many parts, and the one in hand
+
+
+def test_nothing_to_do_is_done():
+    job, kept = Numbers(Order()), Kept(1000)
+    Threads(2).run(job, pending_of(job, []), kept)
+    assert kept.chunks == []
+
+
+def test_what_a_line_raises_reaches_the_caller_with_its_place():
+    order = Order(lines=400, fault=200, seconds=1e-4)
+    job, kept = Numbers(order), Kept(order.lines)
+    with pytest.raises(PoundingError, match="line 200 cannot be solved") as error:
+        Threads(2).run(job, pending_of(job, length=10), kept)
+    assert error.traceback[-1].name == "solve"
+    assert 0 < kept.times.sum() < 400, "what was done is kept, the rest is left"
+
+
+def test_a_full_disk_stops_the_threads():
+    order = Order(lines=400, seconds=1e-4)
+    job = Numbers(order)
+
+    def full(lines, part, seconds):
+        raise PoundingError("no space")
+
+    before = set(threading.enumerate())  # threads of other tests may be ending meanwhile
+    with pytest.raises(PoundingError, match="no space"):
+        Threads(2).run(job, pending_of(job, length=10), full)
+    for _ in range(100):
+        if not (left := set(threading.enumerate()) - before):
+            break
+        time.sleep(0.02)
+    assert not left, "threads go on"
+
+
+def test_what_is_finished_is_kept_when_a_run_is_interrupted():
+    """Also the part in hand, once more, and those that wait behind it."""
+    order = Order(lines=300, laws=1)
+    job, kept = Numbers(order), Kept(order.lines)
+    tries = []
+
+    def keep(lines, part, seconds):
+        tries.append(lines)
+        if len(tries) == 3:
+            time.sleep(0.1)  # the others go on until there is no room
+            raise KeyboardInterrupt
+        kept(lines, part, seconds)
+
+    with pytest.raises(KeyboardInterrupt):
+        Threads(2).run(job, pending_of(job, length=10), keep)
+    assert tries[2] == tries[3]
+    assert len(kept.chunks) >= 2 + 5  # room for two threads is five
+    found = kept.times > 0
+    assert np.array_equal(kept.value[found], serial(order)[found])
+
+
+IN_A_KERNEL = """
+import sys, time
+import numba
+import numpy as np
+from pounding_risk.ensemble.threads import Pending, Threads
+
+@numba.njit(nogil=True)
+def spin(rounds):
+    x = 0.5
+    for _ in range(rounds):
+        x = 3.9 * x * (1.0 - x)
+    return x
+
+spin(1)  # compiled
+
+class Job:
+    order = None
+    def solve(self, lines, stop):
+        print("in", flush=True)
+        spin(60_000_000_000)  # minutes
+        return {}
+
+try:
+    Threads(2).run(Job(), Pending([range(4)], lambda line: line % 2), print)
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+    sys.exit(130)
+"""
+
+
+def child(code):
+    environment = {**os.environ, "PYTHONPATH": str(Path(pounding_risk.__file__).parent.parent)}
+    return subprocess.Popen(
+        [sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def test_an_interrupt_does_not_wait_for_a_kernel():
+    """A process with minutes of work in two kernels is gone at Ctrl-C, in good order."""
+    process = child(IN_A_KERNEL)
+    try:
+        assert process.stdout.readline() == "in\n"
+        time.sleep(0.3)  # from there into the kernel
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20)  # the kernels need minutes
+    finally:
+        process.kill()
+    assert (process.returncode, out.split()[-1], err) == (130, "stopped", "")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 7, 32])
+@pytest.mark.parametrize("lines", [0, 1, 2, 31, 100, 13_200])
+def test_shards_are_the_grid(lines, count):
+    """Together every line, apart from each other, and of nearly one size."""
+    shards = [shard_lines(lines, (number, count)) for number in range(1, count + 1)]
+    each = [[line for piece in pieces for line in piece] for pieces in shards]
+    assert sorted(line for one in each for line in one) == list(range(lines))
+    assert all(one == sorted(one) for one in each)
+    assert all(pieces == sorted(pieces, key=lambda piece: piece.start) for pieces in shards)
+    # No shard has more than a block more than another.
+    assert max(map(len, each)) - min(map(len, each)) <= max(1, -(-lines // (count * ROUNDS)))
+
+
+@pytest.mark.parametrize("gaps", [8, 20, 21, 50, 64])
+@pytest.mark.parametrize("count", [2, 3, 8])
+def test_shards_cost_alike_where_small_gaps_cost_more(gaps, count):
+    """The cost of a line falls with its gap, to nothing; shards differ by a sixth at most."""
+    lines = gaps * 60
+    work = [
+        sum(
+            max(0.0, 1.0 - 1.5 * (line % gaps) / gaps)
+            for piece in shard_lines(lines, (number, count))
+            for line in piece
+        )
+        for number in range(1, count + 1)
+    ]
+    assert max(work) / np.mean(work) < 7 / 6
+
+
+def test_a_shard_is_read_and_refused_in_words():
+    assert read_shard("2/8") == (2, 8)
+    for text, words in (("0/8", "from 1/8 to 8/8"), ("9/8", "no shard 9/8"), ("2", "such as 2/8"), ("1/0", "1/0")):
+        with pytest.raises(PoundingError, match=words):
+            read_shard(text)
+
+    with pytest.raises(PoundingError, match="no shard 3/2"):
+        shard_lines(10, (3, 2))
+    with pytest.raises(PoundingError, match="workers is 0"):
+        Threads(0)

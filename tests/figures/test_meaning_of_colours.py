@@ -1,0 +1,70 @@
+"""A colour means one thing in every figure of an assessment."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from pounding_risk.assessment.assess import assess
+from pounding_risk.assessment.required_gap import contact_steps
+from pounding_risk.assessment.separations.rules import VERIFICATIONS
+from pounding_risk.assessment.separations.table import code_table
+from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.figures.report import Judged, Ratio, report_contact, report_rules
+from pounding_risk.figures.separations import separations_figure
+from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, strength_styles
+
+
+@pytest.fixture(scope="module")
+def scan(root):
+    """A dataset as a scan writes it, made and not solved."""
+    sys.path.insert(0, str(root / "benchmarks"))
+    from made_scan import made_scan
+
+    yield made_scan(5, np.linspace(0.0, 0.1, 6), (2e5, np.inf), 2)
+    sys.path.remove(str(root / "benchmarks"))
+
+
+def colours(axis) -> dict[str, str]:
+    """Colour of each line by its label."""
+    return {str(line.get_label()): to_hex(line.get_color()) for line in axis.get_lines()}
+
+
+def named(found: dict[str, str], start: str) -> set[str]:
+    return {colour.upper() for label, colour in found.items() if label.startswith(start)}
+
+
+def test_no_two_meanings_share_a_colour():
+    assert len(set(MEANING.values())) == len(MEANING)
+    forces = {colour.upper() for count in range(7) for colour, _ in strength_styles(count)}
+    assert not forces & {colour.upper() for colour in MEANING.values()}
+    assert contact_styles(1)[0][0] == MEANING["motions"]
+
+
+def test_what_is_drawn_twice_has_one_colour(scan):
+    """The gap, the target, the required gap and code rules, in the figures of assess, separations and the report."""
+    found = assess(scan)
+    assessed = colours(assessment_figure(found).axes[0])
+    closing = np.array(found.interfaces[0].closing)
+    judged = Judged(0.02, 0.16, 84.0, 0.03, 0.02, 0.04, True)
+    reported = colours(report_contact(contact_steps(closing, 1.0, 0.95), judged).axes[0])
+    beside = colours(separations_figure(code_table(scan)).axes[0])
+    for found_colours, gap in ((assessed, "the gap"), (reported, "gap assessed")):
+        assert named(found_colours, gap) == {MEANING["gap"]}
+        assert named(found_colours, "target") == {MEANING["target"]}
+        assert named(found_colours, "required by") == {MEANING["required gap"]}
+    assert named(beside, "required by") == {MEANING["required gap"]}
+    assert named(beside, "gap needed") == {MEANING["motions"]}
+    for name in ("ABS", "SRSS", "CQC"):
+        assert named(beside, name) == named(assessed, name) == {MEANING["rule"]}
+
+
+def test_how_a_clause_is_known_is_told_by_the_mark_alone():
+    assert set(RULE_MARKS) == set(VERIFICATIONS)
+    (axis,) = report_rules([Ratio(each, 0.9, 1.0, 1.1, each) for each in VERIFICATIONS]).axes
+    marks = [line for line in axis.get_lines() if line.get_marker() in ("o", "s")]
+    assert [line.get_fillstyle() for line in marks] == ["full", "full", "left", "none"]
+    assert {to_hex(line.get_color()).upper() for line in marks} == {MEANING["rule"]}

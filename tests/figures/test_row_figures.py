@@ -1,0 +1,210 @@
+"""Figures of rows say what the dataset says, and draw every building, gap and contact point of it.
+
+The dataset is made, not solved (`made_row`): what is checked is what is drawn of it.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_row import STREET, made_row
+from matplotlib.collections import PathCollection, PolyCollection
+
+from pounding_risk.assessment.row import RowCase, any_of_building, row_case
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.elevation import ON_A_LINE, elevation_figure
+from pounding_risk.figures.plan_view import PANELS, plan_figure
+from pounding_risk.figures.storey_profiles import amplification, profile, profiles_figure
+from pounding_risk.figures.style import in_lines, write
+
+HERE = {"gap": 0.05, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
+
+
+@pytest.fixture(scope="module")
+def results() -> xr.Dataset:
+    """Six motions in two polarities, one run failed."""
+    return made_row(gaps=(0.0, 0.02, 0.05), failed=True)
+
+
+@pytest.fixture(scope="module")
+def case(results) -> RowCase:
+    """The widest gap at the larger amplitude, where some touch and some do not."""
+    return row_case(results, gap=0.05)
+
+
+def texts(figure) -> str:
+    """Everything that is written in a figure, lines joined."""
+    from matplotlib.text import Text
+
+    return "\n".join(each.get_text() for each in figure.findobj(Text))
+
+
+def test_the_cell_is_the_scenes_own_unless_another_is_asked_for(results):
+    own = row_case(results)  # the scene: 20 mm and 400 kN, and of two amplitudes the larger
+    assert [float(own.results[name]) for name in ("gap", "yield_force", "pga")] == [0.02, 4e5, 0.4 * 9.80665]
+    other = row_case(results, gap=0.04, yield_force=np.inf, pga=0.2 * 9.80665)
+    assert [float(other.results[name]) for name in ("gap", "yield_force")] == [0.05, np.inf]
+    with pytest.raises(PoundingError, match="'hertz' is not in the dataset, which has viscous_elastoplastic"):
+        row_case(results, contact_model="hertz")
+
+
+def test_shares_count_complete_runs_only(results):
+    first = row_case(results, gap=0.0)
+    count = results["contact_point_impact_count"].sel(gap=0.0, yield_force=4e5).isel(pga=1, contact_model=0)
+    for at, place in enumerate(first.places):
+        mine = count.isel(contact_point=at).values
+        assert place.touch.runs == 11  # of 12, one failed
+        assert place.touch.contact == (mine > 0).sum() / 11
+    assert np.isnan(any_of_building(first, "impact_count", 2)[0])
+    assert np.isfinite(any_of_building(first, "impact_count", 2)[1:]).all()
+
+
+def test_a_pair_is_no_row(results):
+    pair = results.isel(interface=0, building=slice(0, 2))
+    with pytest.raises(PoundingError, match="is one of a pair, which is no row"):
+        row_case(pair)
+
+
+def test_a_building_without_a_height_is_as_tall_as_its_neighbour(case):
+    kiosk, vault = case.buildings[-2:]
+    assert (vault.height, vault.is_rigid, kiosk.height) == (4.0, True, 4.0)
+
+
+def test_the_elevation_draws_each_contact_point_at_its_level_in_its_share(case, results):
+    figure = elevation_figure(case)
+    drawn = [each for each in figure.findobj(PathCollection) if each.get_array() is not None]
+    seen = {
+        (round(float(y), 6), round(float(share), 6))
+        for each in drawn
+        for (_, y), share in zip(each.get_offsets(), each.get_array(), strict=True)
+    }
+    count = results["contact_point_impact_count"].sel(gap=0.05, yield_force=4e5).isel(pga=1, contact_model=0)
+    levels = results["contact_point_level"].values
+    wanted = {
+        (round(float(level), 6), round(float((count.isel(contact_point=at) > 0).mean()), 6))
+        for at, level in enumerate(levels)
+    }
+    assert seen == wanted
+    said = texts(figure)
+    assert all(each.name in said for each in STREET)
+    assert said.count("50 mm\n") == 5
+    shares = (results["impact_count"].sel(HERE).isel(pga=1) > 0).mean(("record", "polarity")).values
+    assert f"Contact at {(shares > 0).sum()} of 5 interfaces, most often between Corner and Arcade" in said
+    assert f"{round(12 * shares.max())} of 12 motions" in said.replace("\n", " ")
+
+
+def test_a_long_row_is_drawn_in_lines_that_share_a_building(case):
+    long = _repeated(case, 4)
+    figure = elevation_figure(long)
+    lines = [axis for axis in figure.axes if axis.get_ylabel() == "height [m]"]
+    assert len(lines) == 4  # 24 buildings, 8 on a line with one shared
+    assert len(long.buildings) <= ON_A_LINE * 4
+    for building in long.buildings:
+        assert building.name in texts(figure)
+    assert figure.get_figwidth() < 17.0
+
+
+def _repeated(case: RowCase, times: int) -> RowCase:
+    """The same row again and again, as one: for what is drawn of it only."""
+    count = len(case.buildings)
+    buildings = tuple(each._replace(name=f"{each.name} {turn}") for turn in range(times) for each in case.buildings)
+    gaps = ((*case.gaps, 0.05) * times)[: count * times - 1]
+    touches = ((*case.touches, case.touches[0]) * times)[: count * times - 1]
+    places = tuple(
+        each._replace(interface=each.interface + turn * count) for turn in range(times) for each in case.places
+    )
+    names = [f"{one.name} | {other.name}" for one, other in pairwise(buildings)]
+    results = case.results[["record", "polarity", "pga", "gap", "yield_force", "contact_model"]]
+    return RowCase(results.assign_coords(interface=names), buildings, gaps, places, touches)
+
+
+def test_the_plan_colours_each_building_by_its_own_share(case, results):
+    figure = plan_figure(case)
+    for collection, (name, _) in zip(figure.findobj(PolyCollection), PANELS, strict=True):
+        values = results[name].sel(HERE).isel(pga=1).values.reshape(12, 5)
+        sides = np.concatenate([values[:, :1], np.maximum(values[:, :-1], values[:, 1:]), values[:, -1:]], axis=1)
+        np.testing.assert_allclose(collection.get_array(), (sides > 0).mean(axis=0), rtol=1e-12)  # sums of 12
+    assert "100 %" in texts(figure)
+
+
+def test_the_plan_takes_footprints_and_says_whose_is_missing(case):
+    square = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 12.0], [0.0, 12.0]])
+    given = {each.name: square + np.array([11.0 * at, 0.0]) for at, each in enumerate(STREET)}
+    figure = plan_figure(case, {**given, "Lone": square + np.array([90.0, 0.0])})
+    assert "in no row" in texts(figure)
+    drawn = figure.findobj(PolyCollection)[0].get_paths()
+    np.testing.assert_array_equal(drawn[3].vertices[:4], given["Tower"])
+    del given["Tower"]
+    with pytest.raises(PoundingError, match="no footprint of Tower"):
+        plan_figure(case, given)
+    with pytest.raises(PoundingError, match="footprint of Tower: is no polygon"):
+        plan_figure(case, {**given, "Tower": [[0.0, 0.0], [1.0, 1.0]]})
+
+
+def test_profiles_are_percentiles_over_the_motions_that_touch(case, results):
+    here = results.sel(HERE).isel(pga=1)
+    touching = (here["impact_count"].isel(interface=0) > 0).values.ravel()  # the first building has one interface
+    drift = here["storey_drift"].isel(building=0).values.reshape(12, -1)[touching, :5]
+    found = profile(case, 0, "storey_drift")
+    assert found.motions == touching.sum() < 12
+    # In % of a storey of 3.2 m; only the order of two products differs.
+    np.testing.assert_allclose(found.struck, 100 * np.percentile(drift, (16, 50, 84), axis=0) / 3.2, rtol=1e-12)
+    free = here["storey_drift_free"].isel(building=0).values.reshape(12, -1)[touching, :5]
+    np.testing.assert_allclose(found.free, 100 * np.percentile(free, (16, 50, 84), axis=0) / 3.2, rtol=1e-12)
+    ratio = np.median(drift.max(axis=1) / free.max(axis=1))
+    assert amplification(case, 0) == pytest.approx(ratio, rel=1e-12)
+
+
+def test_profiles_tell_ends_from_interiors_and_name_what_is_not_there(case):
+    said = texts(profiles_figure(case, ["Corner", "Tower"]))
+    assert "Corner (end)" in said
+    assert "Tower (interior)" in said
+    assert "times at the row's ends" in said.replace("\n", " ")
+    with pytest.raises(PoundingError, match="building 'Turm' is not in the row, which has Corner, Arcade"):
+        profiles_figure(case, ["Turm"])
+    with pytest.raises(PoundingError, match="no building of the row has storeys"):
+        profiles_figure(case, ["Vault"])
+
+
+def test_a_row_that_nothing_touches_says_so(results):
+    still = results.copy(deep=True)
+    for name in ("impact_count", "yield_exceedance", "contact_point_impact_count", "contact_point_yield_exceedance"):
+        still[name][:] = 0
+    case = row_case(still, gap=0.05)
+    assert "No contact in 12 motions" in texts(elevation_figure(case))
+    assert "No building touches a neighbour in 12 motions" in texts(plan_figure(case))
+    assert profile(case, 0, "storey_drift").motions == 0
+    assert np.isnan(amplification(case, 0))
+    assert "no contact" in texts(profiles_figure(case))
+
+
+def test_a_cell_without_a_complete_run_says_so():
+    case = row_case(made_row(records=1, failed=True).isel(polarity=[0]), gap=0.0)
+    for draw in (elevation_figure, plan_figure):
+        assert "No run of 1 motion is complete" in texts(draw(case))
+    profiles_figure(case)
+
+
+def test_figures_are_the_same_bytes_for_the_same_data(case, tmp_path):
+    one, other = (write(elevation_figure(case), tmp_path / f"{turn}.svg") for turn in "ab")
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_the_plan_of_several_rows_is_headed_by_all_their_gaps(results):
+    narrow, wide = row_case(results, gap=0.02), row_case(results, gap=0.05)
+    assert "2 rows: gaps 20 to 50 mm" in texts(plan_figure([narrow, wide])).replace("\n", " ")
+
+
+def test_the_columns_own_yield_force_stands_beside_that_of_floors(case):
+    columns = case.results["contact_point_yield_force"].values[case.results["contact_point_kind"].values == "column"]
+    assert f"(of columns {columns.min() / 1e3:.0f}" in texts(elevation_figure(case)).replace("\n", " ")
+
+
+def test_a_line_that_breaks_leaves_no_single_word():
+    text = " ".join(["word"] * 13)  # 64 letters
+    assert [len(line.split()) for line in in_lines(text, 60).splitlines()] == [7, 6]
+    assert in_lines("short", 60) == "short"
+    assert in_lines("", 60) == ""

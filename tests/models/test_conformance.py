@@ -1,0 +1,378 @@
+"""Every contact model, found by itself: what it must return, from one table of facts, and what must hold in a run.
+
+A model that is added fails here until it has an entry in FACTS; a law of force that comes with the package is put to
+every test by that entry alone. Each fact is a closed form (see closed_forms) or a sentence that says why there is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, isnan, sqrt
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import closed_forms as exact
+import numpy as np
+import pytest
+from interpreted import interpreted as without_compiling
+from oracle_laws import exact_hertz_damp
+
+from pounding_risk._jit import compile as _jit
+from pounding_risk.models.contact import impulsive as instant
+from pounding_risk.models.contact import laws as contact
+from pounding_risk.models.contact.damping import BILINEAR_LOWEST, EXACT
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, DistributedMass, Stereomechanical, is_instant
+from pounding_risk.models.contact.laws import LAWS, Bilinear, Hertz, Jankowski, Linear, VanMier, ViscousElastoplastic
+from pounding_risk.models.restitution import CONCRETE, constant
+from pounding_risk.solver.counters import COMPLETE
+from pounding_risk.solver.pair.api import Interface, solve
+from pounding_risk.studies.impact import Impact, impact
+from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, largest_difference, shaking
+
+K, BETA, MASS, SPEED = 9.35e7, 2.75e9, 570.0, 0.5  # N/m, N/m^1.5, kg, m/s: concrete cubes
+MODELS = tuple(CONTACT_MODELS)
+ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8, 0.9)
+Peaks = tuple[float, float, float]
+
+
+class Facts(NamedTuple):
+    """What one contact model must return, alone; a sentence stands where a model has no such thing."""
+
+    law: Any  # the model, of MASS at SPEED
+    restitution: Callable[[float], float]  # e achieved against a wall from the e asked for, by the published relation
+    peaks: Callable[[float], Peaks] | str  # (penetration, force, duration) from the e asked for
+    elastic: Any | str  # the law that it is at e = 1
+    uncapped: Any | str  # the law that it is at F_E = ∞
+    stiff: str = ""  # why it does not tend to the instant impulse as its stiffness grows; "" where it does
+    between: Callable[[float, float], float] | None = None  # e achieved between two masses, where it depends on them
+    behind: Any = None  # the model with left for right, where it has a left and a right
+
+    def achieved(self, striker: float, struck: float) -> float:
+        """e between two masses, where 0.65 is asked for."""
+        return self.between(striker, struck) if self.between else self.restitution(0.65)
+
+
+NO_E, NO_CAP, JUMPS = (
+    "it is elastic as it is",
+    "it has no yield force",
+    "its velocities jump: no depth, no finite force",
+)
+NO_STIFFNESS = "it has no stiffness that could grow"
+
+
+def ratio(e: float) -> float:
+    return exact.kelvin_voigt_ratio(e)
+
+
+def modified(e: float) -> float:
+    return exact.modified_kelvin_voigt_ratio(e)
+
+
+def jankowski_peaks(e: float) -> Peaks:
+    return exact.jankowski_impact(BETA, MASS, SPEED, exact.jankowski_ratio(e))
+
+
+def jankowski_e(e: float) -> float:
+    return exact.jankowski_restitution(exact.jankowski_ratio(e))
+
+
+def damped(e_ratio: float, duration: float) -> Peaks:
+    return *exact.damped_impact(K, MASS, SPEED, e_ratio), duration
+
+
+HERTZ_DEPTH = exact.hertz_impact(BETA, MASS, SPEED)[0]
+FACTS = {
+    "linear": Facts(Linear(K), lambda e: 1.0, lambda e: exact.linear_impact(K, MASS, SPEED), NO_E, NO_CAP),
+    "kelvin_voigt": Facts(
+        contact.KelvinVoigt(K),
+        lambda e: e,
+        lambda e: damped(ratio(e), exact.kelvin_voigt_impact(K, MASS, SPEED, ratio(e))[1]),
+        Linear(K),
+        NO_CAP,
+    ),
+    "kelvin_voigt_tension_cut": Facts(
+        contact.KelvinVoigtTensionCut(K),
+        lambda e: exact.kelvin_voigt_cut_restitution(ratio(e)),
+        lambda e: damped(ratio(e), exact.kelvin_voigt_cut_duration(K, MASS, ratio(e))),
+        Linear(K),
+        NO_CAP,
+    ),
+    "modified_kelvin_voigt": Facts(
+        contact.ModifiedKelvinVoigt(K),
+        lambda e: exact.modified_kelvin_voigt_restitution(modified(e)),
+        lambda e: damped(modified(e), exact.modified_kelvin_voigt_duration(K, MASS, modified(e))),
+        Linear(K),
+        NO_CAP,
+    ),
+    "hertz": Facts(Hertz(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E, NO_CAP),
+    "hertz_damp": Facts(
+        contact.HertzDamp(BETA),
+        lambda e: exact.hertz_damp_restitution(exact.hertz_damp_factor(e)),
+        lambda e: exact.hertz_damp_impact(BETA, MASS, SPEED, exact.hertz_damp_factor(e)),
+        Hertz(BETA),
+        NO_CAP,
+    ),
+    "hertz_damp_exact": Facts(
+        contact.HertzDampExact(BETA),
+        lambda e: e,
+        lambda e: exact.hertz_damp_impact(BETA, MASS, SPEED, exact_hertz_damp(e)),
+        Hertz(BETA),
+        NO_CAP,
+    ),
+    "jankowski": Facts(Jankowski(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), NO_CAP),
+    "bilinear": Facts(
+        Bilinear(BETA),
+        exact.bilinear_restitution,
+        lambda e: exact.bilinear_impact(BETA, MASS, SPEED, exact.bilinear_share(e)),
+        Linear(BETA * sqrt(HERTZ_DEPTH)),
+        NO_CAP,
+    ),
+    "van_mier": Facts(VanMier(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E, Hertz(BETA)),
+    "viscous_elastoplastic": Facts(
+        ViscousElastoplastic(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), Jankowski(BETA)
+    ),
+    "stereomechanical": Facts(Stereomechanical(), lambda e: e, JUMPS, Linear(K), NO_CAP, NO_STIFFNESS),
+    "distributed_mass": Facts(
+        DistributedMass(10.0, 20.0, 3500.0, 3500.0),
+        lambda e: 1.0,
+        lambda e: (0.0, SPEED * MASS * 3500.0 / 10.0, 2.0 * 10.0 / 3500.0),  # v0 Z, until the wave is back
+        "it has its own e, from its floors",
+        NO_CAP,
+        NO_STIFFNESS,
+        lambda striker, struck: exact.bars_restitution((striker, 10.0), (struck, 20.0)),
+        DistributedMass(20.0, 10.0, 3500.0, 3500.0),
+    ),
+    "merged": Facts(instant.Merged(), lambda e: 0.0, JUMPS, "it never rebounds, whatever e", NO_CAP, NO_STIFFNESS),
+}
+
+
+def facts(name: str) -> Facts:
+    """The entry of a model; a test fails with the repair where there is none."""
+    if name not in FACTS:
+        pytest.fail(
+            f'the contact model {name} is not tested: write FACTS["{name}"] = Facts(law, restitution, peaks, elastic, '
+            f"uncapped, stiff) in {Path(__file__).name}, each a closed form or a sentence why it has none",
+            pytrace=False,
+        )
+    return FACTS[name]
+
+
+def alone(law: Any, e: Any, **more: float) -> Impact:
+    return impact(law, SPEED, MASS, restitution=e, **more)
+
+
+def peaks_of(found: Impact) -> Peaks:
+    return found.peak_penetration, found.peak_force, found.duration
+
+
+# ------------------------------------------------------------------------------------------ one isolated impact
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_what_a_model_lacks_is_said(name: str):
+    """A law of force has closed forms, a damped one its elastic limit, a capped one its uncapped limit."""
+    known, kind = facts(name), CONTACT_MODELS[name]
+    assert type(known.law) is kind
+    reasons = [each for each in (known.peaks, known.elastic, known.uncapped, known.stiff) if isinstance(each, str)]
+    assert all(len(reason.split()) > 3 for reason in reasons if reason)
+    assert isinstance(known.elastic, str) == (not kind.needs_restitution)
+    assert isinstance(known.uncapped, str) == (not kind.capped)
+    if not is_instant(kind):
+        assert (isinstance(known.peaks, str), known.stiff) == (False, "")
+
+
+def test_no_fact_is_left_of_a_model_that_is_gone():
+    assert set(FACTS) <= set(MODELS)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_restitution_achieved(name: str):
+    """The closed form, to 1e-9: the integration runs at 1e-12 and a contact takes some sixty steps."""
+    known = facts(name)
+    for e in ASKED:
+        assert alone(known.law, e).restitution == pytest.approx(known.restitution(e), rel=1e-9), e
+
+
+@pytest.mark.parametrize(("name", "table"), exact.ACHIEVED.items())
+def test_restitution_achieved_in_the_tables(name: str, table: dict[float, float]):
+    """Four digits, from an integration that knows no closed form; the capped law has that of its force."""
+    assert tuple(table) == ASKED
+    for law in (name, "viscous_elastoplastic") if name == "jankowski" else (name,):
+        for e, achieved in table.items():
+            assert alone(facts(law).law, e).restitution == pytest.approx(achieved, abs=5.1e-5)
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("e", [0.5, 0.65, 0.9])
+def test_penetration_peak_force_and_duration(name: str, e: float):
+    """The closed form, to 1e-9 as e; a jump has no depth and no duration, and its force is no number."""
+    known, found = facts(name), peaks_of(alone(facts(name).law, e))
+    if isinstance(known.peaks, str):
+        assert found[::2] == (0.0, 0.0) and isnan(found[1]), known.peaks
+    else:
+        assert found == pytest.approx(known.peaks(e), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("ratio", [1e-6, 1e-3, 1.0, 1e3, 1e6])
+def test_momentum_and_energy(name: str, ratio: float):
+    """Momentum to 1e-12 of what the striker brought; work ½ m v0² (1 − e²), e the closed form; impulse (1 + e) m v0."""
+    mass, other, speed = 1e4, 1e4 * ratio, 0.8
+    known = facts(name)
+    found, e = impact(known.law, speed, mass, other, restitution=0.65), known.achieved(mass, other)
+    reduced = mass * other / (mass + other)
+    whole = 0.5 * reduced * speed**2
+    assert abs(found.momentum_change * found.impulse) < 1e-12 * mass * speed
+    assert found.energy_lost == pytest.approx(exact.energy_lost(reduced, speed, e), abs=1e-9 * whole)
+    assert found.impulse == pytest.approx(exact.impulse(reduced, speed, e), rel=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------------- limits
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if CONTACT_MODELS[name].needs_restitution])
+def test_full_restitution_is_the_elastic_law(name: str):
+    """At e = 1 to 1e-9 as all impacts; at 1 − 1e-6 within 1e-5, for the damping is of the order of 1 − e."""
+    known = facts(name)
+    elastic = alone(known.elastic, 1.0)
+    for e, bound in ((1.0, 1e-9), (1.0 - 1e-6, 1e-5)):
+        found = alone(known.law, e)
+        assert (found.restitution, found.impulse) == pytest.approx((1.0, elastic.impulse), rel=bound)
+        assert abs(found.energy_lost) < bound * MASS * SPEED**2
+        if not isinstance(known.peaks, str):
+            assert peaks_of(found) == pytest.approx(peaks_of(elastic), rel=bound)
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if CONTACT_MODELS[name].capped])
+def test_cap_that_is_not_reached_changes_nothing(name: str):
+    """F_E infinite, or above the largest force by 1e-9 of it: the law without a cap, to the bit."""
+    known = facts(name)
+    free = alone(known.uncapped, 0.65)
+    for strength in (inf, free.peak_force * (1.0 + 1e-9)):
+        capped = alone(known.law, 0.65, yield_force=strength)
+        assert np.array_equal(capped.force, free.force) and capped.restitution == free.restitution
+        assert peaks_of(capped) == peaks_of(free)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_stiff_contact_tends_to_the_instant_impulse(name: str):
+    """One touch of a wall: what differs from a jump by the law's own e goes with the contact's duration.
+
+    That is 5 to 10 ms of a period of 0.5 s; a thousand times the stiffness cuts it to a 1/16 under β, a 1/32 under k.
+    """
+    known = facts(name)
+    if known.stiff:
+        assert "stiffness" not in known.law._fields, known.stiff
+        return
+    pulse = np.zeros(41)  # 0.4 s: the largest opening is past, the next touch not reached
+    pulse[1:4] = -6.0
+    softer = 1e13 if contact.stiffness_quantity(type(known.law)).unit == "N/m^1.5" else 1e12
+    laws = (known.law._replace(stiffness=softer * factor) for factor in (1.0, 1e3))
+    jump = solve(SOFT, WALL, Interface(0.008, Stereomechanical(), constant(known.restitution(0.65))), pulse, 0.01)
+    stiff, stiffer = (solve(SOFT, WALL, Interface(0.008, law, constant(0.65)), pulse, 0.01) for law in laws)
+    assert jump["impact_count"] == stiff["impact_count"] == stiffer["impact_count"] == 1.0
+    for output in ("peak_opening", "impulse"):
+        far, near = (abs(found[output] / jump[output] - 1.0) for found in (stiff, stiffer))
+        assert far < 0.03
+        assert near < far / 10.0
+
+
+def test_van_mier_is_hertz_with_the_exponent_of_hertz():
+    """n = 1.5, so that K_p = K_e, past yield in an impact and in a run; at rtol 1e-10 a run's peaks agree to 1e-8."""
+    hertz = alone(Hertz(BETA), 1.0)
+    same = alone(VanMier(BETA, 1.5), 1.0, yield_force=0.5 * hertz.peak_force)
+    assert peaks_of(same) == pytest.approx(peaks_of(hertz), rel=1e-9)
+    runs = [
+        solve(SOFT, STIFF, Interface(0.004, law, constant(1.0), 5e5), shaking(4.0, duration=2.0), 0.01, rtol=1e-10)
+        for law in (Hertz(BETA), VanMier(BETA, 1.5))
+    ]
+    assert runs[1]["yield_count"] == runs[0]["yield_count"] >= 1.0
+    for output in ("peak_relative_displacement", "peak_contact_force", "peak_penetration", "impulse", "contact_time"):
+        assert runs[1][output] == pytest.approx(runs[0][output], rel=1e-8), output
+
+
+# -------------------------------------------------------------------------------------------------- a whole run
+
+
+def run(name: str, mirrored: bool = False) -> dict[str, float]:
+    """Two buildings out of tune, 3 s: several contacts; a capped law yields."""
+    pair, sign = ((STIFF, SOFT), -1.0) if mirrored else ((SOFT, STIFF), 1.0)
+    law = facts(name).behind if mirrored and facts(name).behind else facts(name).law
+    there = Interface(0.003, law, CONCRETE, 5e5)
+    return solve(*pair, there, sign * shaking(4.0, duration=3.0), 0.01)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_energy_of_a_run_closes(name: str):
+    """To the tolerance: a few contacts, whose steps of 0.05 rtol err either way. What returns e = 1 takes nothing."""
+    found = run(name)
+    assert found["status"] == COMPLETE and found["impact_count"] >= 3.0
+    assert found["energy_residual"] <= 1e-6
+    taken = found["energy_viscous"] + found["energy_plastic"]
+    brought = 0.5 * found["peak_approach_speed"] ** 2 / (1.0 / SOFT.mass + 1.0 / STIFF.mass)
+    assert taken > 0.01 * brought if facts(name).achieved(SOFT.mass, STIFF.mass) < 1.0 else abs(taken) < 1e-6 * brought
+    assert found["yield_count"] >= 1.0 or not CONTACT_MODELS[name].capped
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_run_seen_from_behind_is_the_same(name: str):
+    """To the bit: left for right and the ground reversed swaps the buildings' outputs and no other."""
+    one, other = run(name), run(name, mirrored=True)
+    swap = {"left": "right", "right": "left"}
+    stems = {key: key.rpartition("_") for key in one}
+    twins = {key: other[f"{stem}_{swap[side]}" if side in swap else key] for key, (stem, _, side) in stems.items()}
+    assert largest_difference(one, twins) == 0.0
+
+
+INTERPRETED = """
+import json
+from test_conformance import FACTS, MODELS, reachable, returned, run
+runs = {name: run(name) for name in MODELS if name in FACTS}
+print(json.dumps([runs, {name: returned(name) for name in reachable()}]))
+"""
+
+
+def reachable() -> dict[str, list[float]]:
+    """Of each law with an exact relation, the e that it can return."""
+    names = [name for name in MODELS if CONTACT_MODELS[name] in EXACT]
+    return {name: [e for e in (0.05, *ASKED) if name != "bilinear" or e > BILINEAR_LOWEST] for name in names}
+
+
+def returned(name: str) -> list[float]:
+    """What a law returns under its exact relation."""
+    return [alone(facts(name).law, {"value": e, "relation": "exact"}).restitution for e in reachable()[name]]
+
+
+@pytest.fixture(scope="module")
+def interpreted() -> list[dict[str, Any]]:
+    """The runs, and e under the exact relations, without compilation: nothing is compiled for a second relation."""
+    return without_compiling(INTERPRETED)
+
+
+@pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
+@pytest.mark.parametrize("name", MODELS)
+def test_compiled_as_interpreted(name: str, interpreted: list[dict[str, Any]]):
+    """To 1e-12: nothing is contracted or reordered, but sums and roots of a library may round otherwise."""
+    known = facts(name) and interpreted[0][name]
+    for output, value in run(name).items():
+        assert value == pytest.approx(known[output], rel=1e-12, abs=1e-15, nan_ok=True), output
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if CONTACT_MODELS[name].needs_restitution])
+def test_the_exact_relation_returns_the_e_asked_for(name: str, interpreted: list[dict[str, Any]]):
+    """1e-6 is promised; relations are solved to rounding and impacts run at 1e-12, hence 1e-9.
+
+    A jump is exact as it is: there is no other relation.
+    """
+    if is_instant(CONTACT_MODELS[name]):
+        found = [alone(facts(name).law, {"value": e, "relation": "exact"}).restitution for e in ASKED]
+        assert found == pytest.approx([facts(name).restitution(e) for e in ASKED], rel=1e-14)
+    else:
+        assert interpreted[1][name] == pytest.approx(reachable()[name], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_force_pulls_only_where_published(name: str):
+    for e in (0.1, 0.65, 1.0):
+        smallest = alone(facts(name).law, e).force.min()
+        assert (smallest < 0.0) == (name == "kelvin_voigt" and e < 1.0)

@@ -1,0 +1,258 @@
+"""The contact laws as formulas: what each returns for given numbers, before any motion."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import closed_forms as exact
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.laws import (
+    LAWS,
+    Bilinear,
+    VanMier,
+    ViscousElastoplastic,
+    exact_hertz_damping,
+    jankowski_ratio,
+    kelvin_voigt_ratio,
+    stiffness_quantity,
+)
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.solver.pair.api import Interface, solve
+from pounding_risk.studies.impact import impact
+from pounding_risk.studies.stability.trial import shaking
+
+YIELD = 3e5  # N
+DEPTHS = np.geomspace(1e-7, 1e-2, 21)  # m
+
+
+def law_of(name: str):
+    kind = LAWS[name]
+    return kind(9.35e7) if stiffness_quantity(kind).unit == "N/m" else kind(2.75e9)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_what_a_law_says_of_itself(name: str):
+    """Its flags agree with its methods, so that whoever reads a flag reads the physics."""
+    law = law_of(name)
+    assert law.reference and law.__doc__
+    assert law.capped == (law.ceiling(YIELD) == YIELD) and (law.capped or law.ceiling(YIELD) == inf)
+    assert law.needs_restitution == (law.begin(0.5, 0.3, 570.0) != law.begin(0.9, 0.3, 570.0))
+    assert law.floor() in (0.0, -inf)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_full_restitution_takes_no_energy(name: str):
+    """e = 1 leaves no damping: the force on approach is the force on restitution."""
+    law = law_of(name)
+    memory = law.begin(1.0, 0.5, 570.0)
+    assert memory == 0.0 or remembers(LAWS[name])
+    for depth in DEPTHS:
+        assert law.force(memory, depth, 0.4, True) == law.force(memory, depth, -0.4, False)
+
+
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if not remembers(law)])
+def test_stored_energy_is_the_work_of_a_slow_push(name: str):
+    """∫ min(F, plateau) dδ at rest; to 1e-10, what the quadrature resolves over the corner at yield."""
+    law = law_of(name)
+    for strength in (YIELD, inf):
+        ceiling = law.ceiling(strength)
+
+        def slow(depth: float, top: float = ceiling) -> float:
+            free = law.force(0.0, depth, 0.0, False)
+            return free if free <= top else law.plateau(depth, top)
+
+        corner = (ceiling / law.stiffness) ** (2.0 / 3.0) if ceiling < inf else 0.0
+        work = quad(slow, 0.0, 5e-3, points=[corner] if 0.0 < corner < 5e-3 else None, epsrel=1e-12, limit=200)[0]
+        assert law.stored(5e-3, ceiling) == pytest.approx(work, rel=1e-10)
+
+
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if law.capped])
+def test_the_plateau_joins_the_elastic_branch(name: str):
+    """Where β δ^1.5 = F_E both branches have one value."""
+    law = law_of(name)
+    depth = (YIELD / law.stiffness) ** (2.0 / 3.0)
+    assert law.plateau(depth, YIELD) == pytest.approx(YIELD, rel=1e-14)
+    assert law.force(0.0, depth, 0.0, False) == pytest.approx(YIELD, rel=1e-14)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.5])
+def test_van_mier_past_yield(exponent: float):
+    """K_p δ^n with K_p from continuity at F_E; n = 1.5 is K_e δ^1.5 again, n = 0 stays at F_E."""
+    law = VanMier(2.75e9, exponent)
+    depth = (YIELD / 2.75e9) ** (2.0 / 3.0)
+    for times in (1.0, 1.7, 8.0):
+        assert law.plateau(times * depth, YIELD) == pytest.approx(YIELD * times**exponent, rel=1e-14)
+    if exponent == 1.5:
+        assert law.plateau(5e-3, YIELD) == pytest.approx(2.75e9 * 5e-3**1.5, rel=1e-14)
+
+
+@pytest.mark.parametrize(("e", "d"), exact.EXACT_HERTZ_DAMP.items())
+def test_exact_damping_of_hertz_damp(e: float, d: float):
+    """Five digits of the table, and the relation itself to rounding."""
+    found = exact_hertz_damping(e)
+    assert found == pytest.approx(d, abs=6e-6)
+    assert found * (1.0 + e) == pytest.approx(np.log1p(found) - np.log1p(-found * e), rel=1e-13)
+
+
+@pytest.mark.parametrize("e", [1e-3, 0.01, 0.05, 0.2, 0.98, 0.999, 1.0 - 1e-9, 1.0])
+def test_exact_damping_has_a_root_everywhere(e: float):
+    """0 ≤ d < 1/e, so that the force 1 + d δ̇/v0 with |δ̇| ≤ e v0 on restitution cannot pull."""
+    found = exact_hertz_damping(e)
+    assert 0.0 <= found < 1.0 / e and (found > 0.0) == (e < 1.0)
+
+
+def test_damping_ratios():
+    """ξ of Kelvin-Voigt and of Jankowski's eq. (2b) at the usual concrete value, to their printed digits."""
+    assert kelvin_voigt_ratio(0.65) == pytest.approx(0.13585, abs=5e-6)
+    assert jankowski_ratio(0.65) == pytest.approx(0.3728, abs=5e-5)
+    assert kelvin_voigt_ratio(1.0) == jankowski_ratio(1.0) == 0.0
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_force_on_approach(name: str):
+    """Positive, rising with depth and with speed."""
+    law = law_of(name)
+    memory = law.begin(0.65, 0.5, 570.0)
+    forces = [law.force(memory, depth, 0.3, True) for depth in DEPTHS]
+    assert forces[0] > 0.0 and np.all(np.diff(forces) > 0.0)
+    assert law.force(memory, 1e-3, 0.4, True) >= law.force(memory, 1e-3, 0.3, True)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_touch_from_rest_has_a_finite_force(name: str):
+    """v0 = 0 divides in the Hertz-damp laws; what a law remembers stays finite."""
+    law = law_of(name)
+    memory = law.begin(0.65, 0.0, 570.0)
+    assert np.all(np.isfinite(memory)) and np.isfinite(law.force(memory, 1e-6, 1e-9, True))
+
+
+@pytest.mark.parametrize("e", [0.3, 0.65, 1.0])
+def test_bilinear_loop(e: float):
+    """Force K δ_m at δ_m; the loop to δ_m and back takes β δ_m^2.5 (1 − e²) / 2.5; inside it the slope is K1."""
+    law, depth = Bilinear(2.75e9, 0.004), 0.004
+    memory = law.begin(e, 0.5, 570.0)
+    back = law.turned(memory, depth, True)
+    assert law.force(memory, depth, 0.1, True) == pytest.approx(2.75e9 * sqrt(depth) * depth, rel=1e-12)
+    way = np.array(
+        [law.force(memory, x, 0.1, True) - law.force(back, x, -0.1, False) for x in np.linspace(0, depth, 20001)]
+    )
+    # Piecewise linear: the sum over 20,000 parts is off by the square of one at four corners.
+    assert np.trapezoid(way, dx=depth / 20000) == pytest.approx(
+        2.75e9 * depth**2.5 * (1 - e * e) / 2.5, rel=1e-6, abs=1e-9
+    )
+    steep = (law.force(back, depth, 0, False) - law.force(back, depth - 1e-5, 0, False)) / 1e-5
+    assert steep == pytest.approx(memory[0] + memory[1], rel=1e-9)
+    again = law.turned(back, 0.5 * depth, False)  # reloading from the lower line starts with K1 as well
+    assert law.force(again, 0.5 * depth, 0, True) == pytest.approx(law.force(back, 0.5 * depth, 0, False), rel=1e-12)
+    more = law.force(again, 0.5 * depth + 1e-5, 0, True) - law.force(again, 0.5 * depth, 0, True)
+    assert more / 1e-5 == pytest.approx(memory[0] + memory[1], rel=1e-9)
+    # What is held is the work of the slow way out, two straight lines, so that the quadrature rounds only.
+    out = quad(lambda x: law.force(back, x, -0.1, False), 0.0, depth, points=[0.9 * depth], epsrel=1e-12)[0]
+    assert law.held(memory, 0.0, inf) == 0.0 and law.held(back, depth, inf) == pytest.approx(out, rel=1e-12)
+
+
+@pytest.mark.parametrize(("e", "achieved"), exact.BILINEAR_DESIGN.items())
+def test_bilinear_as_deep_as_designed(e: float, achieved: float):
+    """Its table has three digits; the closed form is met to 1e-9, peak force, depth and loss with it."""
+    stiffness, depth, mass = 2.75e9, 0.004, 570.0
+    whole, loop = stiffness * sqrt(depth), stiffness * depth**2.5 * (1.0 - e * e) / 2.5
+    speed = sqrt((whole * depth**2 + loop) / mass)
+    found = impact(Bilinear(stiffness, depth), speed, mass, restitution=e)
+    share = 0.4 * (1.0 - e * e)
+    assert found.restitution == pytest.approx(sqrt((1.0 - share) / (1.0 + share)), rel=1e-9)
+    assert found.restitution == pytest.approx(achieved, abs=5.1e-4)
+    assert (found.peak_penetration, found.peak_force) == pytest.approx((depth, whole * depth), rel=1e-9)
+    assert found.energy_lost == pytest.approx(loop, rel=1e-9)
+
+
+def test_bilinear_takes_its_loss_by_hysteresis():
+    there = Interface(0.004, Bilinear(2.75e9), constant(0.65))
+    pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
+    found = solve(*pair, there, shaking(4.0), 0.01)
+    assert found["impact_count"] > 3.0 and found["energy_plastic"] > 0.0 == found["energy_viscous"]
+    assert found["energy_residual"] < 1e-5 and found["lowest_contact_force"] >= 0.0 == found["permanent_set"]
+
+
+def bilinear_run(left: Building, right: Building, gap: float, stiffness: float, depth: float, ground, dt: float):
+    """The pair under the bilinear law by SciPy's DOP853, stopped at every turn: (largest |u|, largest F, contacts)."""
+    loop, times = stiffness * depth**2.5 * (1.0 - 0.65**2) / 2.5, np.arange(len(ground)) * dt
+    steep = stiffness * sqrt(depth) + loop / (0.1 * depth**2)
+    flat = stiffness * sqrt(depth) - loop / (0.9 * depth**2)
+    coefficients = [(b.mass, b.stiffness, 2.0 * b.damping * sqrt(b.stiffness * b.mass)) for b in (left, right)]
+    state, now, touching, anchor, way = np.zeros(4), 0.0, False, 0.0, 1.0
+    largest, force, touches = 0.0, 0.0, 0
+
+    def pushed(y):
+        delta = y[0] - y[1] - gap
+        inside = np.clip(delta - anchor, 0.0, 0.1 * depth)
+        return flat * delta + (steep - flat) * inside if touching and delta > 0.0 else 0.0
+
+    def slopes(t, y):
+        a, push = float(np.interp(t, times, ground)), pushed(y)
+        rates = [
+            -a - (k * u + c * v + sign * push) / m
+            for (m, k, c), u, v, sign in zip(coefficients, y[:2], y[2:], (1.0, -1.0), strict=True)
+        ]
+        return [y[2], y[3], *rates]
+
+    def gone(t, y):
+        return y[0] - y[1] - gap
+
+    def turns(t, y):
+        return way * (y[2] - y[3])
+
+    gone.terminal = turns.terminal = True
+    turns.direction = -1.0
+    while now < times[-1]:
+        gone.direction = -1.0 if touching else 1.0
+        stop = times[np.searchsorted(times, now, side="right")]
+        events = [gone, turns] if touching else [gone]
+        done = solve_ivp(
+            slopes,
+            (now, stop),
+            state,
+            "DOP853",
+            rtol=1e-10,
+            atol=1e-13,
+            max_step=dt / 8,
+            events=events,
+            dense_output=True,
+        )
+        fine = done.sol(np.linspace(now, done.t[-1], 40))
+        largest = max(largest, np.abs(fine[0] - fine[1]).max())
+        force = max(force, max(map(pushed, fine.T)))
+        now, state = done.t[-1], done.y[:, -1]
+        if done.status == 1 and len(done.t_events[0]):
+            touching, anchor, way = not touching, 0.0, 1.0
+            touches += touching
+        elif done.status == 1:
+            delta = state[0] - state[1] - gap
+            anchor = max(anchor, delta - 0.1 * depth) if way > 0.0 else min(anchor, delta)
+            way = -way
+    return largest, force, touches
+
+
+@pytest.mark.slow
+def test_bilinear_run_against_scipy():
+    """Whole run, path and all; to 1e-5, what the fine samples and SciPy's steps over the corners leave."""
+    pair = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 0.31, 0.05)
+    ground = shaking(4.0, duration=3.0)
+    found = solve(*pair, Interface(0.004, Bilinear(2.75e9, 0.005), constant(0.65)), ground, 0.01, rtol=1e-10)
+    largest, force, touches = bilinear_run(*pair, 0.004, 2.75e9, 0.005, ground, 0.01)
+    assert touches == found["impact_count"] >= 4.0
+    assert found["peak_relative_displacement"] == pytest.approx(largest, rel=1e-5)
+    assert found["peak_contact_force"] == pytest.approx(force, rel=1e-4)
+
+
+def test_viscous_elastoplastic_is_jankowski_below_yield():
+    law, free = ViscousElastoplastic(2.75e9), LAWS["jankowski"](2.75e9)
+    memory = law.begin(0.65, 0.5, 570.0)
+    assert memory == free.begin(0.65, 0.5, 570.0) == 2.0 * jankowski_ratio(0.65) * sqrt(2.75e9 * 570.0)
+    for depth in DEPTHS:
+        for rate, approaching in ((0.2, True), (-0.2, False)):
+            assert law.force(memory, depth, rate, approaching) == free.force(memory, depth, rate, approaching)

@@ -1,0 +1,323 @@
+"""A contact law of the user's own: the README's example as it stands, what is refused, and never an old number."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from math import sqrt
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import closed_forms as forms
+import pytest
+
+import pounding_risk as pr
+from pounding_risk._jit import compile as _jit
+from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk.models.contact import laws as contact
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.laws import LAWS, SHIPPED
+from pounding_risk.models.contact.relation import name_of
+from pounding_risk.scene.reader import parse_scene, scene_schema
+from pounding_risk.solver.pair.stages import depth_of
+
+HEADING = "Your own contact law"
+
+
+@pytest.fixture(autouse=True)
+def laws() -> Iterator[None]:
+    """Laws that a test makes known are forgotten after it."""
+    kept = dict(LAWS)
+    yield
+    LAWS.clear()
+    LAWS.update(kept)
+
+
+def python(code: str, folder: Path, **more: str) -> str:
+    """What a fresh interpreter prints that runs this code in this folder."""
+    package = str(Path(pr.__file__).resolve().parent.parent)
+    environment = {**os.environ, "PYTHONPATH": package, **more}
+    run = subprocess.run([sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+def fenced(root: Path, heading: str, language: str) -> str:
+    """The block of a language under a heading of the README."""
+    section = (root / "README.md").read_text("utf-8").partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
+    (block,) = re.findall(rf"^```{language}\n(.*?)^```$", section, re.S | re.M)
+    return block
+
+
+@pytest.mark.slow
+def test_the_example_of_the_readme(root, tmp_path):
+    """As it stands there, on the README's own scene, and its class defined again with twice the damping.
+
+    Both e by the closed form of their damping, to the solver's 1e-9.
+    """
+    (tmp_path / "scene.toml").write_text(fenced(root, "A scene", "toml"), "utf-8")
+    asked = (
+        "\nimport json\nchosen = dict(gap=0.0, polarity='as recorded', yield_force=4.5e5, record='RSN6-180')\n"
+        "forces = results.peak_contact_force.sel(chosen)\n"
+        "own, other = (float(forces.sel(contact_model=law)) for law in ('hunt_crossley', 'jankowski'))\n"
+        "print(json.dumps([alone.law, alone.restitution, json.loads(run.outputs)['peak_contact_force'], own, other,"
+        " run.status, sorted(set(results.status.values.ravel().tolist())), results.references, again.restitution]))"
+    )
+    example = fenced(root, HEADING, "python")
+    assert example.count("1.5 * (1.0 - e)") == 1
+    again = example.replace("1.5 * (1.0 - e)", "3.0 * (1.0 - e)").partition("scene = ")[0].replace("alone", "again")
+    told = json.loads(python(example + again + asked, tmp_path))
+    law, e, simulated, own, other, status, statuses, references, damped = told
+    assert law == "hunt_crossley"
+    assert e == pytest.approx(forms.hertz_damp_restitution(1.5 * (1.0 - 0.65)), abs=1e-9)
+    assert damped == pytest.approx(forms.hertz_damp_restitution(3.0 * (1.0 - 0.65)), abs=1e-9)
+    assert (status, statuses) == ("complete", [0])
+    assert simulated == own != other
+    assert references.endswith("; HuntCrossley, a law of the user's own")
+
+
+def test_the_example_has_ten_lines_and_its_laws_source(root):
+    """From the decorator to the last verb; the verbs may be read, and the six are there."""
+    body = fenced(root, HEADING, "python").partition("@pr.contact_law")[2].partition("\n\n")[0]
+    assert body.count("\n") <= 10
+    assert all(re.search(rf"\b{verb}\b", body) for verb in vars(contact.ContactLaw) if not verb.startswith("_"))
+
+
+def spring(factor: float, name: str = "Cushion") -> type:
+    """A class of this very name, as a cell that is run again makes it: k δ times a factor."""
+
+    class Cushion(NamedTuple):
+        stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
+        capped, needs_restitution = False, False
+        begin = contact.forgets
+
+        def force(self, memory, delta, rate, approaching):
+            return factor * self.stiffness * delta
+
+        def stored(self, delta, strength):
+            return 0.5 * factor * self.stiffness * delta * delta
+
+        plateau, ceiling, floor = contact.flat, contact.never_yields, contact.may_pull
+
+    Cushion.__name__ = name
+    return pr.contact_law(Cushion)
+
+
+def test_a_class_defined_again_answers_with_its_own_numbers():
+    """Where stored energy is four times as large, the depth is half; compiled, and each as its own interpretation."""
+    for factor in (1.0, 4.0, 16.0, 1.0):
+        law = _jit.lowered(spring(factor)(1e8))
+        # From the exact depth the search is at its end, and another law's would walk away from it.
+        exact = sqrt(2.0 * 1e3 / (factor * 1e8))
+        assert depth_of(law, 1e3, exact) == exact
+
+
+def test_lowered_models_stay_what_they_are():
+    """A user's class gets a name of its own, once; a class of the package keeps its own, and so its cached kernels."""
+    law = spring(1.0)(100_000_000)
+    found = _jit.lowered(law)
+    assert isinstance(found, type(law)) and found == law and type(found.stiffness) is float
+    assert type(_jit.lowered(found)) is type(found) is type(_jit.lowered(law))
+    assert type(found).__name__ != type(_jit.lowered(spring(1.0)(1e8))).__name__
+    assert type(_jit.lowered(contact.Hertz(1e9))) is contact.Hertz
+
+
+MODULE = """
+from typing import Annotated, NamedTuple
+import pounding_risk as pr
+from pounding_risk.models.contact import laws as contact
+
+@pr.contact_law
+class Pad(NamedTuple):
+    stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
+    capped, needs_restitution = False, False
+    begin, plateau, ceiling, floor = contact.forgets, contact.flat, contact.never_yields, contact.may_pull
+    def force(self, memory, delta, rate, approaching):
+        return FACTOR * self.stiffness * delta
+    def stored(self, delta, strength):
+        return 0.5 * FACTOR * self.stiffness * delta * delta
+"""
+
+
+def test_an_edited_module_answers_with_its_own_numbers(tmp_path):
+    """Two sessions with one compile cache: nothing of a law from outside the package is kept there."""
+    code = (
+        "from pads import Pad\nfrom pounding_risk._jit.compile import lowered\n"
+        "from pounding_risk.solver.pair.stages import depth_of\nfrom pounding_risk.models.contact.laws import Linear\n"
+        "print(depth_of(lowered(Pad(1e8)), 1e3, EXACT), depth_of(Linear(1e8), 1e3, 1.0) > 0.0)"
+    )
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    kept = []
+    for factor in (1.0, 4.0):
+        (tmp_path / "pads.py").write_text(MODULE.replace("FACTOR", repr(factor)), "utf-8")
+        exact = sqrt(2.0 * 1e3 / (factor * 1e8))
+        told = python(code.replace("EXACT", repr(exact)), tmp_path, **cache)
+        assert told.split() == [repr(exact), "True"]
+        kept.append(sorted(file.name for file in (tmp_path / "cache").rglob("*depth_of*.nbc")))
+    assert kept[0] == kept[1] and (len(kept[0]) == 1 or _jit.INTERPRETED)
+
+
+def test_foreign_types_are_found_within_others():
+    """A law inside a contact, inside a tuple; a package's own are not foreign."""
+    numba = pytest.importorskip("numba")
+    own, pair = spring(1.0)(1e8), NamedTuple("Pair", [("law", object), ("mass", float)])
+    assert _jit.is_foreign(numba.typeof(own))
+    assert _jit.is_foreign(numba.typeof((1.0, (contact.Linear(1e8), own))))
+    assert _jit.is_foreign(numba.typeof(pair(contact.Linear(1e8), 1.0)))
+    assert not _jit.is_foreign(numba.typeof((1.0, (contact.Linear(1e8), 2))))
+
+
+SCENE = """\
+[[building]]
+name = "frame"
+mass = "44.36 t"
+period = "0.3 s"
+[[building]]
+name = "wall"
+rigid = true
+[[interface]]
+gap = "5 mm"
+contact_model = "cushion"
+stiffness = "93.5 MN/m"
+[records]
+names = ["RSN6-180"]
+"""
+
+
+def test_scenes_know_a_law_once_it_is_defined():
+    with pytest.raises(SceneError, match='"cushion" is not a contact model'):
+        parse_scene(SCENE)
+    law = spring(1.0)
+    found = parse_scene(SCENE)
+    assert found.law() == law(93.5e6) and type(found.law()) is law
+    assert parse_scene(found.to_toml()) == found
+    again = spring(2.0)  # the same scene then has the new class
+    assert type(found.law()) is again is not law
+    assert name_of(again) == "cushion"
+    with pytest.raises(SceneError, match=r'"4\.2e10 N/m\^1\.5" is an impact stiffness'):
+        parse_scene(SCENE.replace("93.5 MN/m", "4.2e10 N/m^1.5"))
+    assert "cushion" not in json.dumps(scene_schema())  # the schema is that of the package
+
+
+def test_a_law_may_derive_from_one_of_the_package():
+    """Its name, its source and its relation are its own: nothing is known of its damping."""
+
+    @pr.contact_law
+    class Felt(contact.Jankowski):
+        def begin(self, e, speed, mass):
+            return 0.0
+
+    assert LAWS["felt"] is Felt and name_of(Felt) == "felt"
+    assert Felt.reference == "Felt, a law of the user's own" != contact.Jankowski.reference
+    scene = SCENE.replace("cushion", "felt").replace("93.5 MN/m", "4.2e10 N/m^1.5")
+    with pytest.raises(SceneError, match="missing, and felt needs it"):
+        parse_scene(scene)
+    exact = scene.replace("[records]", 'restitution = {value = 0.65, relation = "exact"}\n[records]')
+    with pytest.raises(SceneError, match="no exact relation is known for felt; write relation"):
+        parse_scene(exact)
+    with pytest.raises(PoundingError, match="no exact relation is known for felt"):
+        pr.impact(Felt(1e9), 0.5, 570.0, restitution=0.65, relation="exact")
+
+
+def test_a_source_that_is_given_is_kept():
+    class Foam(contact.Linear):
+        reference = "Foam makers (2020), data sheet"
+
+    assert pr.contact_law(Foam).reference == "Foam makers (2020), data sheet"
+
+
+def test_hard_cases_are_those_of_the_package():
+    spring(1.0)
+    with pytest.raises(PoundingError) as error:
+        pr.stability(law=["cushion"])
+    assert str(error.value) == (
+        "cushion is a law of your own, and what the hard cases must keep is known for those of the package; "
+        f"choose among {', '.join((*SHIPPED, *INSTANT_LAWS))}"
+    )
+
+
+def faults(law: type) -> list[str]:
+    before = dict(LAWS)
+    with pytest.raises(PoundingError) as error:
+        pr.contact_law(law)
+    assert before == LAWS
+    head, *rest = str(error.value).splitlines()
+    assert head == f"contact law {law.__name__}:"
+    return [line.removeprefix("  - ") for line in rest]
+
+
+def test_every_fault_of_a_law_is_told_at_once():
+    class Empty(NamedTuple):
+        depth: float
+
+    assert faults(Empty) == [
+        "its first field is not stiffness; write stiffness: Annotated[float, contact.LINEAR_STIFFNESS] first",
+        "capped is not given; write capped = True or capped = False in the class (True where ceiling returns "
+        "yield_force)",
+        "needs_restitution is not given; write needs_restitution = True or needs_restitution = False in the class "
+        "(True where begin uses e)",
+        "verb begin is missing; write def begin(self, e, speed, mass): What this contact remembers of its start: a "
+        "damping constant.",
+        "verb force is missing; write def force(self, memory, delta, rate, approaching): Force without any cap; smooth "
+        "in (δ, δ̇) for a given ``approaching``.",
+        "verb plateau is missing; write def plateau(self, delta, strength): Force transmitted while the uncapped force "
+        "exceeds ``strength``.",
+        "verb stored is missing; write def stored(self, delta, strength): Energy that comes back if the bodies part "
+        "slowly from δ [J].",
+        "verb ceiling is missing; write def ceiling(self, yield_force): The force at which the law yields: "
+        "``yield_force``, or infinity for a law without a cap.",
+        "verb floor is missing; write def floor(self): The smallest force: 0 where tension is cut, minus infinity "
+        "otherwise.",
+    ]
+
+
+def test_what_a_law_cannot_be():
+    class Plain:
+        pass
+
+    assert faults(Plain) == ["is not a NamedTuple class; write class Name(NamedTuple): with its parameters as fields"]
+
+    class Hertz(contact.Hertz):
+        pass
+
+    assert faults(Hertz) == ["hertz is a law of the package; give the class another name"]
+
+    class Bare(NamedTuple):
+        stiffness: float
+        depth: float
+        capped, needs_restitution = False, False
+        begin, force, plateau = contact.forgets, contact.hertz_force, contact.flat
+        stored, ceiling, floor = contact.hertz_energy, contact.never_yields, contact.may_pull
+
+    assert faults(Bare) == [
+        "the unit of stiffness is not told; write stiffness: Annotated[float, contact.LINEAR_STIFFNESS] for N/m, or "
+        "contact.HERTZ_STIFFNESS for N/m^1.5",
+        "field depth has no number as default, and a scene gives none; write depth: float = 0.5, say",
+    ]
+
+    class Turned(contact.Hertz):
+        def begin(self, speed, e, mass):
+            return 0.0
+
+    assert faults(Turned) == ["verb begin takes (self, speed, e, mass); kernels call begin(self, e, speed, mass)"]
+
+
+def test_verbs_are_tried_once():
+    class Broken(contact.Hertz):
+        capped = True
+
+        def force(self, memory, delta, rate, approaching):
+            return self.stifness * delta
+
+        def stored(self, delta, strength):
+            return float("nan")
+
+    assert faults(Broken) == [
+        "verb force fails: AttributeError: 'Broken' object has no attribute 'stifness'",
+        "verb stored(0.001, 100000.0) returns nan, which is no finite number",
+        "capped is True, but ceiling(1e5) returns inf; a capped law returns yield_force",
+    ]

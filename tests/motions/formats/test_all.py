@@ -1,0 +1,149 @@
+"""Every format against every sample: one claims it and no other does; damaged files end in a sentence or sound samples.
+
+Samples are the files of tests/data/formats named after a format, the catalogue's, and those that ObsPy ships for its
+own tests. Were a file claimed twice, the order of a list would decide how it is read.
+"""
+
+import gzip
+import json
+import os
+import subprocess
+import sys
+from importlib import metadata
+from io import BytesIO
+from pathlib import Path
+
+import damage
+import numpy as np
+import obspy
+import pytest
+
+from pounding_risk.motions import catalogue
+from pounding_risk.motions.formats import formats, read_components, readable
+
+DATA = Path(__file__).parents[2] / "data" / "formats"
+FORMATS = {format.name: format for format in formats()}
+STATED = {"SAC": {"unit": "m/s^2"}}  # what the samples of a format need to be said
+MANY, FEW = 2000, 60
+TIME_LIMIT = 300  # s, for all damaged files of all formats: a hang, as they take about 20
+
+
+@pytest.fixture(scope="session")
+def samples(tmp_path_factory):
+    """Paths of whole files of each format, by its name."""
+    folder = tmp_path_factory.mktemp("formats")
+    found = {name: [] for name in FORMATS}
+    for path in sorted(DATA.glob("*-*")):
+        target = folder / path.name.removesuffix(".gz")
+        target.write_bytes(gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes())
+        found[path.name.partition("-")[0].upper()].append(target)
+    for entry in catalogue.entries():
+        found[entry.format].append(catalogue.path(entry.id))
+    found["KNET"].append(damage.KNET)
+    found["KINEMETRICS_EVT"] += damage.EVTS
+    found["SAC"].append(folder / "napa.sac")
+    found["SAC"][-1].write_bytes(damage.written(damage.whole_numbers(2000), "SAC"))
+    return found
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_no_format_is_without_samples(samples, name):
+    assert samples[name], f"put a file {name.lower()}-*.* into {DATA}"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_each_format_recognises_its_own_files_and_no_others(samples, name):
+    for owner, paths in samples.items():
+        for path in paths:
+            with path.open("rb") as opened:
+                claimed = [FORMATS[name].recognises(source) for source in (path, opened, BytesIO(path.read_bytes()))]
+                assert opened.tell() == 0, "the position was moved"
+            assert claimed == [owner == name] * 3, f"{name} on {path.name}"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_no_format_stumbles_over_what_is_no_file(name, tmp_path):
+    others = (None, 3, tmp_path, tmp_path / "none", BytesIO(b""), BytesIO(b"\xff" * 9000), BytesIO(b"K" + bytes(9000)))
+    assert [FORMATS[name].recognises(other) for other in others] == [False] * len(others)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_path_open_file_and_bytes_agree(samples, name):
+    for path in samples[name]:
+        choices = {"folder": path.parent, **STATED.get(name, {})}
+        read = FORMATS[name].read
+        with path.open("rb") as opened:
+            streams = [read(source, **choices) for source in (path, str(path), opened, BytesIO(path.read_bytes()))]
+        found = read_components(path, **STATED.get(name, {}))
+        assert {each.format for each in found} == {name}
+        for traces in [*streams[1:], [each.trace for each in found]]:
+            for trace, first in zip(traces, streams[0], strict=True):
+                assert np.array_equal(trace.data, first.data)
+                assert trace.data.dtype == np.float64
+                assert trace.stats.calib == 1.0
+                assert (trace.id, trace.stats.delta, trace.stats.record) == (
+                    (first.id, first.stats.delta, first.stats.record)
+                )
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_components_of_a_file_have_names_of_their_own(samples, name):
+    for path in samples[name]:
+        found = read_components(path, **STATED.get(name, {}))
+        names = {each.component.lower() for each in found}
+        assert len(names) == len(found)
+        assert len(found) == 1 or all(names)
+
+
+def test_the_list_of_formats_names_each():
+    assert all(format.words in readable() for format in FORMATS.values())
+
+
+@pytest.mark.parametrize("name", [name for name, format in FORMATS.items() if not format.native])
+def test_obspy_reads_the_format_by_itself(samples, name):
+    """Through the entry points of the installed package, in anyone's script."""
+    if not metadata.entry_points(group="obspy.plugin.waveform", name=name):
+        pytest.skip("the package is not installed, so ObsPy cannot know its formats")
+    for path in samples[name]:
+        assert {trace.stats._format for trace in obspy.read(str(path))} == {name}
+
+
+# --- damage -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_short_files_are_sound(name, tmp_path):
+    for raw in damage.short_files()[name]:
+        unit = damage.unit_of(FORMATS[name])
+        assert damage.outcome(FORMATS[name], raw, tmp_path / "short", unit, through_a_file=False) == "read"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_damaged_files_end_in_a_sentence_or_in_sound_samples(name, tmp_path):
+    """A few of those below, in every run of the tests."""
+    found = damage.survey(FORMATS[name], damage.short_files()[name], FEW, tmp_path)
+    assert found["faults"] == []
+    assert found["refused"] > FEW // 2
+
+
+@pytest.fixture(scope="module")
+def report():
+    """What came of thousands of damaged files, by format, from a process that may crash or hang."""
+    script = Path(damage.__file__)
+    paths = os.pathsep.join([str(Path(catalogue.__file__).parents[2]), str(script.parent)])
+    environment = {**os.environ, "PYTHONPATH": paths, "PYTHONHASHSEED": "0"}
+    run = subprocess.run(
+        [sys.executable, str(script), str(MANY)], env=environment, capture_output=True, text=True, timeout=TIME_LIMIT
+    )
+    assert run.stderr == "", "something was printed, or the process crashed"
+    assert run.returncode == 0, run.stdout[-500:]
+    return {line["format"]: line for line in map(json.loads, run.stdout.splitlines()) if "faults" in line}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FORMATS)
+def test_thousands_of_damaged_files(report, name):
+    found = report[name]
+    assert found["faults"] == []
+    assert found["refused"] + found["read"] == MANY
+    assert found["refused"] > MANY // 2  # most damage of a file this short is to its header or its layout

@@ -1,0 +1,298 @@
+"""PEER AT2: every header in use, every way to hand over a file, and the exact sentence for each fault."""
+
+import re
+from importlib import metadata
+from io import BytesIO
+
+import numpy as np
+import obspy
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions import catalogue
+from pounding_risk.motions.formats import read_file
+from pounding_risk.motions.formats.peer_at2 import _is_at2, _read_at2
+from pounding_risk.motions.source import is_vertical
+
+G = 9.80665
+PROCESSED = [entry.id for entry in catalogue.entries() if entry.format == "PEER_AT2"]
+EL_CENTRO = catalogue.read_bytes("RSN6-180")
+
+
+@pytest.mark.parametrize("record", PROCESSED)
+def test_every_file_gives_what_its_header_promises(record):
+    entry = catalogue.entry(record)
+    trace = _read_at2(catalogue.path(record))[0]
+    assert trace.stats.npts == len(trace.data) == entry.npts
+    assert trace.stats.delta == entry.dt
+    assert trace.stats.calib == 1.0
+    assert trace.data.dtype == np.float64
+    assert np.abs(trace.data).max() / G == pytest.approx(entry.pga_g, rel=1e-4)
+
+
+def test_the_first_and_the_last_sample_are_the_files():
+    trace = _read_at2(BytesIO(EL_CENTRO))[0]
+    assert trace.data[0] == 0.9984852e-03 * G
+    assert trace.data[-1] == -0.1790158e-03 * G
+
+
+def test_the_header_goes_to_the_statistics():
+    stats = _read_at2(BytesIO(EL_CENTRO))[0].stats
+    assert (stats.station, stats.channel) == ("El Centro Array #9", "180")
+    assert (stats.peer_at2.event, stats.peer_at2.date) == ("Imperial Valley-02", "5/19/1940")
+    assert stats.starttime == obspy.UTCDateTime(1940, 5, 19)
+
+
+def with_header(lines, data=EL_CENTRO):
+    """The real samples under another header."""
+    return "\r\n".join(lines).encode("latin-1") + b"\r\n" + data.split(b"\n", 4)[4]
+
+
+OLD = [
+    "PEER STRONG MOTION DATABASE RECORD. PROCESSING BY PACIFIC ENGINEERING.",
+    "IMPERIAL VALLEY 5/19/40 0439, EL CENTRO ARRAY #9, 180",
+    "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15.0 Hz",
+    "NPTS=  5372, DT= .01000 SEC",
+]
+BARE = [*OLD[:3], " 5372 0.0100 NPTS, DT"]
+
+
+@pytest.mark.parametrize("header", [OLD, BARE], ids=["old", "numbers first"])
+def test_older_headers(header):
+    raw = with_header(header)
+    assert _is_at2(BytesIO(raw))
+    trace = _read_at2(BytesIO(raw))[0]
+    assert np.array_equal(trace.data, _read_at2(BytesIO(EL_CENTRO))[0].data)
+    assert trace.stats.delta == 0.01
+    at2 = trace.stats.peer_at2
+    assert (at2.event, at2.station, at2.component) == ("IMPERIAL VALLEY", "EL CENTRO ARRAY #9", "180")
+    assert (at2.date, at2.time, at2.high_pass, at2.low_pass) == ("5/19/40", "0439", 0.2, 15.0)
+    assert trace.stats.starttime == obspy.UTCDateTime(1940, 5, 19)
+
+
+@pytest.mark.parametrize(
+    ("title", "event", "station", "component", "azimuth"),
+    [
+        ("LOMA PRIETA 10/18/89 00:05, GILROY #1, 000 (CDMG STATION 47379)", "LOMA PRIETA", "GILROY #1", "000", 0.0),
+        ("IMPERIAL VALLEY 10/18/89 2319, AGRARIAS, UP (USGS 6618)", "IMPERIAL VALLEY", "AGRARIAS", "UP", None),
+        ("NORTHRIDGE EQ 10/18/89, 12:31, ARLETA, 090", "NORTHRIDGE EQ", "ARLETA", "090", 90.0),
+        ("CHI-CHI 10/18/89, TCU045, E", "CHI-CHI", "TCU045", "E", 90.0),
+        ("CHI-CHI 10/18/89, TCU045, W", "CHI-CHI", "TCU045", "W", 270.0),
+        ("KOBE 10/18/89, 2046, 000", "KOBE", "2046", "000", 0.0),  # no time: a station must have a name
+    ],
+)
+def test_titles_of_the_older_database(title, event, station, component, azimuth):
+    """With a time of day in either spelling, and the owner of the station after the component."""
+    record = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0].stats.record
+    assert (record.event, record.date, record.station) == (event, "1989-10-18", station)
+    assert (record.component, record.azimuth) == (component, azimuth)
+    assert is_vertical(record) == (component == "UP")
+
+
+def test_a_title_of_a_megabyte_is_no_title():
+    """Its parts are looked for in a time that grows with the square of its length: hours, for this one."""
+    title = "EL CENTRO 5/19/40" + 10**6 * " " + "x"
+    record = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0].stats.record
+    assert (record.event, record.component) == ("", "")
+
+
+def test_path_text_open_file_and_bytes_agree():
+    path = catalogue.path("RSN6-180")
+    with path.open("rb") as opened:
+        assert _is_at2(opened)
+        assert opened.tell() == 0
+        streams = [_read_at2(given) for given in (path, str(path), opened, BytesIO(EL_CENTRO))]
+    assert all(np.array_equal(stream[0].data, streams[0][0].data) for stream in streams)
+    assert all(stream[0].stats == streams[0][0].stats for stream in streams)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda raw: raw.replace(b"\r\n", b"\n"),
+        lambda raw: raw.replace(b"\r\n", b"\r"),
+        lambda raw: raw.replace(b"E-0", b"D-0"),
+        lambda raw: raw.replace(b"IN UNITS OF G", b"IN UNITS OF g"),
+        lambda raw: raw + b"\r\n\r\n",
+    ],
+    ids=["LF", "CR", "D exponents", "small g", "blank lines at the end"],
+)
+def test_spellings_that_mean_the_same(change):
+    assert np.array_equal(_read_at2(BytesIO(change(EL_CENTRO)))[0].data, _read_at2(BytesIO(EL_CENTRO))[0].data)
+
+
+def test_latin_1_in_the_title():
+    raw = EL_CENTRO.replace(b"El Centro Array", "Düzce Meteoroloji".encode("latin-1"))
+    assert _read_at2(BytesIO(raw))[0].stats.station == "Düzce Meteoroloji #9"
+
+
+def test_head_only_has_the_numbers_and_no_samples():
+    trace = _read_at2(BytesIO(EL_CENTRO), headonly=True)[0]
+    assert (trace.stats.npts, trace.stats.delta, len(trace.data)) == (5372, 0.01, 0)
+
+
+def test_nothing_else_is_taken_for_at2(tmp_path):
+    others = [catalogue.path(entry.id) for entry in catalogue.entries() if entry.format == "MSEED"]
+    others += [catalogue.records_folder() / "catalogue.toml", tmp_path, tmp_path / "none", None, 3]
+    velocity = with_header([*OLD[:2], "VELOCITY TIME SERIES IN UNITS OF CM/S", OLD[3]])
+    assert not any(_is_at2(other) for other in [*others, BytesIO(velocity), BytesIO(b"")])
+
+
+SAMPLES = "  .1000000E-02  .2000000E-02\n -.3000000E-02  .4000000E-02\n"
+HEAD = "PEER NGA\nEvent, 1/2/1990, Station, 90\nACCELERATION TIME SERIES IN UNITS OF G\n"
+GOOD = HEAD + "NPTS= 4, DT= .0100 SEC\n" + SAMPLES
+BAD = [
+    ("", "x.at2: is empty (0 bytes); fetch the record again"),
+    (" \n\n", "x.at2: is blank; a PEER AT2 file has a header and samples: fetch it again"),
+    (
+        HEAD + "4 samples\n" + SAMPLES,
+        'x.at2: no line with NPTS and DT after line 3, found "4 samples"; a PEER AT2 file has '
+        '"NPTS= 4000, DT= .0100 SEC" there: restore that line, or fetch the file again',
+    ),
+    (
+        HEAD + "NPTS= 4, TIME STEP .0100 SEC\n" + SAMPLES,
+        'x.at2, line 4: no DT in "NPTS= 4, TIME STEP .0100 SEC"; write NPTS= and DT=, such as '
+        '"NPTS= 4000, DT= .0100 SEC"',
+    ),
+    (
+        GOOD.replace("NPTS= 4", "NPTS= 5"),
+        "x.at2, line 4: the header promises 5 samples, 4 found; the file is cut short: fetch it again",
+    ),
+    (
+        GOOD.replace("NPTS= 4", "NPTS= 3"),
+        "x.at2, line 4: the header promises 3 samples, 4 found; correct NPTS, or fetch the file again",
+    ),
+    (
+        GOOD.replace("NPTS= 4", "NPTS= 4.5"),
+        'x.at2, line 4: NPTS is "4.5"; it must be a whole number of samples',
+    ),
+    (GOOD.replace("NPTS= 4", "NPTS= 1"), "x.at2, line 4: NPTS is 1; a record needs at least 2 samples"),
+    (
+        GOOD.replace("-.3000000E-02", "NaN"),
+        'x.at2, line 6: "NaN" is not a finite number; the samples after the header must be plain '
+        "numbers such as -.1234567E-02: repair that line, or fetch the file again",
+    ),
+    (
+        GOOD.replace(".4000000E-02", "1E999"),
+        'x.at2, line 6: "1E999" is not a finite number; the samples after the header must be '
+        "plain numbers such as -.1234567E-02: repair that line, or fetch the file again",
+    ),
+    (
+        GOOD.replace(".2000000E-02", "0,0020"),
+        'x.at2, line 5: "0,0020" is not a finite number; the samples after the header must be '
+        "plain numbers such as -.1234567E-02: repair that line, or fetch the file again",
+    ),
+    (
+        GOOD.replace("UNITS OF G", "UNITS OF CM/S/S"),
+        'x.at2, line 3: the header says acceleration in units of "CM/S/S"; a PEER AT2 file holds '
+        "acceleration in units of G: convert the samples to g, or take the AT2 file of this "
+        "record",
+    ),
+    (
+        GOOD.replace("ACCELERATION", "VELOCITY").replace("OF G", "OF CM/S"),
+        'x.at2, line 3: the header says something other than acceleration in units of "CM/S"; a '
+        "PEER AT2 file holds acceleration in units of G: convert the samples to g, or take the "
+        "AT2 file of this record",
+    ),
+    (
+        GOOD.replace(".0100", "0.0"),
+        'x.at2, line 4: DT is "0.0"; the time step must be a number of seconds greater than 0, '
+        "from 1e-06 to 1 s: restore that line, or fetch the file again",
+    ),
+    (
+        GOOD.replace(".0100", "-.01"),
+        'x.at2, line 4: DT is "-.01"; the time step must be a number of seconds greater than 0, '
+        "from 1e-06 to 1 s: restore that line, or fetch the file again",
+    ),
+    (
+        "<html><body>Please log in</body></html>",
+        "x.at2: is a web page, not a record; the download failed: fetch the record again",
+    ),
+    (
+        "time,acceleration\n0,0.1\n",
+        'x.at2: no line with "IN UNITS OF" among the first 10, found "time,acceleration" first; a '
+        "PEER AT2 file says ACCELERATION TIME SERIES IN UNITS OF G there: check that this is one",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), BAD)
+def test_bad_files_say_what_is_wrong(tmp_path, monkeypatch, text, sentence):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.at2").write_text(text)
+    with pytest.raises(RecordError) as caught:
+        read_file((tmp_path / "x.at2").relative_to(tmp_path))
+    assert str(caught.value) == sentence
+
+
+def test_the_good_text_is_good():
+    assert np.array_equal(_read_at2(BytesIO(GOOD.encode()))[0].data, np.array([1e-3, 2e-3, -3e-3, 4e-3]) * G)
+
+
+def test_a_unit_given_for_a_file_that_states_its_own_is_told(tmp_path):
+    """The file is believed, and the history of the motion says so."""
+    (tmp_path / "x.at2").write_text(GOOD)
+    given = read_file(tmp_path / "x.at2", unit="cm/s^2", dt=0.02)
+    plain = read_file(tmp_path / "x.at2")
+    assert np.array_equal(given.trace.data, plain.trace.data) and given.trace.stats.delta == 0.01
+    assert given.units == f"{plain.units}; the file states its own, the unit and dt given went unused"
+
+
+def test_a_folder_and_a_missing_file(tmp_path):
+    (tmp_path / "RSN6.at2").write_text(GOOD)
+    with pytest.raises(RecordError) as caught:
+        read_file(tmp_path)
+    assert str(caught.value) == f"{tmp_path}: is a folder; name a record file in it"
+    with pytest.raises(RecordError) as caught:
+        read_file(tmp_path / "RSN66.at2")
+    assert str(caught.value) == (
+        f"{tmp_path}/RSN66.at2: no such record file (did you mean RSN6.at2?); check the name and the folder"
+    )
+    with pytest.raises(RecordError, match="cannot be read"):
+        _read_at2(tmp_path / "none.at2")
+
+
+def test_a_pickle_is_never_read(tmp_path):
+    """ObsPy's own detection would run the code in a file like this."""
+    path = tmp_path / "x.mseed"
+    path.write_bytes(b"\x80\x04\x95obspy.core.stream")
+    with pytest.raises(RecordError, match="is a Python pickle, which can run code and is never read"):
+        read_file(path)
+
+
+SHORT = EL_CENTRO[:2000].replace(b"5372", b" 116")
+
+
+def test_the_short_file_is_good():
+    assert len(_read_at2(BytesIO(SHORT))[0].data) == 116
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_damage_is_refused_or_leaves_finite_samples_of_the_right_number(data):
+    """Bytes of the real file changed, removed or added at random places."""
+    raw = bytearray(SHORT)
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(raw) - 1))
+        end = at + data.draw(st.sampled_from([0, 1, 1, 1, 15, 81]))
+        raw[at:end] = data.draw(st.binary(max_size=3))
+    try:
+        trace = _read_at2(BytesIO(bytes(raw)))[0]
+    except RecordError as error:
+        assert "PEER AT2 record" in str(error)
+        return
+    promised = re.search(r"NPTS\s*=\s*(\+?\d+)", bytes(raw).decode("latin-1"), re.IGNORECASE)
+    assert np.isfinite(trace.data).all()
+    assert len(trace.data) == int(promised[1])
+
+
+def test_obspy_reads_the_format_by_itself():
+    """Through the entry points of the installed package, in anyone's script."""
+    known = metadata.entry_points(group="obspy.plugin.waveform", name="PEER_AT2")
+    if not known:
+        pytest.skip("the package is not installed, so ObsPy cannot know its formats")
+    trace = obspy.read(str(catalogue.path("RSN6-180")))[0]
+    assert trace.stats._format == "PEER_AT2"
+    assert np.abs(trace.data).max() / G == pytest.approx(0.2808, abs=5e-5)

@@ -1,0 +1,342 @@
+"""What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
+
+import csv
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import RecordError, SceneError
+from pounding_risk.motions import catalogue
+from pounding_risk.motions.ensemble import gather, gathered
+from pounding_risk.motions.intensity import measure, response_spectra
+from pounding_risk.motions.manifest import write_manifest
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.request import RecordRequest, Spectral
+from pounding_risk.motions.rotation import rotated
+from pounding_risk.motions.selection import select
+from pounding_risk.motions.source import open_source
+from pounding_risk.motions.target_spectra import read_target
+from pounding_risk.scene.reader import parse_scene
+
+G = 9.80665
+PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
+PAIR = PLAIN._replace(names=("RSN6-180", "RSN6-270"))
+SCENE = """
+[[building]]
+name = "left"
+mass = "10 t"
+period = "0.5 s"
+[[building]]
+name = "right"
+mass = "10 t"
+period = "0.3 s"
+[[interface]]
+gap = "20 mm"
+contact_model = "linear"
+stiffness = "1e5 kN/m"
+[records]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Both horizontals and the vertical of El Centro, two raw components with their StationXML, and a note."""
+    for name in ("RSN6-180", "RSN6-270", "RSN6-UP"):
+        shutil.copy(catalogue.path(name), tmp_path / f"{name}.AT2")
+    for name in ("NAPA-HNE", "NAPA-HNZ"):
+        shutil.copy(catalogue.path(name), tmp_path)
+    shutil.copy(catalogue.records_folder() / "CE.68150.xml", tmp_path)
+    (tmp_path / "notes.md").write_text("from the archive\n")
+    return tmp_path
+
+
+def names(found):
+    return [motion.name for motion in found.motions]
+
+
+def test_a_folder_stands_for_its_horizontal_records(folder):
+    found = gather(PLAIN._replace(files=(".",)), folder)
+    assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
+    assert found.left_out == (f"{folder / 'notes.md'} is not a record", "NAPA-HNZ is vertical", "RSN6-UP is vertical")
+    assert np.array_equal(found.motions[1].acceleration, read_motion("RSN6-180").acceleration)
+    assert np.allclose(found.motions[0].acceleration, read_motion("NAPA-HNE").acceleration, rtol=1e-9, atol=1e-12)
+
+
+def test_a_pattern_leaves_verticals_out_and_a_name_does_not(folder):
+    assert names(gather(PLAIN._replace(files=("*.AT2",)), folder)) == ["RSN6-180", "RSN6-270"]
+    assert names(gather(PLAIN._replace(files=("RSN6-UP.AT2",)), folder)) == ["RSN6-UP"]
+
+
+def test_a_file_named_twice_is_read_once(folder):
+    assert names(gather(PLAIN._replace(files=("RSN6-180.AT2", "*.AT2")), folder)) == ["RSN6-180", "RSN6-270"]
+
+
+def test_records_of_one_name_are_told_apart(folder):
+    for part, component in (("a", "180"), ("b", "270")):
+        (folder / part).mkdir()
+        shutil.copy(folder / f"RSN6-{component}.AT2", folder / part / "x.AT2")
+    assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
+
+
+def test_text_that_is_no_table_is_no_record_of_a_folder(folder):
+    """A README.txt lies beside the files of many archives; numbers without a unit are samples, and are asked after."""
+    (folder / "README.txt").write_text("Files of the archive:\none for each component\n")
+    found = gather(PLAIN._replace(files=(".",)), folder)
+    assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
+    assert f"{folder / 'README.txt'} is not a record" in found.left_out
+    for text, sentence in (("0.1\n0.2\n", "says neither the unit"), ("", "is empty")):
+        (folder / "README.txt").write_text(text)
+        with pytest.raises(RecordError, match=sentence):
+            gather(PLAIN._replace(files=(".",)), folder)
+
+
+def test_files_that_differ_by_their_suffix_are_told_apart(folder):
+    shutil.copy(folder / "RSN6-180.AT2", folder / "x.N")
+    shutil.copy(folder / "RSN6-270.AT2", folder / "x.E")
+    assert names(gather(PLAIN._replace(files=("x.*",)), folder)) == ["x.E", "x.N"]
+
+
+def test_a_scene_tells_what_it_leaves_out(folder, capsys):
+    study = parse_scene(SCENE + 'files = ["."]\n', str(folder / "scene.toml"))
+    plan = validate(study)
+    assert plan.left_out == (f"{folder / 'notes.md'} is not a record", "NAPA-HNZ is vertical", "RSN6-UP is vertical")
+    assert len(plan.records) == 3
+    (folder / "scene.toml").write_text(SCENE + 'files = ["notes.md"]\n')
+    with pytest.raises(RecordError, match="is not a known record format"):
+        gathered(parse_scene(SCENE + 'files = ["notes.md"]\n', str(folder / "scene.toml")))
+    (folder / "empty").mkdir()
+    (folder / "empty" / "a.md").write_text("nothing\n")
+    with pytest.raises(SceneError, match=r"empty matches no record; left out: .*a\.md is not a record"):
+        gathered(parse_scene(SCENE + 'files = ["empty"]\n', str(folder / "scene.toml")))
+
+
+def test_two_components_are_turned_to_the_row():
+    (turned,) = gather(PAIR._replace(direction=200.0), None).motions
+    first, second = read_motion("RSN6-180"), read_motion("RSN6-270")
+    assert np.array_equal(turned.acceleration, rotated(first, second, 200.0).acceleration)
+    count = len(turned.acceleration)
+    by_hand = first.acceleration[:count] * np.cos(np.deg2rad(20.0)) + second.acceleration[:count] * np.cos(
+        np.deg2rad(-70.0)
+    )
+    assert np.abs(turned.acceleration - by_hand).max() < 1e-14  # rounding of two products
+    (along,) = gather(PAIR._replace(direction=180.0), None).motions
+    assert np.allclose(along.acceleration, first.acceleration[:count], rtol=0.0, atol=1e-15)
+
+
+def test_stationxml_tells_where_the_components_of_a_file_point(folder):
+    """Its azimuths are those of the catalogue; the vertical of Napa has one too, and no dip."""
+    shutil.copy(catalogue.path("NAPA-HNN"), folder)
+    request = PLAIN._replace(files=("NAPA-*.mseed",), direction=30.0, processing="none")
+    (turned,) = gather(request, folder).motions
+    (known,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0, processing="none"), None).motions
+    assert np.allclose(turned.acceleration, known.acceleration, rtol=1e-9, atol=1e-12)
+    assert not any("azimuths are unknown" in flag for flag in turned.flags)
+
+
+def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
+    """The stricter corners of each raw component, by which the softest building is judged."""
+    (turned,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
+    assert turned.record["low_corner"] > 0.0
+    assert turned.record["lowest_usable_frequency"] == pytest.approx(1.25 * turned.record["low_corner"])
+    assert turned.record["high_corner"] == 40.0
+
+
+def test_a_component_without_its_partner_has_no_direction():
+    with pytest.raises(RecordError) as caught:
+        gather(PAIR._replace(names=("RSN6-180",), direction=0.0), None)
+    assert str(caught.value) == (
+        "direction: of Imperial Valley-02, California at El Centro Array #9 there is RSN6-180; a row's "
+        "direction takes the two horizontal components of each recording: name both, or leave direction out"
+    )
+
+
+def test_every_record_is_scaled_to_one_spectral_acceleration():
+    found = gather(PAIR._replace(sa=Spectral(1.0, 0.05, 0.4 * G), tail=2.0), None).motions
+    for motion in found:
+        kept = motion.acceleration[: -round(2.0 / motion.dt)]
+        spectrum = response_spectra(kept, motion.dt, [1.0])
+        assert spectrum.pseudo_acceleration[0] == pytest.approx(0.4 * G, rel=1e-12)
+
+
+def test_both_components_keep_one_factor_to_the_median_and_then_the_common_one():
+    ids = ("RSN6-180", "RSN6-270", "RSN77-164", "RSN77-254", "RSN753-000", "RSN753-090")
+    before = [read_motion(name) for name in ids]
+    after = gather(PLAIN._replace(names=ids, to_median="pgv", scale=2.0), None).motions
+    factors = [new.pga / old.pga for new, old in zip(after, before, strict=True)]
+    assert factors[0::2] == pytest.approx(factors[1::2], rel=1e-12)
+    speeds = [measure(motion.acceleration, motion.dt).pgv for motion in before]
+    means = np.sqrt(np.array(speeds[0::2]) * np.array(speeds[1::2]))
+    assert factors[0::2] == pytest.approx(2.0 * np.median(means) / means, rel=1e-12)
+
+
+def refused(request, folder=None):
+    with pytest.raises(RecordError) as caught:
+        gather(request, folder)
+    return str(caught.value)
+
+
+RIVALS = (
+    ({"sa": Spectral(1.0, 0.05, 0.4 * G), "scale": 2.0}, "scale", "sa and scale are both given, and each sets the"),
+    ({"pga": 4.0, "scale": 2.0}, "scale", "pga and scale are both given, and each sets the amplitude; remove one"),
+    ({"pga": 4.0, "to_median": "pgv"}, "to_median", "pga and to_median are both given, and each sets the amplitude"),
+    ({"sa": Spectral(1.0, 0.05, 4.0), "to_median": "pgv"}, "to_median", "sa and to_median are both given, and each"),
+    ({"set": "fema-p695-farfield"}, "set", "names and set are both given; keep one"),
+    ({"manifest": "a.csv"}, "manifest", "names and manifest are both given; keep one"),
+    ({"names": (), "manifest": "a.csv", "direction": 20.0}, "direction", "a manifest names single components"),
+    ({"names": (), "manifest": "a.csv", "sa": Spectral(1.0, 0.05, 4.0)}, "sa", "manifest and sa are both given, and"),
+)
+
+
+@pytest.mark.parametrize(("changed", "key", "sentence"), RIVALS)
+def test_what_excludes_each_other_is_refused_in_a_call_as_in_a_scene_file(changed, key, sentence, tmp_path):
+    """A factor beside Sa was dropped without a word: the scaling to Sa came after it and undid it."""
+    request = PAIR._replace(**changed)
+    told = refused(request)
+    assert told.startswith(f"records.{key}: {sentence}")
+    (tmp_path / "a.csv").touch()
+    study = replace(parse_scene(SCENE + 'names = ["RSN6-180"]\n', str(tmp_path / "scene.toml")), records=request)
+    with pytest.raises(SceneError, match=re.escape(told)):
+        parse_scene(study.to_toml(), study.source)
+    with pytest.raises(SceneError, match=re.escape(told)):
+        gathered(study)
+
+
+@pytest.mark.parametrize(
+    ("changed", "key"),
+    [({"scale": 2.0}, "scale"), ({"sa": Spectral(1.0, 0.05, 4.0)}, "sa"), ({"to_median": "pga"}, "to_median")],
+)
+def test_an_amplitude_beside_that_of_the_grid_is_refused_in_a_call_too(changed, key):
+    study = parse_scene(SCENE + 'names = ["RSN6-180"]\n[grid]\npga = ["0.2 g", "0.4 g"]\n')
+    sentence = f"records.{key}: the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
+    with pytest.raises(SceneError, match=re.escape(sentence)):
+        gathered(replace(study, records=study.records._replace(**changed)))
+
+
+def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):
+    """Window, factor and tail act in one order, and to the same bits, whoever asks."""
+    asked = {"window": (1.0, 9.0), "scale": 1.5, "tail": 2.0}
+    alone = read_motion("RSN6-180", **asked)
+    (named,) = gather(PLAIN._replace(names=("RSN6-180",), **asked), None).motions
+    write_manifest([read_motion("RSN6-180")], tmp_path / "a.csv")
+    (listed,) = gather(PLAIN._replace(manifest="a.csv", **asked), tmp_path).motions
+    whole = read_motion("RSN6-180").acceleration
+    by_hand = np.pad(1.5 * whole[100:901], (0, 200))  # samples 0.01 s apart, both ends of the window included
+    for motion in (alone, named, listed):
+        assert np.array_equal(motion.acceleration, by_hand)
+        assert [sentence.partition(":")[0] for sentence in motion.processing] == ["units", "window", "scale", "tail"]
+        assert motion.record["factor"] == 1.5 and motion.record["cut_from_start"] == 1.0
+        assert motion.flags == alone.flags
+
+
+def test_a_window_comes_before_the_scale():
+    (motion,) = gather(
+        PLAIN._replace(names=("RSN6-180",), window=(0.0, 6.0), sa=Spectral(0.5, 0.05, 0.5 * G)), None
+    ).motions
+    assert motion.duration == pytest.approx(6.0)
+    assert response_spectra(motion.acceleration, motion.dt, [0.5]).pseudo_acceleration[0] == pytest.approx(0.5 * G)
+    assert [sentence.partition(":")[0] for sentence in motion.processing] == ["units", "window", "scale"]
+
+
+def test_a_set_drives_a_scan():
+    scene = parse_scene(SCENE.replace("20 mm", "2 m") + 'set = "fema-p695-nearfield-pulse"\npga = "0.3 g"\n')
+    dataset = scan(scene)
+    assert dataset.sizes["record"] == 28
+    assert (dataset["simulated"] == 0).all()  # a gap of 2 m is never closed
+
+
+def test_a_choice_of_records_drives_a_scene_with_its_factors(folder, tmp_path):
+    candidates = [read_motion(path) for path in sorted(folder.glob("RSN6-[12]*.AT2"))]
+    candidates += [read_motion("RSN753-000"), read_motion("CCC-HN1")]
+    chosen = select(candidates, read_target("asce7:sds=1.0,sd1=0.6,tl=8"), count=3)
+    write_manifest(chosen.motions(), tmp_path / "selected.csv")
+    study = parse_scene(SCENE + 'manifest = "selected.csv"\ntail = "1 s"\n', str(tmp_path / "scene.toml"))
+    told = dict(validate(study).summary())["records"]
+    assert told.endswith(", each times its factor of selected.csv, 1 s of free vibration after")
+    assert parse_scene(study.to_toml(), study.source) == study
+    found = gathered(study).motions
+    assert [motion.name for motion in found] == [motion.name for motion in chosen.motions()]
+    for motion, asked in zip(found, chosen.motions(), strict=True):
+        count = len(asked.acceleration)
+        assert np.array_equal(motion.acceleration[:count], asked.acceleration)
+        assert motion.duration == pytest.approx(asked.duration + 1.0)
+
+
+def test_a_manifest_whose_files_have_changed_is_refused(folder):
+    motion = read_motion(folder / "RSN6-180.AT2", pga="0.4 g")
+    path = write_manifest([motion], folder / "selected.csv")
+    scene = str(folder / "scene.toml")
+    study = parse_scene(SCENE + 'manifest = "selected.csv"\n', scene)
+    assert gathered(study).motions[0].pga == pytest.approx(0.4 * G, rel=1e-12)
+    assert "RSN6-180.AT2," in path.read_text()
+    with pytest.raises(RecordError, match=r"selected\.csv, line 2: RSN6-180 has a PGA of .* processed, cut or turned"):
+        gathered(parse_scene(SCENE + 'manifest = "selected.csv"\nprocessing = [{step = "trend", order = 3}]\n', scene))
+    shutil.copy(folder / "RSN6-270.AT2", folder / "RSN6-180.AT2")
+    with pytest.raises(RecordError, match=r"line 2: RSN6-180 has another checksum than the manifest says"):
+        gathered(study)
+    for values, sentence in (
+        ({"factor": ""}, "line 2: factor left empty"),
+        ({"name": "", "PGA [m/s2]": ""}, r"line 2: name and PGA \[m/s2\] left empty"),
+        ({"factor": "nan"}, "line 2: the factor is nan; it must be greater than 0 and finite"),
+        ({"factor": "-1"}, "line 2: the factor is -1; it must"),
+        (None, "selected.csv: names no record"),
+    ):
+        write_manifest([motion], path)
+        with path.open(encoding="utf-8", newline="") as file:
+            head, row = csv.reader(file)
+        row = [] if values is None else [{**dict(zip(head, row, strict=True)), **values}[key] for key in head]
+        with path.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([head, row] if row else [head])
+        with pytest.raises(RecordError, match=sentence):
+            gathered(study)
+    write_manifest([motion.reversed()], path)
+    with pytest.raises(RecordError, match="another checksum"):
+        gathered(study)
+    turned = rotated(read_motion("RSN6-180"), read_motion("RSN6-270"), 20.0)
+    write_manifest([turned], path)
+    with pytest.raises(RecordError, match="no source is named, as the motion was in memory or made of two"):
+        gathered(study)
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ('manifest = "no.csv"\n', "line 15, records.manifest: no such file in .*; files are relative to the scene"),
+        ('manifest = "a.csv"\npga = "0.5 g"\n', "records.pga: manifest and pga are both given, and each sets the"),
+        ('manifest = "a.csv"\ndirection = "20 deg"\n', "records.direction: a manifest names single components; remove"),
+        ('manifest = "a.csv"\n[grid]\npga = ["0.5 g"]\n', "records.manifest: the grid has a pga, which sets the amp"),
+    ],
+)
+def test_what_a_manifest_excludes(tmp_path, lines, sentence):
+    (tmp_path / "a.csv").touch()
+    with pytest.raises(SceneError, match=sentence):
+        parse_scene(SCENE + lines, str(tmp_path / "scene.toml"))
+
+
+def test_raw_components_of_a_row_pass_one_filter():
+    """The stricter corners of both: a rotated motion would otherwise hold a band of which it has only one half."""
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    filters = [sentence.partition("bandpass: ")[2] for sentence in turned.processing if "bandpass" in sentence]
+    bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
+    assert len(bands) == 2 and bands[0] == bands[1]
+    alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
+    own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
+    assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))
+
+
+def test_two_earthquakes_of_one_day_at_one_station_are_two_recordings():
+    """Where no event is told, as of MiniSEED, the minute in which a record starts tells them apart."""
+    traces = [catalogue.load(name)[0] for name in ("NAPA-HNE", "NAPA-HNN")]
+    facts = [dict(open_source(trace).record) for trace in traces]
+    later = {**facts[0], "start": "2014-08-24T11:00:00"}
+    assert recording(facts[0], "a") == recording(facts[1], "b") != recording(later, "c")
+
+
+def test_a_turned_pair_says_why_its_corners_are_where_they_are():
+    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")

@@ -1,0 +1,180 @@
+"""Each check of quality fires on a record damaged for it, and none on the good ones that come with the project."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pounding_risk.motions import catalogue
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.quality import CHECKS, LASTING, Finding, failed, quality
+
+GOOD = [entry.id for entry in catalogue.entries() if not entry.id.startswith("RSN1690")]
+RAW = [entry.id for entry in catalogue.entries() if entry.state == "raw"]
+NOT_YET_AT_REST = {"offset", "velocity at the end", "displacement at the end", "tail"}
+
+
+def samples(record="RSN6-180"):
+    trace = catalogue.load(record)[0]
+    return trace.data.astype(float), trace.stats.delta
+
+
+def fails(found):
+    return {finding.check for finding in found if not finding.passed}
+
+
+@pytest.mark.parametrize("record", GOOD)
+def test_good_records_pass_every_check(record):
+    motion = read_motion(record)
+    assert failed(quality(motion.acceleration, motion.dt, shortest_period=0.2)) == ()
+    assert motion.flags == ()
+
+
+@pytest.mark.parametrize("record", RAW)
+def test_a_raw_record_fails_only_what_processing_mends(record):
+    found = quality(*samples(record), state="raw")
+    assert fails(found) <= NOT_YET_AT_REST
+    assert {"quiet before", "signal-to-noise"} <= {finding.check for finding in found}
+
+
+def clipped(a):
+    return np.clip(a, -0.6 * np.abs(a).max(), 0.6 * np.abs(a).max())
+
+
+def spiked(a):
+    a[2000] += 0.5 * np.abs(a).max()
+    return a
+
+
+def noisy(a):
+    """White noise as strong as the shaking at 0.3 Hz: 12 % of PGA."""
+    return a + np.random.default_rng(0).normal(0.0, 0.12 * np.abs(a).max(), len(a))
+
+
+def with_a_level(share):
+    return lambda a: a + share * np.abs(a).max()
+
+
+DAMAGES = [
+    ("time step", "RSN6-180", lambda a: a[::3], 0.03, {}),
+    ("time step of the stiffest building", "RSN6-180", lambda a: a, 0.01, {"shortest_period": 0.05}),
+    ("period of the softest building", "RSN6-180", lambda a: a, 0.01, {"longest_period": 8.1, "usable": 0.125}),
+    ("duration", "CCC-HN1", lambda a: a[:2600], 0.01, {"state": "raw"}),
+    ("quiet before", "CCC-HN1", lambda a: a[np.argmax(np.abs(a)) - 100 :], 0.01, {"state": "raw"}),
+    ("signal-to-noise", "CCC-HN1", noisy, 0.01, {"state": "raw"}),
+    ("clipping", "RSN6-180", clipped, 0.01, {}),
+    ("clipping", "NAPA-HNZ", clipped, 0.005, {"state": "raw"}),
+    ("clipping", "RSN77-DWN", clipped, 0.01, {}),
+    ("spikes", "RSN6-180", spiked, 0.01, {}),
+    ("spikes", "CCC-HNZ", spiked, 0.01, {"state": "raw"}),
+    ("offset", "RSN6-180", with_a_level(0.06), 0.01, {}),
+    ("late trigger", "RSN6-180", lambda a: a[213:], 0.01, {}),
+    ("zero crossings", "RSN6-180", lambda a: a + np.linspace(-40.0, 40.0, len(a)), 0.01, {}),
+    ("velocity at the end", "RSN6-180", with_a_level(0.002), 0.01, {}),
+    ("displacement at the end", "RSN6-180", with_a_level(0.0002), 0.01, {}),
+    ("tail", "RSN6-180", lambda a: a[:1000], 0.01, {}),
+]
+
+
+def test_every_check_has_a_damage():
+    assert {damage[0] for damage in DAMAGES} == set(CHECKS)
+
+
+@pytest.mark.parametrize(("name", "record", "damage", "dt", "options"), DAMAGES)
+def test_a_damaged_record_fails_its_check(name, record, damage, dt, options):
+    whole, step = samples(record)
+    before = quality(whole, step, **{**options, "shortest_period": 0.5, "longest_period": 2.0})
+    assert name not in fails(before)
+    assert name in fails(quality(damage(whole), dt, **options))
+
+
+def test_a_finding_says_what_was_found_and_what_is_allowed():
+    a, dt = samples()
+    findings = {found.check: found for found in quality(clipped(a), dt, shortest_period=0.05)}
+    assert findings["clipping"] == Finding("clipping", "14 samples in a row at the extreme", "at most 2", False)
+    assert findings["spikes"] == Finding("spikes", "none", "none", True)
+    coarse = findings["time step of the stiffest building"]
+    assert coarse.found == "0.01 s, 5 in a period of 0.05 s"
+    assert coarse.allowed == "at most 0.005 s"
+    assert failed((coarse,)) == (
+        "time step of the stiffest building: 0.01 s, 5 in a period of 0.05 s; allowed: at most 0.005 s",
+    )
+
+
+def test_a_record_of_nothing_is_told():
+    assert quality(np.zeros(500), 0.01) == (Finding("motion", "every sample is the same", "a motion", False),)
+
+
+@settings(max_examples=25)
+@given(st.floats(1e-3, 1e3), st.booleans(), st.sampled_from([clipped, spiked, with_a_level(0.06), lambda a: a]))
+def test_unit_and_polarity_do_not_matter(factor, turned, damage):
+    """Findings are ratios: the same record in another unit, or upside down, fails the same checks."""
+    a, dt = samples()
+    a = damage(a)
+    assert fails(quality((-factor if turned else factor) * a, dt)) == fails(quality(a, dt))
+
+
+@settings(max_examples=40)
+@given(st.integers(10, 5300), st.sampled_from([-1.0, 1.0]), st.floats(1.0, 50.0))
+def test_a_spike_is_found_wherever_it_is(place, side, size):
+    """From the record's PGA on, on top of whatever the motion does there."""
+    a, dt = samples()
+    a[place] += side * size * np.abs(a).max()
+    found = {finding.check: finding for finding in quality(a, dt)}["spikes"]
+    assert not found.passed
+    assert found.found == f"a single sample sticks out at {place * dt:.4g} s"
+
+
+def test_straight_lines_between_samples_keep_sinc_squared():
+    """The reason of dt <= T/10: what is left of the amplitude of a wave of period T, sampled and joined by lines."""
+    fine = np.arange(100_000) / 1000.0
+    for a_period, left in ((10, 0.9675), (5, 0.8751)):
+        dt = 1.0 / a_period
+        joined = np.interp(fine, np.arange(0.0, 101.0, dt), np.sin(2.0 * np.pi * np.arange(0.0, 101.0, dt)))
+        amplitude = 2.0 * abs(np.mean(joined * np.exp(-2j * np.pi * fine)))
+        assert amplitude == pytest.approx(np.sinc(1.0 / a_period) ** 2, abs=1e-4)
+        assert amplitude == pytest.approx(left, abs=1e-4)
+
+
+# --- flags of a motion ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("damage", "processing", "flag"),
+    [
+        (clipped, "auto", "clipping: 14 samples in a row at the extreme; allowed: at most 2"),
+        (spiked, "auto", "spikes: a single sample sticks out at 20 s; allowed: none"),
+        (with_a_level(0.002), "auto", "velocity at the end: 100 % of its peak; allowed: at most 5 %"),
+        (
+            lambda a: a[:1000],
+            "auto",
+            "tail: last 5 s reach 81 % of PGV and 100 % of PGD; allowed: at most 30 % and 90 %",
+        ),
+    ],
+)
+def test_what_fails_is_a_flag_of_the_motion(damage, processing, flag):
+    trace = catalogue.load("RSN6-180")[0]
+    trace.data = damage(trace.data.astype(float))
+    assert flag in read_motion(trace, processing=processing).flags
+
+
+def test_a_flag_is_about_the_record_and_not_about_a_window_of_it():
+    assert read_motion("RSN6-180", window=(0.0, 4.0)).flags == ()
+
+
+def test_drift_is_flagged_unless_it_was_corrected():
+    drifts = {"displacement at the end", "tail"}
+    flags = read_motion("CCC-HN1", processing=[{"step": "mean"}]).flags
+    assert drifts <= {flag.partition(":")[0] for flag in flags}
+    for scheme in ("polynomial", "bilinear"):
+        steps = [{"step": "mean"}, {"step": "baseline", "scheme": scheme}]
+        assert not drifts & {flag.partition(":")[0] for flag in read_motion("CCC-HN1", processing=steps).flags}
+
+
+def test_what_lasts_is_checked_before_the_chain():
+    """A filter rounds flat tops off; they are seen in the record as it came."""
+    trace = catalogue.load("RSN6-180")[0]
+    trace.data = clipped(trace.data)
+    steps = [{"step": "bandpass", "low": 0.1, "high": 20.0}]
+    assert any(flag.startswith("clipping: ") for flag in read_motion(trace, processing=steps).flags)
+    assert set(LASTING) < set(CHECKS)

@@ -1,0 +1,141 @@
+"""The animation of a run holds the run, keeps the peaks of contacts, is small, fetches nothing, moves in a browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_row import made_run
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports import animation
+
+RATE = 50.0
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    """Twenty seconds at 200 instants a second."""
+    return made_run()
+
+
+@pytest.fixture(scope="module")
+def written(run, tmp_path_factory) -> Path:
+    """Its page."""
+    return animation.animate(run, tmp_path_factory.mktemp("page") / "run.html")
+
+
+def model_of(path: Path) -> dict:
+    (text,) = re.findall(r'<script type="application/json" id="model">(.*?)</script>', path.read_text("utf-8"), re.S)
+    return json.loads(text)
+
+
+def unpacked(text: str) -> np.ndarray:
+    """16-bit numbers: deflated, all first bytes before all second ones."""
+    found = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1)
+    return np.ascontiguousarray(found.T).reshape(-1).view("<i2")
+
+
+def test_the_peak_of_each_contact_point_is_a_frame(run, written):
+    model = model_of(written)
+    force = unpacked(model["force"]).reshape(model["frames"], -1) * model["strongest"]
+    peak = run["contact_force"].values.max(axis=0)
+    # Rounded to a step of the strongest over 32,000, half of one at most.
+    np.testing.assert_allclose(force.max(axis=0), peak, atol=0.5001 * peak.max() / animation.FORCES)
+    assert peak.max() > 0.0
+
+
+def test_a_frame_with_contact_shows_the_instant_of_its_largest_force(run, written):
+    model = model_of(written)
+    moved = unpacked(model["displacement"]).reshape(model["frames"], -1).cumsum(axis=0) * model["largest"]
+    time, strongest = run["time"].values, run["contact_force"].values.max(axis=1)
+    floors = run["displacement"].values[:, np.isfinite(run["displacement"].values).any(axis=0)]
+    assert model["rate"] == RATE
+    checked = 0
+    for frame in range(1, model["frames"] - 1):
+        inside = (time > (frame - 1) / RATE + 1e-9) & (time <= frame / RATE + 1e-9)
+        if not strongest[inside].max(initial=0.0) > 0.0:
+            continue
+        at = np.flatnonzero(inside)[strongest[inside].argmax()]
+        assert model["time"][frame] == pytest.approx(time[at], abs=5e-5)  # four decimals
+        np.testing.assert_allclose(moved[frame], floors[at], atol=0.51 * model["largest"])  # half a step
+        checked += 1
+    assert checked > 50
+
+
+def test_a_long_row_stays_small_with_fewer_frames(run, tmp_path):
+    """Thirty buildings over a minute: the rate falls until the page is small."""
+    rows = xr.concat([run.isel(building=slice(0, 5)).drop_vars("building")] * 6, "building", data_vars="minimal")
+    noise = np.random.default_rng(1).normal(0.0, 0.01, rows["displacement"].shape)
+    long = rows.assign(displacement=rows["displacement"] + noise).assign_coords(
+        time=3.0 * run["time"].values, building=[f"B{place}" for place in range(30)]
+    )
+    path = animation.animate(long, tmp_path / "long.html")
+    assert path.stat().st_size <= animation.LARGEST
+    assert model_of(path)["rate"] < RATE
+    assert len(model_of(path)["buildings"]) == 30
+
+
+def test_a_run_without_contact_stands_too(run, tmp_path):
+    still = run.assign(contact_force=0.0 * run["contact_force"])
+    model = model_of(animation.animate(still, tmp_path / "still.html"))
+    assert "Nothing touches" in model["facts"]
+    assert not unpacked(model["force"]).any()
+
+
+def test_what_is_no_run_is_told(run, tmp_path):
+    with pytest.raises(PoundingError, match="has no contact_force, so it is no run of a row"):
+        animation.animate(run.drop_vars("contact_force"), tmp_path / "a.html")
+    with pytest.raises(PoundingError, match="fewer than two instants"):
+        animation.animate(run.isel(time=slice(0, 1)), tmp_path / "a.html")
+    with pytest.raises(PoundingError, match="must end in"):
+        animation.animate(run, tmp_path / "a.gif")
+
+
+def test_the_page_holds_one_script_by_its_checksum_and_names_no_other_place(written):
+    text = written.read_text("utf-8")
+    assert written.stat().st_size < animation.LARGEST
+    assert "default-src 'none'" in text
+    assert set(re.findall(r"https?://[^\"']+", text)) == {"http://www.w3.org/2000/svg"}  # a name, never fetched
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+@pytest.mark.skipif(not (BROWSER and shutil.which("chromedriver")), reason="no Chromium with its driver is installed")
+def test_it_plays_and_goes_to_contacts_in_a_browser(run, written):
+    webdriver = pytest.importorskip("selenium.webdriver")
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for option in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage"):
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+    try:
+        driver.get(written.as_uri())
+        wait = WebDriverWait(driver, 30, 0.02)
+        wait.until(lambda page: page.execute_script("return document.body.dataset.ready === 'yes'"))
+        driver.find_element("id", "next").click()
+        told = driver.find_element("id", "told").text
+        seconds = float(told.split()[0])
+        near = run["contact_force"].sel(time=seconds, method="nearest", tolerance=0.003).values
+        assert "Contact: " in told
+        assert near.max() > 0.0
+        assert len(driver.find_elements("css selector", "#row .touch")) == (near > 0.0).sum()
+        before = driver.find_element("css selector", "#row .building").get_attribute("d")
+        driver.find_element("id", "play").click()
+        wait.until(lambda page: int(page.find_element("id", "at").get_attribute("value")) > seconds * RATE + 5)
+        driver.find_element("id", "play").click()
+        assert driver.find_element("css selector", "#row .building").get_attribute("d") != before
+        assert driver.get_log("browser") == []
+    finally:
+        driver.quit()

@@ -1,0 +1,136 @@
+"""The commands that draw, assess and separate a row, on a made dataset on disk."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_words import words_of
+from made_row import STREET, made_row, made_run
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk.assessment.separations.table import code_table
+from pounding_risk.cli import app
+from pounding_risk.errors import PoundingError
+from pounding_risk.figures.scan import scan_figure
+from pounding_risk.results.files import save
+
+PICTURES = {"elevation": "e.png", "plan": "p.svg", "profiles": "q.pdf"}
+
+
+def run(*words: str | Path):
+    """A command in this process, as typed."""
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> Path:
+    """A row's dataset on disk."""
+    return save(made_row(records=3), tmp_path_factory.mktemp("row") / "row.nc")
+
+
+def test_draw_writes_what_is_asked_for(file, tmp_path):
+    words = [word for name, path in PICTURES.items() for word in (f"--{name}", tmp_path / path)]
+    told = run("draw", file, *words, "--gap", "50 mm", "--building", "Tower", "--yield-force", "inf")
+    assert told.exit_code == 0, told.output
+    starts = {"e.png": b"\x89PNG", "p.svg": b"<?xml", "q.pdf": b"%PDF"}
+    assert {name: (tmp_path / name).read_bytes()[: len(start)] for name, start in starts.items()} == starts
+    assert "gap 50 mm, without yielding" in (tmp_path / "p.svg").read_text("utf-8")
+    assert told.output.count("written: ") == 3
+
+
+def test_draw_animates_a_run(tmp_path):
+    path = save(made_run(3.0), tmp_path / "run.nc")
+    told = run("draw", path, "--animation", tmp_path / "run.html")
+    assert told.exit_code == 0, told.output
+    assert (tmp_path / "run.html").read_text("utf-8").startswith("<!doctype html>")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "nothing to draw; name a file for elevation, plan, profiles or animation"),
+        (["--elevation", "e.gif"], "--elevation: e.gif: the name must end in .png or .svg or .pdf"),
+        (["--plan", "p.png", "--contact-model", "hertz"], "'hertz' is not in the dataset"),
+        (["--profiles", "q.png", "--building", "Turm"], "building 'Turm' is not in the row"),
+        (["--animation", "a.html"], "has no displacement, so it is no run of a row"),
+    ],
+)
+def test_draw_refuses_in_words_and_writes_nothing(file, words, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    told = run("draw", file, *words)
+    assert told.exit_code == 2
+    assert sentence in told.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_several_rows_share_a_plan_only(file, tmp_path):
+    with pytest.raises(PoundingError, match="2 datasets are given: only a plan shows several rows"):
+        pr.draw([file, file], elevation=tmp_path / "e.png")
+    (path,) = pr.draw([file, file], plan=tmp_path / "p.svg")
+    assert path.read_text("utf-8").count("<!-- Corner -->") == 4  # two rows in two panels
+
+
+def test_a_plan_takes_the_footprints_of_a_street(file, tmp_path):
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": each.name, "height [m]": 9.0, "storeys": 3, "typology": "masonry"},
+            "geometry": {"type": "Polygon", "coordinates": [_square(0.00014 * at)]},
+        }
+        for at, each in enumerate((*STREET, STREET[0]._replace(name="Lone")))
+    ]
+    street = tmp_path / "street.geojson"
+    street.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
+    told = run("draw", file, "--plan", tmp_path / "p.svg", "--street", street)
+    assert told.exit_code == 0, told.output
+    assert "in no row" in (tmp_path / "p.svg").read_text("utf-8")
+
+
+def _square(east: float) -> list[list[float]]:
+    """About 9 by 11 m, degrees."""
+    return [[east, 0.0], [east + 0.0001, 0.0], [east + 0.0001, 0.0001], [east, 0.0001], [east, 0.0]]
+
+
+def test_assess_and_separations_speak_of_every_interface(file):
+    told = run("assess", file)
+    assert told.exit_code == 0, told.output
+    names = [f"{one.name} | {other.name}" for one, other in pairwise(STREET)]
+    assert all(f"\n{name}\n" in told.output for name in names)
+    assert "columns' own" in told.output
+    summed = told.output.partition("verdict")[2].partition("Corner | Arcade\n")[0]
+    assert [line.partition("  ")[0] for line in summed.splitlines()[1:] if "|" in line] == names
+    rules = run("separations", file)
+    assert all(name in rules.output for name in names)
+    one = run("separations", file, "--interface", "Theatre | Tower")
+    assert one.exit_code == 0
+    assert "displacement, Tower" in one.output and "Corner" not in one.output
+    assert run("separations", file, "--interface", "Tower").exit_code == 2
+
+
+def test_the_figure_of_a_scan_shows_the_largest_of_all_interfaces(file):
+    results = pr.open_results(file)
+    figure = scan_figure(results)
+    said = words_of(figure).replace("\n", " ")
+    assert "the largest of 5 interfaces" in said
+    meshes = [mesh for axis in figure.axes for mesh in axis.collections if mesh.get_array() is not None]
+    drawn = max(float(np.nanmax(mesh.get_array())) for mesh in meshes)
+    assert drawn == pytest.approx(1e3 * float(results["peak_relative_displacement"].isel(pga=1).max()))
+
+
+def test_the_figure_of_a_scan_that_varies_one_gap_shows_that_interface():
+    results = made_row(records=2, gaps=(0.0, 0.02), named=1, own_gaps=(0.03, 0.02, 0.04, 0.04, 0.04))
+    figure = scan_figure(results)
+    assert f"{STREET[1].name} | {STREET[2].name}, whose gap varies" in words_of(figure).replace("\n", " ")
+    meshes = [mesh for axis in figure.axes for mesh in axis.collections if mesh.get_array() is not None]
+    drawn = max(float(np.nanmax(mesh.get_array())) for mesh in meshes)
+    assert drawn == pytest.approx(1e3 * float(results["peak_relative_displacement"].isel(pga=1, interface=1).max()))
+
+
+def test_code_table_asks_for_one_interface(file):
+    with pytest.raises(PoundingError, match="select two neighbours"):
+        code_table(pr.open_results(file))

@@ -1,0 +1,470 @@
+"""The page of `view` holds the dataset's numbers, fetches nothing, and shows what it holds, in a browser too."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import sys
+import zlib
+from hashlib import sha256
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from pounding_risk.cli import app
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports import explorer
+from pounding_risk.results.files import save
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies import demo as paper
+
+pytest.importorskip("plotly")
+G = 9.80665
+GRID = """
+[grid]
+gap = ["0 mm", "4 mm", "11.5 mm"]
+yield_force = ["200 kN", "450 kN", "inf"]
+contact_model = ["jankowski", "viscous_elastoplastic"]
+pga = ["0.3 g", "0.5 g"]
+"""
+CASE = ("record", "polarity", "pga", "contact_model", "gap", "yield_force")
+FAILED = {"polarity": 0, "pga": 1, "contact_model": 1, "gap": 1, "yield_force": 0}  # 4 mm and 200 kN
+OUT_OF_STEPS = 3  # a status that is not complete
+
+
+@pytest.fixture(scope="module")
+def results() -> xr.Dataset:
+    """A scan of 72 cases, one of them made to have failed."""
+    study = parse_scene(paper.scene("paper").text + GRID, source="grid.toml")
+    dataset = scan(study, check_fraction=0.2)
+    for name, found in dataset.data_vars.items():
+        if set(CASE) <= set(found.dims) and name not in ("status", "simulated"):
+            found[FAILED] = np.nan if found.dtype.kind == "f" else -1
+    dataset["status"][FAILED] = OUT_OF_STEPS
+    return dataset
+
+
+@pytest.fixture(scope="module")
+def written(results, tmp_path_factory) -> Path:
+    """The page of these results."""
+    return explorer.view(results, tmp_path_factory.mktemp("page") / "explore.html")
+
+
+class Page(HTMLParser):
+    """What stands in a page: scripts' texts by type, the policy, and every attribute that may fetch."""
+
+    def __init__(self, text: str):
+        super().__init__(convert_charrefs=True)
+        self.scripts: list[tuple[str, str]] = []
+        self.fetched: list[str] = []
+        self.policy = ""
+        self.tags: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        told = dict(attrs)
+        self.tags.append(tag)
+        if tag == "script":
+            self.scripts.append((told.get("type") or "", ""))
+        if told.get("http-equiv") == "Content-Security-Policy":
+            self.policy = told["content"] or ""
+        self.fetched += [value or "" for name, value in attrs if name in ("src", "href", "data", "action", "srcset")]
+
+    def handle_data(self, data: str) -> None:
+        if self.tags and self.tags[-1] == "script" and self.cdata_elem:
+            kind, text = self.scripts[-1]
+            self.scripts[-1] = (kind, text + data)
+
+
+def embedded(path: Path) -> dict:
+    """The model that a page holds."""
+    page = Page(path.read_text(encoding="utf-8"))
+    (text,) = [text for kind, text in page.scripts if kind == "application/json"]
+    return json.loads(text)
+
+
+def unpacked(model: dict, variable: dict) -> np.ndarray:
+    """A variable's array: deflated, bytes sorted by their place."""
+    sizes = {axis["name"]: len(axis["labels"]) for axis in model["axes"]}
+    sorted_bytes = np.frombuffer(zlib.decompress(base64.b64decode(variable["data"])), np.uint8)
+    plain = np.ascontiguousarray(sorted_bytes.reshape(4, -1).T).reshape(-1)
+    return plain.view(f"<{variable['kind']}").reshape([sizes[axis] for axis in variable["dims"]])
+
+
+def test_the_page_holds_every_number_of_the_dataset(results, written):
+    model = embedded(written)
+    held = {variable["name"]: variable for variable in model["outputs"]} | model["told"]
+    cases = {name for name, found in results.data_vars.items() if {"gap", "yield_force"} <= set(found.dims)}
+    alone = {"peak_displacement_free", "peak_storey_shear_free", "peak_floor_acceleration_free"}
+    assert cases | alone | {"contact"} <= set(held)
+    for name in set(held) - {"contact"}:
+        found = results[name].transpose(*held[name]["dims"]).values
+        # To the bit: what is compared is the rounded number.
+        np.testing.assert_array_equal(unpacked(model, held[name]), found.astype(held[name]["kind"]), str(name))
+    count = results["impact_count"].values
+    np.testing.assert_array_equal(unpacked(model, held["contact"]), np.where(count < 0, -1, count > 0))
+    assert (count < 0).sum() == 1
+
+
+def test_axes_are_in_engineering_units_and_an_infinite_yield_force_is_none(written):
+    labels = {axis["name"]: (axis["labels"], axis["unit"]) for axis in embedded(written)["axes"]}
+    assert labels["gap"] == (["0", "4", "11.5"], "mm")
+    assert labels["yield_force"] == (["200", "450", "none"], "kN")
+    assert labels["pga"] == (["0.3 g", "0.5 g"], "")
+    assert labels["building"] == (["frame", "masonry"], "")
+    assert labels["contact_model"] == (["jankowski", "viscous_elastoplastic"], "")
+
+
+def test_the_head_tells_cases_and_failures(written):
+    facts = " ".join(embedded(written)["facts"])
+    assert "72 cases." in facts
+    assert "1 failed: marked × and counted in no number." in facts
+    assert "made again at a tighter tolerance" in facts
+
+
+def test_the_page_may_run_its_own_scripts_and_fetch_nothing(written):
+    page = Page(written.read_text(encoding="utf-8"))
+    assert page.fetched == ["data:,"]
+    assert "default-src 'none'" in page.policy
+    run = [text for kind, text in page.scripts if not kind]
+    sums = [base64.b64encode(sha256(text.encode()).digest()).decode() for text in run]
+    assert re.search(r"script-src ([^;]*);", page.policy)[1].split() == [f"'sha256-{each}'" for each in sums]
+    assert len(run) == 2
+
+
+def test_words_of_a_user_stay_words(results, tmp_path):
+    evil = "</script><script>alert(1)</script>{{data}}"
+    told = results.assign_attrs(title=evil, scene=evil)
+    path = explorer.view(told, tmp_path / "page.html")
+    assert len(Page(path.read_text(encoding="utf-8")).scripts) == 3
+    assert embedded(path)["title"] == evil
+
+
+def test_the_same_results_make_the_same_page(results, written, tmp_path):
+    assert explorer.view(results, tmp_path / "again.html").read_bytes() == written.read_bytes()
+
+
+def test_a_part_is_chosen_by_record_model_and_amplitude(results, tmp_path):
+    part = {"records": ["RSN6-180"], "contact_models": ["jankowski"], "pgas": [0.5 * G]}
+    model = embedded(explorer.view(results, tmp_path / "part.html", **part))
+    sizes = {axis["name"]: axis["labels"] for axis in model["axes"]}
+    assert (sizes["contact_model"], sizes["pga"]) == (["jankowski"], ["0.5 g"])
+    force = next(each for each in model["outputs"] if each["name"] == "peak_contact_force")
+    ordered = results.sel(contact_model=["jankowski"]).isel(pga=[1])
+    np.testing.assert_array_equal(unpacked(model, force), ordered["peak_contact_force"].values.astype("f4"))
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        ({"records": ["RSN6-18"]}, r"holds no record RSN6-18; it holds RSN6-180; did you mean RSN6-180\?"),
+        ({"contact_models": ["hertz"]}, "holds no contact model hertz; it holds jankowski, viscous_elastoplastic"),
+        ({"pgas": [0.4 * G]}, "holds no amplitude 0.4 g; it holds 0.3 g, 0.5 g"),
+    ],
+)
+def test_what_is_not_there_is_told(results, tmp_path, part, words):
+    with pytest.raises(PoundingError, match=words):
+        explorer.view(results, tmp_path / "page.html", **part)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("most", "words"),
+    [
+        (40, r"choose a part with --contact-model or --pga, such as --contact-model jankowski \(36 cases\)"),
+        (20, r'such as --contact-model jankowski --pga "0.3 g" \(18 cases\)'),
+        (10, "scan fewer gaps or yield forces"),
+    ],
+)
+def test_too_many_cases_are_refused_with_a_part_that_fits(results, tmp_path, monkeypatch, most, words):
+    monkeypatch.setattr(explorer, "MOST_CASES", most)
+    with pytest.raises(PoundingError, match=f"72 cases are more than the {most} that a page can hold; .*{words}"):
+        explorer.view(results, tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+    if most == 20:
+        part = {"contact_models": ["jankowski"], "pgas": [0.3 * G]}
+        assert explorer.view(results, tmp_path / "page.html", **part).exists()
+
+
+def test_other_datasets_and_other_files_are_refused(results, tmp_path):
+    with pytest.raises(PoundingError, match="has no status, so it is not a scan's results"):
+        explorer.view(results.drop_vars("status"), tmp_path / "page.html")
+    with pytest.raises(PoundingError, match=r"must end in \.html"):
+        explorer.view(results, tmp_path / "page.htm")
+    with pytest.raises(PoundingError, match="no such results file"):
+        explorer.view(tmp_path / "results.nc", tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_plotly_is_told_with_its_extra(results, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "plotly.offline", None)
+    with pytest.raises(PoundingError, match=re.escape("pip install 'pounding-risk[view]'")):
+        explorer.view(results, tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_further_axes_are_picked_like_the_others(results):
+    row = xr.concat([results, results], xr.Variable("interface", ["A | B", "B | C"]), data_vars="all")
+    model = explorer.page_model(row)
+    assert "interface" in model["pickers"]
+    assert "interface" not in model["together"]
+    force = next(each for each in model["outputs"] if each["name"] == "peak_contact_force")
+    assert unpacked(model, force).size == 2 * results["peak_contact_force"].size
+
+
+def test_files_without_whole_sentences_have_their_words(results):
+    plain = results.copy()
+    del plain["status"].attrs["sentences"]
+    assert explorer.page_model(plain)["statuses"]["3"].startswith("the step budget ran out raise rtol")
+
+
+def test_axes_that_were_taken_out_are_put_back(results):
+    one = results.isel(gap=0, yield_force=0, pga=0)
+    model = explorer.page_model(one)
+    labels = {axis["name"]: axis["labels"] for axis in model["axes"]}
+    assert (labels["gap"], labels["yield_force"]) == (["0"], ["200"])
+    assert "Motions at PGA 0.3 g." in model["facts"]
+
+
+def test_the_command(results, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(results, "results.nc")
+    done = CliRunner().invoke(app, ["view", "results.nc", "--pga", "0.5 g"])
+    assert (done.exit_code, done.stdout[:27]) == (0, "written: results-view.html ")
+    assert [axis["labels"] for axis in embedded(Path("results-view.html"))["axes"] if axis["name"] == "pga"] == [
+        ["0.5 g"]
+    ]
+    again = CliRunner().invoke(app, ["view", "results.nc"])
+    assert again.exit_code == 2
+    assert "results-view.html exists already; write -o results-view.html to replace it" in again.stderr
+
+
+# ---- in a browser --------------------------------------------------------------------------------------------------
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+needs_browser = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no Chromium with its driver is installed")
+
+
+class Reader:
+    """A page in headless Chromium: what a reader does and sees."""
+
+    def __init__(self, driver, path: Path):
+        self.driver = driver
+        driver.get(path.as_uri())
+        self.until("return document.body.dataset.ready === 'yes' || !document.getElementById('trouble').hidden")
+
+    def until(self, script: str) -> None:
+        from selenium.webdriver.support.ui import WebDriverWait
+
+        WebDriverWait(self.driver, 30, 0.02).until(lambda driver: driver.execute_script(script))
+
+    def pick(self, **choices: str) -> None:
+        from selenium.webdriver.support.ui import Select
+
+        for name, words in choices.items():
+            Select(self.driver.find_element("name", name.replace("_", " "))).select_by_visible_text(words)
+
+    def press(self, *keys: str) -> None:
+        self.driver.find_element("id", "map").send_keys(*keys)
+
+    def to_corner(self) -> None:
+        """To the first gap and yield force, wherever the page began."""
+        self.press("\ue011", "\ue015", "\ue015", "\ue015")
+
+    def click(self, name: str) -> None:
+        self.driver.find_element("id", name).click()
+
+    def text(self, name: str) -> str:
+        return self.driver.find_element("id", name).text
+
+    def drawn(self) -> dict:
+        """The map as Plotly has it: numbers of the cells, and where crosses stand."""
+        return self.driver.execute_script(
+            "const [heat, crosses] = document.getElementById('map').data;"
+            "return {z: heat.z, x: crosses.x, y: crosses.y, zmin: heat.zmin, zmax: heat.zmax}"
+        )
+
+    def column(self, place: int) -> dict[str, str]:
+        """One column of the table by output."""
+        return self.driver.execute_script(
+            "return Object.fromEntries([...document.querySelectorAll('#table tbody tr[data-output]')]"
+            ".map((row) => [row.dataset.output, row.cells[arguments[0]].textContent]))",
+            place,
+        )
+
+
+@pytest.fixture(scope="module")
+def driver():
+    """Headless Chromium; what it logs and asks for is kept."""
+    webdriver = pytest.importorskip("selenium.webdriver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for option in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1500,1300"):
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    found = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    yield found
+    found.quit()
+
+
+def number(words: str) -> float:
+    """The number that a cell of the table begins with; NaN for what is not there."""
+    return np.nan if words == "–" else float(words.replace("−", "-").split()[0])
+
+
+FACTORS = {"m": 1e3, "N": 1e-3, "J": 1e-3, "N s": 1e-3, "m/s2": 1.0 / G}
+
+
+def expected(results: xr.Dataset, key: str, case: dict) -> float:
+    """What the page must show of a case: in engineering units; NaN where a count is not defined."""
+    name, _, building = key.partition(" ")
+    found = results[name].isel({dim: place for dim, place in case.items() if dim in results[name].dims})
+    value = found.values[int(building)] if building else found.values[()]
+    if found.dtype.kind == "i" and value < 0:
+        return np.nan
+    return float(value) * FACTORS.get(found.attrs["units"], 1.0)
+
+
+@needs_browser
+def test_a_cell_shows_the_numbers_of_its_case(driver, results, written):
+    reader = Reader(driver, written)
+    reader.to_corner()
+    reader.pick(polarity="reversed", amplitude="0.5 g", contact_model="viscous_elastoplastic")
+    reader.pick(output="peak contact force [kN]")
+    reader.press("\ue014", "\ue013")  # right, up: 4 mm and 450 kN
+    assert reader.text("told").startswith("gap 4 mm, yield force 450 kN: 450 kN; complete")
+    case = {"record": 0, "polarity": 1, "pga": 1, "contact_model": 1, "gap": 1, "yield_force": 1}
+    seen = reader.column(1)
+    assert seen.pop("contact") == "yes"
+    assert seen.pop("yield_exceedance") == "yes"
+    assert len(seen) > 25
+    for key, words in seen.items():
+        # Four digits are shown.
+        assert number(words) == pytest.approx(expected(results, key, case), rel=5e-4, nan_ok=True), key
+
+
+@needs_browser
+def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(driver, results, written):
+    reader = Reader(driver, written)
+    reader.to_corner()
+    reader.pick(polarity="as recorded", amplitude="0.5 g", contact_model="viscous_elastoplastic")
+    reader.pick(output="peak contact force [kN]")
+    drawn = reader.drawn()
+    one = results.isel(record=0, polarity=0, pga=1, contact_model=1)
+    force = one["peak_contact_force"].transpose("yield_force", "gap").values / 1e3
+    # Float32 has seven digits.
+    np.testing.assert_allclose(np.array(drawn["z"], dtype=float), force, rtol=2e-7, equal_nan=True)
+    assert drawn["z"][0][1] is None
+    assert (drawn["x"], drawn["y"]) == ([1], [0])
+    reader.press("\ue014")
+    assert "yield force 200 kN: × failed; × failed: the step budget ran out; raise rtol" in reader.text("told")
+    seen = reader.column(1)
+    assert {words for key, words in seen.items() if "free" not in key} == {"× failed"}
+    assert number(seen["peak_displacement_free 0"]) > 0.0
+    assert "the run failed; no number" in reader.text("legend")
+
+
+@needs_browser
+@pytest.mark.parametrize(("statistic", "share"), [("median", 0.5), ("84th percentile", 0.84), ("largest", 1.0)])
+def test_all_motions_together_are_their_quantiles_without_the_failed(driver, results, written, statistic, share):
+    together = results.sel(contact_model="viscous_elastoplastic").isel(record=0, pga=1)
+    together = together.transpose("polarity", "yield_force", "gap", ...)
+    reader = Reader(driver, written)
+    reader.to_corner()
+    reader.pick(amplitude="0.5 g", contact_model="viscous_elastoplastic")
+    shares = np.where(together["impact_count"] < 0, np.nan, together["impact_count"] > 0)
+    np.testing.assert_allclose(reader.drawn()["z"], np.nanmean(shares, axis=0), rtol=1e-15)
+    reader.pick(output="peak relative displacement [mm]", of_several_motions=statistic)
+    peaks = np.nanquantile(together["peak_relative_displacement"].values * 1e3, share, axis=0)
+    np.testing.assert_allclose(reader.drawn()["z"], peaks, rtol=2e-7)  # float32 has seven digits
+    reader.press("\ue014")
+    assert "2 motions, × 1 failed" in reader.text("told")
+    # Of the two motions one closes 11.5 mm, and it alone has a time of first impact.
+    reader.press("\ue010")
+    first = together["first_impact_time"].isel(gap=2, yield_force=0).values
+    assert np.isnan(first).tolist() == [True, False]
+    seen = reader.column(1)["first_impact_time"]
+    assert seen.endswith(" s (of 1)")
+    assert number(seen) == pytest.approx(first[1], rel=5e-4)  # four digits
+
+
+@needs_browser
+def test_two_cells_are_pinned_and_compared(driver, written):
+    reader = Reader(driver, written)
+    reader.to_corner()
+    reader.pick(polarity="reversed", contact_model="jankowski", output="impulse [kN s]")
+    reader.press("a")
+    reader.pick(contact_model="viscous_elastoplastic")
+    reader.press("\ue013", "b")
+    reader.press("\ue014", "\ue014")
+    heads = driver.execute_script(
+        "return [...document.querySelectorAll('#table thead th')].map((each) => each.innerText)"
+    )
+    assert ["jankowski" in head for head in heads] == [False, False, True, False, False]
+    assert "gap 0 mm, yield force 450 kN" in heads[3]
+    one, other, ratio = (reader.column(place)["impulse"] for place in (2, 3, 4))
+    assert number(ratio) == pytest.approx(number(other) / number(one), rel=1e-3)  # of four digits each
+    marks = driver.execute_script("return document.getElementById('map').layout.annotations.map((note) => note.text)")
+    assert marks == ["<b>A</b>", "<b>B</b>"]
+    reader.click("unpin")
+    assert driver.execute_script("return document.querySelectorAll('#table thead th').length") == 2
+
+
+@needs_browser
+def test_the_page_begins_at_the_scenes_own_case(driver, written):
+    reader = Reader(driver, written)
+    assert reader.text("told").startswith("gap 0 mm, yield force 450 kN")
+    chosen = driver.execute_script(
+        "return [...document.querySelectorAll('select')].map((one) => [one.name, one.selectedOptions[0]?.text])"
+    )
+    assert {"contact model": "viscous_elastoplastic", "amplitude": "0.5 g"}.items() <= dict(chosen).items()
+
+
+@needs_browser
+def test_the_mouse_chooses_the_cell_under_it(driver, written):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    reader = Reader(driver, written)
+    reader.to_corner()
+    ActionChains(driver).move_to_element(driver.find_element("css selector", "#map .nsewdrag")).click().perform()
+    reader.until("return document.getElementById('told').textContent.startsWith('gap 4 mm, yield force 450 kN')")
+
+
+@needs_browser
+def test_the_page_asks_for_nothing_and_complains_of_nothing(driver, written):
+    driver.get_log("performance")
+    driver.get_log("browser")
+    reader = Reader(driver, written)
+    reader.pick(polarity="reversed", output="peak contact force [kN]")
+    reader.press("\ue014", "a")
+    for button in ("pin-B", "steady", "unpin"):
+        reader.click(button)
+    events = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
+    asked = {event["params"]["request"]["url"] for event in events if event["method"] == "Network.requestWillBeSent"}
+    assert written.as_uri() in asked
+    assert all(url == written.as_uri() or url.startswith(("data:", "blob:")) for url in asked)
+    assert driver.get_log("browser") == []
+    names = driver.execute_script(
+        "return [...document.querySelectorAll('.modebar-btn')].map((each) => each.dataset.title)"
+    )
+    assert len(names) >= 5
+    assert not [name for name in names if re.search("[Ss]hare|[Cc]loud|[Uu]pload", name)]
+
+
+@needs_browser
+def test_a_browser_that_cannot_unpack_is_told(driver, written):
+    script = driver.execute_cdp_cmd(
+        "Page.addScriptToEvaluateOnNewDocument", {"source": "delete window.DecompressionStream"}
+    )
+    try:
+        assert "needs a browser of 2023 or later" in Reader(driver, written).text("trouble")
+    finally:
+        driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)

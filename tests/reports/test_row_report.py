@@ -1,0 +1,94 @@
+"""The report of a row: a section on the row whose numbers are the dataset's, and nothing that assumes a pair."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_row import made_row
+
+from pounding_risk.assessment.assess import assess
+from pounding_risk.reports import document as model
+from pounding_risk.reports import html as page
+from pounding_risk.reports.material import Material
+from pounding_risk.reports.sections.row import row
+
+HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
+
+
+@pytest.fixture(scope="module")
+def results() -> xr.Dataset:
+    """Three buildings, two interfaces, one failed run."""
+    whole = made_row(records=4, failed=True)
+    points = np.flatnonzero(whole["contact_point_interface"].values < 2)
+    return whole.isel(building=slice(0, 3), interface=slice(0, 2), contact_point=points)
+
+
+@pytest.fixture(scope="module")
+def material(results) -> Material:
+    return Material(results, assess(results), {})
+
+
+@pytest.fixture(scope="module")
+def blocks(material) -> list:
+    return row(material)
+
+
+def rows_of(blocks: list, start: str) -> list:
+    (one,) = [each for each in blocks if each["kind"] == "table" and each["caption"].startswith(start)]
+    return one["rows"]
+
+
+def test_the_tables_of_a_row_are_the_datasets(results, blocks):
+    here = results.sel(HERE).isel(pga=1)
+    for at, cells in enumerate(rows_of(blocks, "Neighbours")):
+        count = here["impact_count"].isel(interface=at).values
+        assert cells[0]["text"] == str(results["interface"].values[at])
+        assert cells[2]["raw"] == (count >= 0).sum() == 8  # the failed run is at another gap
+        assert cells[3]["raw"] == (count > 0).mean()
+        force = here["peak_contact_force"].isel(interface=at).values[count > 0]
+        assert cells[6]["raw"] == np.median(force)
+    for at, cells in enumerate(rows_of(blocks, "Contact points")):
+        assert cells[4]["raw"] == float(results["contact_point_level"].values[at])
+        yields = here["contact_point_yield_exceedance"].isel(contact_point=at).values
+        assert cells[7]["raw"] == yields.mean()
+
+
+def test_ends_and_interiors_stand_apart(results, blocks):
+    rows = rows_of(blocks, "With contact over without")
+    assert [cells[1]["text"] for cells in rows[:3]] == ["end", "interior", "interior"]
+    here = results.sel(HERE).isel(pga=1)
+    touched = (here["impact_count"].isel(interface=0) > 0).values.ravel()
+    drift = [here[name].isel(building=0).values.ravel()[touched] for name in ("peak_drift", "peak_drift_free")]
+    assert rows[0][2]["raw"] == np.median(drift[0] / drift[1])
+    assert rows[-2][0]["text"].startswith("1 end:")
+    assert rows[-1][0]["text"].startswith("2 interiors:")
+
+
+def test_every_interface_has_its_verdict_figures_and_tables(material):
+    """And nothing says that it is a pair's report."""
+    built = model.build(material)
+    told = {section["name"]: section["blocks"] for section in built["sections"]}
+    verdicts = [block["name"] for block in told["summary"] if block["kind"] == "verdict"]
+    assert verdicts == ["Corner | Arcade", "Arcade | Theatre"]
+    (summed,) = [block for block in told["summary"] if block["kind"] == "table"]
+    assert [cells[0]["text"] for cells in summed["rows"]] == verdicts
+    assert [cells[3]["raw"] for cells in summed["rows"]] == [
+        pair.found.contact_at_gap().count for pair in material.pairs
+    ]
+    assert page.page(built).count("Arcade | Theatre") > 8
+    assert "row" in [section["name"] for section in built["sections"]]
+    said = str(built["sections"])
+    assert "moves as one mass" not in said
+    assert "follows from the motion without contact alone" not in said
+    assert "Both buildings" not in said
+    (buildings,) = [
+        block
+        for section in built["sections"]
+        for block in section["blocks"]
+        if block["kind"] == "table" and block["caption"] == "Buildings, left to right."
+    ]
+    assert [cells[4]["text"] for cells in buildings["rows"]] == ["5", "3", "2"]
+    names = [block["name"] for section in built["sections"] for block in section["blocks"] if block["kind"] == "figure"]
+    assert len(names) == len(set(names))
+    assert {"row-elevation", "row-plan", "row-profiles", "interface-2-contact"} <= set(names)

@@ -1,0 +1,150 @@
+"""Every dataset that a command writes keeps to the CF conventions that it declares, by the checker of IOOS."""
+
+from __future__ import annotations
+
+import json
+import re
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compliance_checker import runner
+from test_labels import SCENE
+
+import pounding_risk as pr
+from pounding_risk._common.dates import created, now
+from pounding_risk.errors import PoundingError
+from pounding_risk.results.files import open_results, save
+from pounding_risk.results.pair_labels import CONVENTIONS
+from pounding_risk.scene.reader import parse_scene
+
+PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+PAIR = PAIR.replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]\nyield_force = ["100 kN", "inf"]')
+ROW = """
+[[building]]
+name = "A"
+floor_masses = ["20 t", "20 t"]
+storey_heights = "3 m"
+storey_stiffnesses = "40 MN/m"
+[[building]]
+name = "B"
+floor_masses = ["30 t"]
+storey_heights = "3 m"
+storey_stiffnesses = "90 MN/m"
+[[interface]]
+gap = "5 mm"
+contact_model = "linear"
+stiffness = "1e5 kN/m"
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "8 s"]
+[grid]
+gap = ["5 mm", "20 mm"]
+pga = ["0.3 g"]
+"""
+
+
+def written_by(command: str, folder: Path) -> Path:
+    """A dataset of this command."""
+    file = folder / f"{command.replace(' ', '-')}.nc"
+    name, _, kind = command.partition(" ")
+    study = parse_scene(ROW if kind == "row" else PAIR)
+    if name == "scan":
+        pr.scan(study, file, check_fraction=0.4)
+    elif name == "simulate":
+        save(pr.simulate(study), file)
+    elif name == "histories":
+        pr.histories(study, file, gaps=[0.005], most=20)
+    elif name == "compare":
+        pr.compare(study, file, laws=["linear", "jankowski"])
+    elif name == "accuracy":
+        pr.accuracy(study, file, cases=2, budget=0.2, scipy=False)
+    elif name == "effects":
+        pr.effects(study, file, repeats=1)
+    return file
+
+
+# The axis counts seconds from the start of a record, which has no date here. CF keeps the standard name "time" for
+# times since a date, so that giving it, as the checker recommends, would be false.
+NO_DATE = "Coordinate variable 'time' should have standard_name='time', found: 'None'"
+COMMANDS = [
+    "scan pair",
+    "scan row",
+    "simulate pair",
+    "simulate row",
+    "histories pair",
+    "histories row",
+    "compare",
+    "accuracy",
+    "effects",
+]
+
+
+def complaints(file: Path, folder: Path) -> list[str]:
+    """What the checker says against a file, of any weight."""
+    runner.CheckSuite.load_all_available_checkers()
+    told = folder / "told.json"
+    version = CONVENTIONS.removeprefix("CF-")
+    asked = (str(file), [f"cf:{version}"], 0, "strict")
+    runner.ComplianceChecker.run_checker(*asked, output_filename=str(told), output_format=["json"])
+    (found,) = json.loads(told.read_text()).values()
+    weights = ("high_priorities", "medium_priorities", "low_priorities")
+    return [
+        f"{each['name']}: {line}"
+        for weight in weights
+        for each in found[weight]
+        for line in each["msgs"]
+        if line != NO_DATE
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_checker_has_nothing_against_it(command, tmp_path):
+    file = written_by(command, tmp_path)
+    dataset = open_results(file)
+    assert dataset.attrs["Conventions"] == CONVENTIONS
+    assert complaints(file, tmp_path) == []
+    # The checker's own look at this fails on axes of texts, and then says nothing of numbers either.
+    for axis in dataset.dims:
+        if axis in dataset.coords and dataset[axis].dtype.kind in "if":
+            steps = np.diff(dataset[axis].values)
+            assert (steps > 0.0).all() or (steps < 0.0).all(), axis
+
+
+def test_the_checker_sees_faults(tmp_path):
+    """A unit that is none, a variable without a name for people, and flags without meanings."""
+    file = written_by("simulate pair", tmp_path)
+    dataset = open_results(file)
+    dataset["velocity"].attrs["units"] = "furlong of mine"
+    del dataset["displacement"].attrs["long_name"]
+    save(dataset, tmp_path / "faulty.nc")
+    told = " ".join(complaints(tmp_path / "faulty.nc", tmp_path))
+    assert "furlong of mine" in told and "displacement" in told
+
+
+def test_when_a_dataset_was_made_and_by_what(tmp_path, monkeypatch):
+    """At the time that the environment fixes, or now; of a study that goes on, when it was begun."""
+    assert now() == "2023-11-14T22:13:20+00:00"  # 1700000000 s after 1970, by the calendar of any Unix
+    monkeypatch.delenv("SOURCE_DATE_EPOCH")
+    before = datetime.now(UTC).replace(microsecond=0)
+    made = datetime.fromisoformat(created("x")["date_created"])
+    assert before <= made <= datetime.now(UTC)
+    study = parse_scene(PAIR)
+    first = pr.scan(study, tmp_path / "a.nc", command="pounding-risk scan a.toml -o a.nc")
+    begun = json.loads((tmp_path / "a.study" / "study.json").read_text())["begun"]
+    version = metadata.version("pounding-risk")
+    assert first.attrs["date_created"] == begun
+    assert first.attrs["history"] == f"{begun} pounding-risk scan a.toml -o a.nc (pounding-risk {version})"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1800000000")
+    kept = (tmp_path / "a.nc").read_bytes()
+    pr.scan(study, tmp_path / "a.nc", command="pounding-risk scan a.toml -o a.nc")
+    assert (tmp_path / "a.nc").read_bytes() == kept  # the same study, begun then
+    pr.scan(study, tmp_path / "a.nc", new=True)
+    assert open_results(tmp_path / "a.nc").attrs["date_created"] == "2027-01-15T08:00:00+00:00"
+    for wrong in ("today", "-5", "9" * 30):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", wrong)
+        with pytest.raises(PoundingError, match=re.escape(f"SOURCE_DATE_EPOCH is '{wrong}'")):
+            now()

@@ -1,0 +1,233 @@
+"""A damaged results file ends every command that reads one with a sentence that names the damage, or does no harm.
+
+Mutants are made one by one: every variable, coordinate and attribute away, every attribute of another kind, every
+dimension under another name, every axis with a label that cannot be. A command that still succeeds is right to: it must
+tell nothing that it does not tell of the sound file, but for what it can say of what is missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_row import made_row
+from test_labels import SCENE
+
+from pounding_risk.assessment.assess import assess
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports import report
+from pounding_risk.reports.drawings import draw
+from pounding_risk.reports.explorer import view
+from pounding_risk.results.check import COORDINATES, VARIABLES, check_scan
+from pounding_risk.results.files import open_results, save
+from pounding_risk.results.provenance import recorded
+from pounding_risk.results.summary import summary
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.rerun import compared
+
+Mutants = Iterator[tuple[str, Callable[[xr.Dataset], xr.Dataset]]]
+PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+PAIR = PAIR.replace("[grid]", '[grid]\nyield_force = ["100 kN", "inf"]')
+OTHER_KINDS = (7, "", "[1, 2]", '{"a": 1}', np.array([1.0, np.nan]))
+
+
+@pytest.fixture(scope="module")
+def sound() -> dict[str, xr.Dataset]:
+    """A pair's scan, and one of a row."""
+    return {"pair": scan(parse_scene(PAIR), check_fraction=0.4), "row": made_row(records=2)}
+
+
+def mutants(dataset: xr.Dataset) -> Mutants:
+    """Each with words for it."""
+    for name in dataset.variables:
+        yield f"{name} away", lambda one, name=name: one.drop_vars(name)
+        yield f"{name} as texts", lambda one, name=name: _with_values(one, name, one[name].astype(str).values)
+        for attr in dataset[name].attrs.keys() - {"long_name"}:  # a caption that may be anything
+            yield f"{name}: {attr} away", lambda one, name=name, attr=attr: _with_attr(one, name, attr, None)
+            for value in (7, "days since then"):
+                yield (
+                    f"{name}: {attr} = {value!r}",
+                    lambda one, name=name, attr=attr, value=value: _with_attr(one, name, attr, value),
+                )
+    for attr in dataset.attrs:
+        yield f"attribute {attr} away", lambda one, attr=attr: _without(one, attr)
+        for value in OTHER_KINDS:
+            yield f"attribute {attr} = {value!r}", lambda one, attr=attr, value=value: one.assign_attrs({attr: value})
+    for dim in dataset.dims:
+        yield f"dimension {dim} renamed", lambda one, dim=dim: one.rename({dim: f"other_{dim}"})
+        yield f"dimension {dim} without labels", lambda one, dim=dim: one.drop_vars(dim, errors="ignore")
+        yield f"dimension {dim} empty", lambda one, dim=dim: one.isel({dim: slice(0, 0)})
+        yield f"dimension {dim} summed", lambda one, dim=dim: one.sum(dim, keep_attrs=True, numeric_only=False)
+    yield from _label_mutants(dataset)
+
+
+def _label_mutants(dataset: xr.Dataset) -> Mutants:
+    for axis in ("gap", "yield_force", "pga", "period", "building_period", "record_pga", "floor_level"):
+        if axis in dataset.coords:
+            for value in (np.nan, np.inf, -1.0, 0.0):
+                values = np.array(dataset[axis].values, dtype=float)
+                values.flat[0] = value
+                yield f"{axis} with {value}", lambda one, axis=axis, values=values: _with_values(one, axis, values)
+    for axis in ("record", "polarity", "contact_model", "building", "interface", "contact_point_kind"):
+        if axis in dataset.coords:
+            for label in ("", "../../etc", "�"):
+                labels = np.full(dataset[axis].shape, label)
+                yield f"{axis} all {label!r}", lambda one, axis=axis, labels=labels: _with_values(one, axis, labels)
+    if "contact_point_interface" in dataset.coords:
+        far = np.full(dataset["contact_point_interface"].shape, 99)
+        yield "contact points elsewhere", lambda one: _with_values(one, "contact_point_interface", far)
+
+
+def _with_values(one: xr.Dataset, name: str, values: np.ndarray) -> xr.Dataset:
+    changed = (one[name].dims, values, one[name].attrs)
+    return one.assign_coords({name: changed}) if name in one.coords else one.assign({name: changed})
+
+
+def _with_attr(one: xr.Dataset, name: str, attr: str, value: object) -> xr.Dataset:
+    attrs = {key: told for key, told in one[name].attrs.items() if key != attr}
+    attrs |= {} if value is None else {attr: value}
+    changed = (one[name].dims, one[name].values, attrs)
+    return one.assign_coords({name: changed}) if name in one.coords else one.assign({name: changed})
+
+
+def _without(one: xr.Dataset, attr: str) -> xr.Dataset:
+    found = one.copy()
+    del found.attrs[attr]
+    return found
+
+
+def readers(results: xr.Dataset | Path, folder: Path, kind: str) -> dict[str, Callable[[], object]]:
+    """Everything that reads the results of a scan, short of solving; the slow ones last."""
+    dataset = results if isinstance(results, xr.Dataset) else None
+    read = {
+        "assess": lambda: assess(results),
+        "summary": lambda: summary(results),
+        "view": lambda: view(results, folder / "v.html"),
+        "rerun and histories": lambda: recorded(open_results(results) if dataset is None else dataset, folder),
+        "report": lambda: report(results, folder / "r.html"),
+    }
+    if kind == "row":
+        read["draw"] = lambda: draw(results, elevation=folder / "e.svg")
+    return read
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["pair", "row"])
+def test_no_mutant_ends_in_a_traceback(sound, kind, tmp_path):
+    """Any other exception than PoundingError fails here, with the mutant and the command in its notes.
+
+    Report and pictures take seconds each where nothing is refused: of what all others accept they are given each
+    eighth mutant. Of a row, whose page takes a second, each fourth mutant is made.
+    """
+    count, refused, accepted = 0, 0, 0
+    for words, damage in mutants(sound[kind]):
+        try:
+            damaged = damage(sound[kind])
+        except (TypeError, ValueError):  # texts cannot be summed: there is no such file
+            continue
+        count += 1
+        if kind == "row" and count % 4:
+            continue
+        refusals = 0
+        for command, read in readers(damaged, tmp_path, kind).items():
+            slow = command in ("report", "draw")
+            accepted += command == "report" and not refusals
+            if slow and not refusals and accepted % 8:
+                continue
+            try:
+                read()
+            except PoundingError as error:
+                # A row that was made by hand has no scene that could be run.
+                refusals += not (kind == "row" and command.startswith("rerun"))
+                assert str(error), (words, command)
+            except Exception as error:
+                error.add_note(f"{command} of a {kind} with {words}")
+                raise
+        refused += refusals > 0
+    made = count if kind == "pair" else count // 4
+    assert count > 400 and refused > made / 3
+
+
+def test_what_a_second_run_is_held_against_may_be_damaged(sound):
+    """What is missing, and every other difference, is told of the damaged file; of the sound one there is none."""
+    assert compared(sound["pair"], sound["pair"], []).same
+    for words, damage in mutants(sound["pair"]):
+        with suppress(TypeError, ValueError):
+            damaged = damage(sound["pair"])
+        with suppress(PoundingError):
+            found = compared(damaged, sound["pair"], [])
+            changed = ("away", "as texts", "renamed", "empty", "summed", "with", "all ")
+            if " = " not in words and ": " not in words and any(word in words for word in changed):
+                assert not found.same or words.startswith("attribute") or _is_the_same(damaged, sound["pair"]), words
+
+
+def _is_the_same(one: xr.Dataset, other: xr.Dataset) -> bool:
+    return one.drop_attrs().identical(other.drop_attrs())
+
+
+def test_what_is_declared_is_what_a_scan_writes(sound):
+    """Dimensions, units and kinds of every variable that is declared, in a pair's scan and in a row's."""
+    for dataset in sound.values():
+        check_scan(dataset, "sound")
+    declared = VARIABLES | COORDINATES
+    pair = sound["pair"]
+    assert not [name for name in pair.variables if name not in declared]
+    for name, variable in pair.variables.items():
+        if name in declared:
+            assert set(variable.dims) == set(declared[name].dims), name
+            assert variable.attrs.get("units") == declared[name].unit, name
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda one: one.rename(building="house"), "has one building left"),
+        (lambda one: _with_attr(one, "peak_closing_free", "units", "mm"), "peak_closing_free is in 'mm', not in 'm'"),
+        (lambda one: _with_values(one, "gap", np.array([np.nan, 0.01, 0.02, 0.04])), "gap are not distances"),
+        (lambda one: _without(one, "records"), "the attribute records is missing"),
+        (lambda one: one.assign_attrs(records="[]x"), "records cannot be read as a list in JSON"),
+        (lambda one: one.assign_attrs(scene_resolved="[scene"), "not the one that scene_sha256 was taken of"),
+        (lambda one: _without(one, "scene_sha256").assign_attrs(scene_resolved="[scene"), "cannot be read"),
+        (lambda one: _with_attr(one, "status", "flag_meanings", "fine"), "do not say what its codes mean"),
+        (lambda one: one.isel(record=slice(0, 0)), "the dimension record has a length of 0"),
+        (lambda one: _with_values(one, "impact_count", one["impact_count"].astype(str).values), "not numbers"),
+    ],
+)
+def test_the_damage_is_named(sound, damage, words, tmp_path):
+    save(damage(sound["pair"]), tmp_path / "results.nc")
+    with pytest.raises(PoundingError) as told:
+        assess(tmp_path / "results.nc")
+    assert words in str(told.value) and str(tmp_path / "results.nc") in str(told.value)
+
+
+def test_several_damages_are_told_at_once(sound):
+    damaged = _with_attr(_without(sound["pair"], "records"), "gap", "units", "mm")
+    with pytest.raises(PoundingError, match=r"(?s)the dataset: .*records is missing.*the variable gap is in 'mm'"):
+        assess(damaged)
+
+
+@pytest.mark.parametrize("place", [0.1, 0.3, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("damage", ["cut", "overwritten"])
+def test_bytes_that_are_damaged_are_told_or_do_no_harm(sound, place, damage, tmp_path):
+    """A netCDF file cut off, or with a thousand bytes of noise: whatever HDF5 raises of it."""
+    file = tmp_path / "results.nc"
+    save(sound["pair"], file)
+    raw = bytearray(file.read_bytes())
+    at = int(place * len(raw))
+    if damage == "cut":
+        del raw[at:]
+    else:
+        raw[at : at + 1000] = np.random.default_rng(at).bytes(min(1000, len(raw) - at))
+    file.write_bytes(raw)
+    for read in readers(file, tmp_path, "pair").values():
+        try:
+            read()
+        except PoundingError as told:
+            assert str(file) in str(told) or str(tmp_path) in str(told)
+            continue
+        assert damage == "overwritten"

@@ -1,0 +1,527 @@
+"""Datasets come to disk block by block: whole or not at all, the same bytes for the same values, as xarray has them."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_forms import SHAPE, made_form, pieces, values_of
+
+from pounding_risk._common.files import checksum, host, not_written, partial_of, sweep
+from pounding_risk.ensemble.checkpoint.folder import folder_of
+from pounding_risk.ensemble.scan import scan, scan_shard
+from pounding_risk.errors import PoundingError
+from pounding_risk.results import layout
+from pounding_risk.results.files import check_target, open_results, save
+from pounding_risk.results.layout import block_shape, blocks, form_of, values_at
+from pounding_risk.results.store import Memory, Netcdf, store_of
+from pounding_risk.scene.reader import parse_scene
+
+SUFFIXES = (".nc", ".zarr")
+LATER = {"command": "pounding-risk scan é", "parts": 3, "share": 0.5}
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    """Several blocks in a dataset of few cases, the last one cut off."""
+    monkeypatch.setattr(layout, "BLOCK_BYTES", 10_000)
+
+
+def write(store, form):
+    for block, values in pieces(form):
+        store.write(block, values)
+    store.finish(LATER)
+    return store
+
+
+def in_memory(form):
+    return write(Memory(form), form).dataset()
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_blocks_are_several_here():
+    form = made_form()
+    assert block_shape(form) == (3, 2, 1, 2, 5, 3)
+    assert [len(block) for block in blocks(form)] == [60, 60, 20]
+
+
+def test_memory_holds_what_was_written():
+    form = made_form()
+    dataset = in_memory(form)
+    assert dataset.sizes == {**form.skeleton.sizes}
+    assert dataset["at_buildings"].dims == (*form.dims, "building")
+    assert dataset.attrs == form.skeleton.attrs | LATER
+    for name, values in values_of(form, range(form.lines)).items():
+        np.testing.assert_array_equal(dataset[name].values.ravel(), values.ravel())
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("shape", [SHAPE, (2, 1, 3, 1, 4, 2), (1, 1, 1, 1, 1, 1)])
+def test_disk_gives_what_memory_gives(tmp_path, suffix, shape):
+    """Values, labels and attributes, and the types of numbers in both."""
+    form = made_form(shape)
+    dataset, target = in_memory(form), tmp_path / f"results{suffix}"
+    write(store_of(form, target), form)
+    assert names(tmp_path) == [target.name]
+    found = open_results(target)
+    xr.testing.assert_identical(found, dataset)
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind in "if":
+            assert found[name].dtype == variable.dtype, name
+    assert found["status"].attrs["flag_values"].dtype == np.int8
+
+
+def test_a_netcdf_file_is_as_xarray_writes_it(tmp_path):
+    """Attribute for attribute, with the fill values and the lists of coordinates that xarray hides when it reads."""
+    form = made_form()
+    write(Netcdf(form, tmp_path / "pieces.nc"), form)
+    save(in_memory(form), tmp_path / "whole.nc")
+    with netCDF4.Dataset(tmp_path / "pieces.nc") as pieces_, netCDF4.Dataset(tmp_path / "whole.nc") as whole:
+        assert set(pieces_.variables) == set(whole.variables)
+        assert str(pieces_.__dict__) == str(whole.__dict__)
+        for name, variable in whole.variables.items():
+            found = pieces_[name]
+            assert (found.dimensions, found.dtype) == (variable.dimensions, variable.dtype), name
+            assert str(found.__dict__) == str(variable.__dict__), name
+            assert found.filters() == variable.filters(), name
+        assert pieces_["count"].chunking() == [3, 2, 2, 5, 3]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_link_is_written_through_and_stays(tmp_path, suffix):
+    """Beside the file that it leads to, so that the file is whole or not there, and the link is never replaced."""
+    form, (far, near) = made_form((2, 1, 1, 1, 2, 1)), (tmp_path / "far", tmp_path / "near")
+    far.mkdir()
+    near.mkdir()
+    link = near / f"results{suffix}"
+    link.symlink_to(far / f"data{suffix}")
+    for _ in range(2):  # new, and in place of an older one
+        write(store_of(form, link), form)
+        assert link.is_symlink() and names(near) == [link.name] and names(far) == [f"data{suffix}"]
+        xr.testing.assert_identical(open_results(link), in_memory(form))
+    assert folder_of(link) == (far / "data.study").resolve()
+    if suffix == ".nc":
+        save(in_memory(form).assign_attrs(title="other"), link)
+        assert link.is_symlink() and open_results(far / "data.nc").attrs["title"] == "other"
+
+
+def test_links_that_lead_nowhere_good_are_refused(tmp_path):
+    (tmp_path / "a.nc").symlink_to(tmp_path / "b.nc")
+    (tmp_path / "b.nc").symlink_to(tmp_path / "a.nc")
+    (tmp_path / "c.nc").symlink_to(tmp_path / "precious.txt")
+    (tmp_path / "d.nc").symlink_to(tmp_path / "no folder" / "d.nc")
+    for name, words in (("a", "leads in a circle"), ("c", "does not end in .nc"), ("d", "does not exist; make it")):
+        with pytest.raises(PoundingError, match=words):
+            check_target(tmp_path / f"{name}.nc")
+
+
+def test_what_a_killed_process_left_as_a_link_is_not_followed(tmp_path):
+    form, victim = made_form((2, 1, 1, 1, 2, 1)), tmp_path / "victim"
+    victim.write_text("precious")
+    for target in (tmp_path / "a.nc", tmp_path / "b.zarr"):
+        partial_of(target).symlink_to(victim)
+        write(store_of(form, target), form)
+    partial_of(tmp_path / "c.nc").symlink_to(victim)
+    save(in_memory(form), tmp_path / "c.nc")
+    assert victim.read_text() == "precious"
+
+
+def test_a_limit_on_a_file_s_size_is_told_as_what_it_is(tmp_path, monkeypatch):
+    """Not as want of space; netCDF gives it a name of its own, beside which the limit is told."""
+    resource = pytest.importorskip("resource")
+    told = not_written(tmp_path / "a.nc", OSError(errno.EFBIG, "File too large"), "free space and try again")
+    assert str(told).endswith("(File too large); raise the limit (ulimit -f) and try again")
+    monkeypatch.setattr(resource, "getrlimit", lambda which: (2_000_000, 2_000_000))
+    told = not_written(tmp_path / "a.nc", RuntimeError("NetCDF: HDF error"), "free space and try again")
+    assert re.search(
+        r"MB free; a file of this process may have 2 MB at most\); raise the limit \(ulimit -f\) and try again$",
+        str(told),
+    )
+
+
+def test_a_scan_s_dataset_goes_through_every_store(tmp_path):
+    """A real one: its form alone and its values, block by block."""
+    from test_labels import SCENE
+
+    from pounding_risk.ensemble.scan import scan
+
+    scene = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+    dataset = scan(parse_scene(scene), check_fraction=0.3)
+    form = form_of(dataset)
+    assert {"sensitive", "peak_displacement"} <= set(form.cases)
+    assert "peak_displacement_free" in form.skeleton
+    for suffix in SUFFIXES:
+        store = store_of(form, tmp_path / f"scan{suffix}")
+        for block in blocks(form):
+            store.write(block, values_at(dataset, form, block, form.cases))
+        store.finish({})
+        xr.testing.assert_identical(open_results(store.target), dataset)
+
+
+WRITE = """
+import sys
+from made_forms import made_form, pieces
+from pounding_risk.results import layout
+from pounding_risk.results.store import store_of
+layout.BLOCK_BYTES = 10_000
+form = made_form()
+store = store_of(form, sys.argv[1])
+for number, (block, values) in enumerate(pieces(form)):
+    store.write(block, values)
+    print(number, flush=True)
+    sys.stdin.readline()
+store.finish({"later": 1})
+"""
+
+
+def child(target, **more):
+    here = Path(__file__).resolve().parents[1]
+    environment = {**os.environ, "PYTHONPATH": f"{here.parent}{os.pathsep}{here}"}
+    return subprocess.Popen(
+        [sys.executable, "-c", WRITE, str(target)],
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **more,
+    )
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
+    """Two processes, at another second: no time and no name is in the bytes."""
+    form, start = made_form(), int(time.time())
+    store = store_of(form, tmp_path / f"one{suffix}")
+    for block, values in pieces(form):
+        store.write(block, values)
+    store.finish({"later": 1})
+    while int(time.time()) == start:  # times in such files have whole seconds
+        time.sleep(0.02)
+    run = child(tmp_path / f"other{suffix}")
+    _, errors = run.communicate("\n\n\n", timeout=60)
+    assert run.returncode == 0, errors
+    assert checksum(tmp_path / f"one{suffix}") == checksum(tmp_path / f"other{suffix}")
+
+
+@pytest.mark.parametrize(("suffix", "older"), [(".nc", False), (".nc", True), (".zarr", True)])
+def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
+    target = tmp_path / f"results{suffix}"
+    form = made_form()
+    if older:
+        write(store_of(form, target), form)
+        before = checksum(target)
+    run = child(target)
+    assert run.stdout.readline() == "0\n"
+    run.stdin.write("\n")
+    run.stdin.flush()
+    assert run.stdout.readline() == "1\n"
+    os.kill(run.pid, signal.SIGKILL)
+    run.communicate(timeout=60)
+    assert target.exists() == older
+    if older:
+        assert checksum(target) == before
+    else:
+        with pytest.raises(PoundingError, match="no such results file"):
+            open_results(target)
+    (left,) = sweep(target)
+    assert left.name == f".{target.name}.{host()}.{run.pid}.partial"
+    assert names(tmp_path) == [target.name] * older
+
+
+@given(st.lists(st.tuples(st.integers(0, 139), st.integers(1, 25)), max_size=12), st.sampled_from([Memory, *SUFFIXES]))
+@settings(max_examples=10)
+def test_any_run_of_lines_may_be_written_over(tmp_path_factory, runs, kind):
+    """Patches across blocks and within them, of some of the variables: the last one holds."""
+    form = made_form()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(layout, "BLOCK_BYTES", 10_000)
+        store = Memory(form) if kind is Memory else store_of(form, tmp_path_factory.mktemp("patched") / f"r{kind}")
+        expected = values_of(form, range(form.lines))
+        for block, values in pieces(form):
+            store.write(block, values)
+        for number, (first, count) in enumerate(runs):
+            lines = range(first, min(first + count, form.lines))
+            name = ("count", "at_buildings")[number % 2]
+            expected[name][lines.start : lines.stop] = number
+            store.write(lines, {name: expected[name][lines.start : lines.stop]})
+        store.finish({})
+        dataset = store.dataset() if kind is Memory else open_results(store.target)
+    for name, values in expected.items():
+        np.testing.assert_array_equal(dataset[name].values.ravel(), values.ravel(), err_msg=name)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_chunks_of_another_length_give_the_same_values(tmp_path, suffix):
+    form, target = made_form(), tmp_path / f"results{suffix}"
+    with store_of(form, target) as store:
+        for start in range(0, form.lines, 7):
+            lines = range(start, min(start + 7, form.lines))
+            store.write(lines, values_of(form, lines))
+        store.finish(LATER)
+    xr.testing.assert_identical(open_results(target), in_memory(form))
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_nothing_is_left_of_what_is_not_finished(tmp_path, suffix):
+    form = made_form()
+    store = store_of(form, tmp_path / f"abandoned{suffix}")
+    store.write(*next(pieces(form)))
+    assert len(names(tmp_path)) == 1, "it is written aside"
+    store.abandon()
+    store.abandon()
+    assert names(tmp_path) == []
+    with pytest.raises(KeyboardInterrupt), store_of(form, tmp_path / f"stopped{suffix}") as store:
+        raise KeyboardInterrupt
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_what_has_holes_is_not_finished(tmp_path, suffix):
+    form = made_form()
+    store = store_of(form, tmp_path / f"results{suffix}")
+    store.write(*next(pieces(form)))
+    with pytest.raises(ValueError, match="never written"):
+        store.finish({})
+    assert names(tmp_path) == []
+    store = store_of(form, tmp_path / f"results{suffix}")
+    with pytest.raises(ValueError, match=r"count is \(3, 2\) for 3 lines"):
+        store.write(range(3), {"count": np.zeros((3, 2))})
+    assert names(tmp_path) == []
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 500 kB, which grows on demand."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=500k", "tmpfs", str(place)], capture_output=True)
+    if mounted.returncode:
+        pytest.skip("mounting a small disk needs the rights of root")
+    yield place
+    subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_full_disk_is_told_and_left_as_it_was(small_disk, suffix, monkeypatch):
+    """Twice, as a file that the library cannot close may not stay in the way; then there is space, and it works."""
+    monkeypatch.setattr(layout, "BLOCK_BYTES", 300_000)
+    form = made_form((60, 2, 1, 2, 20, 3), variables=8)
+    free = os.statvfs(small_disk).f_bfree
+    for _ in range(2):
+        with pytest.raises(PoundingError, match=r"results\S+ cannot be written .*free space and run .* parts are kept"):
+            write(store_of(form, small_disk / f"results{suffix}"), form)
+        assert names(small_disk) == []
+        # Blocks: a folder in a tmpfs may keep one of its own.
+        assert os.statvfs(small_disk).f_bfree >= free - 1
+    subprocess.run(["mount", "-o", "remount,size=30m", str(small_disk)], check=True)
+    write(store_of(form, small_disk / f"results{suffix}"), form)
+    xr.testing.assert_identical(open_results(small_disk / f"results{suffix}"), in_memory(form))
+
+
+FILE_LIMIT = 40_000  # bytes: the skeleton fits in, the cases do not
+
+
+def test_a_file_that_may_not_grow_is_told(tmp_path):
+    """As on a full disk, without the rights of root: the system allows no file as long as this."""
+    limited = (
+        "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({FILE_LIMIT}, {FILE_LIMIT}))\n"
+        "from made_forms import made_form, pieces\nfrom pounding_risk.errors import PoundingError\n"
+        "from pounding_risk.results.store import store_of\nimport sys\n"
+        "form = made_form((20, 2, 1, 2, 40, 30))\n"
+        "try:\n    store = store_of(form, sys.argv[1])\n    for piece in pieces(form):\n        store.write(*piece)\n"
+        "    store.finish({})\nexcept PoundingError as error:\n    print(error)\n"
+    )
+    here = Path(__file__).resolve().parents[1]
+    environment = {**os.environ, "PYTHONPATH": f"{here.parent}{os.pathsep}{here}"}
+    command = [sys.executable, "-c", limited, str(tmp_path / "results.nc")]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert run.returncode == 0, run.stderr
+    assert "cannot be written" in run.stdout
+    assert names(tmp_path) == []
+
+
+def test_only_a_store_of_ours_is_replaced(tmp_path):
+    form = made_form()
+    strange = tmp_path / "strange.zarr"
+    strange.mkdir()
+    (strange / "thesis.txt").write_text("all of it")
+    file = tmp_path / "file.zarr"
+    file.write_text("no folder")
+    for target in (strange, file):
+        with pytest.raises(PoundingError, match="is there already and no Zarr store of pounding-risk"):
+            store_of(form, target)
+    assert (strange / "thesis.txt").read_text() == "all of it"
+    ours = tmp_path / "ours.zarr"
+    write(store_of(form, ours), form)
+    write(store_of(made_form((2, 1, 1, 1, 2, 2)), ours), made_form((2, 1, 1, 1, 2, 2)))
+    assert open_results(ours).sizes["record"] == 2
+    assert names(tmp_path) == ["file.zarr", "ours.zarr", "strange.zarr"]
+
+
+def test_targets_are_checked(tmp_path):
+    assert check_target(tmp_path / "a.zarr", (".nc", ".zarr")).name == "a.zarr"
+    with pytest.raises(PoundingError, match=r"must end in \.nc or \.zarr"):
+        store_of(made_form(), tmp_path / "a.h5")
+    with pytest.raises(PoundingError, match=r"must end in \.nc; write"):
+        check_target(tmp_path / "a.zarr")
+
+
+def test_a_name_is_refused_before_the_work_that_it_would_lose(tmp_path):
+    """The names on the way are longer than the target's, and netCDF takes no name that is not text."""
+    for name, why in (
+        ("x" * 245 + ".nc", "choose a shorter name"),
+        (os.fsdecode(b"raw\xff.nc"), "is no text in UTF-8"),
+    ):
+        with pytest.raises(PoundingError, match=why):
+            check_target(tmp_path / name)
+    room = 255 - len(partial_of(tmp_path / ".zarr").name)  # letters, in most file systems; a pid may have one more
+    form, target = made_form(), tmp_path / f"{'x' * (room - 4)}.zarr"
+    write(store_of(form, target), form)
+    assert names(tmp_path) == [target.name]
+
+
+def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
+    """Names may hold what is a pattern elsewhere, and begin alike."""
+    theirs = (".b.nc.node1.4711.partial", ".[ab].nc.old.nc.node1.4711.partial", ".[ab].nc.mine.partial")
+    for name in (".[ab].nc.node1.4711.partial", *theirs):
+        (tmp_path / name).write_bytes(b"half")
+    assert [path.name for path in sweep(tmp_path / "[ab].nc")] == [".[ab].nc.node1.4711.partial"]
+    assert names(tmp_path) == sorted(theirs)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
+def test_a_link_to_a_store_stays_and_the_store_is_replaced(tmp_path):
+    form, real, link = made_form(), tmp_path / "real.zarr", tmp_path / "link.zarr"
+    write(store_of(form, real), form)
+    link.symlink_to(real)
+    write(store_of(made_form((2, 1, 1, 1, 2, 2)), link), made_form((2, 1, 1, 1, 2, 2)))
+    assert open_results(link).sizes["record"] == 2
+    assert link.is_symlink() and open_results(real).sizes["record"] == 2
+    assert names(tmp_path) == ["link.zarr", "real.zarr"]
+
+
+def test_a_crash_between_two_names_is_told(tmp_path):
+    """The older store is whole under the name that the sentence gives."""
+    form, target = made_form(), tmp_path / "results.zarr"
+    write(store_of(form, target), form)
+    target.rename(tmp_path / ".results.zarr.here.4711.old")
+    with pytest.raises(PoundingError, match=r"rename \S+\.results\.zarr\.here\.4711\.old, the results of before"):
+        open_results(target)
+    write(store_of(form, target), form)
+    assert [path.name for path in sweep(target)] == [".results.zarr.here.4711.old"]
+    assert names(tmp_path) == ["results.zarr"]
+
+
+def test_a_zarr_store_that_lost_pieces_is_not_read(tmp_path):
+    """Zarr itself would read them as missing values."""
+    form, target = made_form(), tmp_path / "results.zarr"
+    write(store_of(form, target), form)
+    next(path for path in sorted((target / "count").iterdir()) if path.name[0] != ".").unlink()
+    for lazy in (False, True):
+        with pytest.raises(PoundingError, match=r"pieces of it are missing .count lacks 1"):
+            open_results(target, lazy=lazy)
+
+
+def test_what_is_no_store_is_told(tmp_path):
+    (tmp_path / "folder.zarr").mkdir()
+    with pytest.raises(PoundingError, match="no Zarr store of pounding-risk"):
+        open_results(tmp_path / "folder.zarr")
+    form, target = made_form(), tmp_path / "results.zarr"
+    write(store_of(form, target), form)
+    (target / ".zmetadata").write_text("{")
+    with pytest.raises(PoundingError, match=r"\.zmetadata: cannot be read as JSON .*; run the scan again"):
+        open_results(target)
+
+
+def test_lazy_results(tmp_path):
+    form = made_form()
+    dataset = in_memory(form)
+    for suffix in SUFFIXES:
+        write(store_of(form, tmp_path / f"results{suffix}"), form)
+    with open_results(tmp_path / "results.zarr", lazy=True) as found:
+        assert {size for sizes in found["count"].chunks for size in sizes} <= {1, 2, 3, 5}
+        assert found["count"].data.npartitions == len(list(blocks(form)))
+        assert found["record_event"].chunks is None, "labels are there"
+        assert int(found["count"].sum()) == int(dataset["count"].sum())
+    with open_results(tmp_path / "results.nc", lazy=True) as found:
+        assert found["count"].chunks is None
+        assert not found["count"].variable._in_memory
+        xr.testing.assert_identical(found, dataset)
+
+
+def test_without_the_extra_it_is_named(tmp_path):
+    code = (
+        "import sys\nsys.modules['zarr'] = None\nfrom pounding_risk.errors import PoundingError\n"
+        "from pounding_risk.results.files import open_results\nfrom pounding_risk.results.store import store_of\n"
+        "from made_forms import made_form\n"
+        "for act in (lambda: open_results(sys.argv[1]), lambda: store_of(made_form(), 'new.zarr')):\n"
+        "    try:\n        act()\n    except PoundingError as error:\n        print(error)\n"
+    )
+    (tmp_path / "results.zarr").mkdir()
+    here = Path(__file__).resolve().parents[1]
+    environment = {**os.environ, "PYTHONPATH": f"{here.parent}{os.pathsep}{here}"}
+    command = [sys.executable, "-c", code, str(tmp_path / "results.zarr")]
+    run = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert run.stdout.count('pip install "pounding-risk[cluster]"') == 2, run.stderr
+
+
+THREADS = """
+import sys
+sys.path.insert(0, {tests!r})
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from made_forms import made_form, pieces
+from pounding_risk.results.files import open_results, save
+from pounding_risk.results.store import Netcdf
+
+form = made_form()
+written = list(pieces(form))
+
+def write(number):
+    target = Path(f"{{number}}.nc")
+    with Netcdf(form, target) as store:
+        for block, values in written:
+            store.write(block, values)
+        store.finish({{}})
+    save(open_results(target), f"{{number}}-copy.nc")
+    return open_results(f"{{number}}-copy.nc")
+
+with ThreadPoolExecutor(8) as threads:
+    found = list(threads.map(write, range(16)))
+assert all(each.identical(found[0]) for each in found)
+"""
+
+
+def test_threads_of_a_user_take_turns_at_netcdf(tmp_path):
+    """Without turns the process ends by a signal: of the first run of three threads, each with a scan of its own."""
+    code = THREADS.format(tests=str(Path(__file__).parents[1]))
+    environment = {**os.environ, "PYTHONPATH": str(Path(layout.__file__).parents[2])}
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+
+
+@pytest.mark.parametrize("call", [scan, lambda scene, out: scan_shard(scene, out, "1/2")])
+def test_a_missing_extra_is_told_before_any_work(call, tmp_path, monkeypatch):
+    """Not when all is solved and only the file is left to write; the scene is not even read."""
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    monkeypatch.delitem(sys.modules, "pounding_risk.results.zarr", raising=False)
+    with pytest.raises(PoundingError, match=r"pip install \"pounding-risk\[cluster\]\""):
+        call(tmp_path / "no scene.toml", tmp_path / "results.zarr")
+    assert names(tmp_path) == []

@@ -1,0 +1,194 @@
+"""Datasets summed up and converted block by block: as the whole dataset in memory says, from either kind of file."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_row import made_row
+from test_labels import SCENE
+from typer.testing import CliRunner
+
+import pounding_risk
+from pounding_risk import cli
+from pounding_risk._common.files import checksum
+from pounding_risk.assessment.assess import assess
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.reports import report
+from pounding_risk.reports.drawings import draw
+from pounding_risk.reports.explorer import view
+from pounding_risk.results import layout
+from pounding_risk.results.files import open_results, save
+from pounding_risk.results.summary import counted, failures, summary
+from pounding_risk.results.tolerance_check import findings
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.convert import convert
+
+PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+PAIR = PAIR.replace("[grid]", '[grid]\nyield_force = ["100 kN", "inf"]')
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A pair's scan, a row's made one and a history, each as netCDF and converted."""
+    folder = tmp_path_factory.mktemp("files")
+    history = xr.Dataset({"u_left": ("time", np.sin(np.arange(50.0)))}, {"time": np.arange(50) * 0.01}, {"dt": 0.01})
+    made = {
+        "pair": scan(parse_scene(PAIR), check_fraction=0.4),
+        "row": made_row(records=2, failed=True),
+        "history": history.assign_coords(building=["left", "right"]),
+    }
+    for name, dataset in made.items():
+        save(dataset, folder / f"{name}.nc")
+        convert(folder / f"{name}.nc", folder / f"{name}.zarr")
+    return folder
+
+
+@pytest.fixture
+def small_blocks(monkeypatch, files, name):
+    """So small that there are some, if there are cases."""
+    form = layout.form_of(open_results(files / f"{name}.nc"))
+    monkeypatch.setattr(layout, "BLOCK_BYTES", form.bytes_a_case * form.lines * form.width / 3.5)
+    assert len(list(layout.blocks(form))) >= 4 or not form.cases
+
+
+def run(*words):
+    return CliRunner().invoke(cli.app, [str(word) for word in words])
+
+
+@pytest.mark.parametrize("name", ["pair", "row", "history"])
+def test_there_and_back_is_the_same_dataset(files, tmp_path, small_blocks, name):
+    """Values, the order of the variables, and the types of numbers in values and attributes."""
+    first = open_results(files / f"{name}.nc")
+    convert(files / f"{name}.nc", tmp_path / "there.zarr")
+    convert(tmp_path / "there.zarr", tmp_path / "back.nc")
+    there, back = open_results(tmp_path / "there.zarr"), open_results(tmp_path / "back.nc")
+    xr.testing.assert_identical(there, first)
+    xr.testing.assert_identical(back, first)
+    assert list(there.data_vars) == list(back.data_vars)
+    for key, value in first.attrs.items():
+        assert type(back.attrs[key]) is type(value), key
+    for each in first.variables:
+        assert back[each].dtype == first[each].dtype, each
+        for key, value in first[each].attrs.items():
+            assert np.asarray(back[each].attrs[key]).dtype == np.asarray(value).dtype, (each, key)
+
+
+def test_what_cannot_be_converted_is_told(files, tmp_path):
+    with pytest.raises(PoundingError, match="is the source itself"):
+        convert(files / "pair.nc", files / "pair.nc")
+    with pytest.raises(PoundingError, match="no such results file"):
+        convert(tmp_path / "none.nc", tmp_path / "some.zarr")
+    with pytest.raises(PoundingError, match=r"must end in \.nc or \.zarr"):
+        convert(files / "pair.nc", tmp_path / "pair.h5")
+    (tmp_path / "broken.nc").write_bytes((files / "pair.nc").read_bytes()[:5000])
+    with pytest.raises(PoundingError, match="not a readable netCDF file"):
+        convert(tmp_path / "broken.nc", tmp_path / "broken.zarr")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.nc"]
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("name", ["pair", "row"])
+def test_a_summary_is_what_the_whole_dataset_says(files, small_blocks, name, suffix):
+    dataset = open_results(files / f"{name}{suffix}")
+    found = summary(files / f"{name}{suffix}")
+    status = dataset["status"].values
+    assert found.counts["cases"] == status.size
+    assert found.counts["simulated"] == int((dataset["simulated"] == 1).sum())
+    complete = dataset["status"] == 0
+    for variable, by_law in found.spreads.items():
+        for law, spread in by_law.items():
+            values = dataset[variable].where(complete).sel(contact_model=law).values
+            values = values[np.isfinite(values)]
+            assert spread.values == values.size, variable
+            if values.size:
+                assert (spread.least, spread.largest) == (values.min(), values.max()), variable
+                # Sums of doubles in another order: some thousand values of one sign at most.
+                assert spread.mean == pytest.approx(values.mean(), rel=1e-12, abs=1e-300), variable
+    assert {"status", "simulated", "sensitive"}.isdisjoint(found.spreads)
+    assert found.units["peak_contact_force" if name == "pair" else "peak_floor_acceleration"] in ("N", "m/s2")
+
+
+def test_blocks_change_nothing_that_is_told(files, monkeypatch):
+    whole = summary(files / "pair.nc")
+    monkeypatch.setattr(layout, "BLOCK_BYTES", 2000)
+    in_pieces = summary(files / "pair.zarr")
+    assert (in_pieces.counts, in_pieces.rechecks) == (whole.counts, whole.rechecks)
+    assert whole.rechecks["made again"].startswith(f"{whole.counts['made again']} of {whole.counts['simulated']} runs")
+
+
+def test_failures_are_counted_by_their_sentence(files):
+    """The sentences are the dataset's own; without them its flags' words."""
+    dataset = open_results(files / "pair.nc")
+    dataset["status"].values.flat[:3] = [3, 3, 6]
+    found = failures(dataset)
+    assert found == {
+        "the step budget ran out; raise rtol or lower the stiffness": 2,
+        "the energy of the contacts does not close; lower rtol": 1,
+    }
+    assert counted(dataset) == {**counted(open_results(files / "pair.nc")), **found}
+    del dataset["status"].attrs["sentences"]
+    assert list(failures(dataset).values()) == [2, 1]
+    assert next(iter(failures(dataset))).startswith("the_step_budget_ran_out")
+    row = failures(open_results(files / "row.nc"))
+    assert row and not any("status " in words for words in row)
+
+
+@pytest.mark.parametrize("name", ["pair"])
+def test_rechecks_need_no_whole_dataset(files, small_blocks, name):
+    """Streamed from a file as from memory."""
+    dataset = open_results(files / "pair.nc")
+    with open_results(files / "pair.zarr", lazy=True) as lazy:
+        assert list(findings(lazy)) == list(findings(dataset)) != []
+
+
+def test_a_summary_is_of_a_scan_only(files):
+    with pytest.raises(PoundingError, match="is no dataset of a scan"):
+        summary(files / "history.nc")
+    with pytest.raises(PoundingError, match="the dataset: its attributes are lost; name the file that the scan wrote"):
+        summary(open_results(files / "pair.nc").drop_attrs())
+
+
+def test_the_commands_print_and_write(files, tmp_path):
+    told = [run("summary", files / f"pair{suffix}") for suffix in (".nc", ".zarr")]
+    assert told[0].exit_code == 0, told[0].stderr
+    assert told[0].stdout == told[1].stdout
+    assert "cases" in told[0].stdout and "peak_contact_force" in told[0].stdout and "nan" not in told[0].stdout
+    done = run("convert", files / "pair.zarr", tmp_path / "pair.nc")
+    assert (done.exit_code, done.stdout) == (0, f"written: {tmp_path / 'pair.nc'}\n")
+    wrong = run("convert", files / "pair.zarr", tmp_path / "pair.csv")
+    assert wrong.exit_code == 2 and "must end in .nc or .zarr" in wrong.stderr
+    assert pounding_risk.summary is summary and pounding_risk.convert is convert
+
+
+def test_everything_that_reads_results_reads_both(files, tmp_path):
+    """The same answer from either kind of file."""
+    both = [files / f"{kind}" for kind in ("pair.nc", "pair.zarr")]
+    assert str(assess(both[0])) == str(assess(both[1]))
+    pages = [view(each, tmp_path / f"{each.suffix[1:]}.html").read_text("utf-8") for each in both]
+    assert pages[0].replace("pair.nc", "pair.zarr") == pages[1]
+    drawn = [draw(files / f"row{suffix}", elevation=tmp_path / f"row{suffix}.svg") for suffix in (".nc", ".zarr")]
+    assert drawn[0][0].read_bytes() == drawn[1][0].read_bytes()
+    for command in (("separations",), ("assess",)):
+        told = [run(*command, each) for each in both]
+        assert told[0].exit_code == 0, told[0].stderr
+        assert told[0].stdout.replace("pair.nc", "pair.zarr") == told[1].stdout
+    page = report(both[1], tmp_path / "report.html").read_text("utf-8")
+    assert checksum(both[1]) in page
+
+
+def test_results_are_summed_up_without_a_solver(files):
+    code = (
+        "import sys\nsys.modules['numba'] = None\nfrom pounding_risk.results.summary import summary\n"
+        "print(summary(sys.argv[1]).counts['cases'])"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(pounding_risk.__file__).parent.parent)}
+    command = [sys.executable, "-c", code, files / "pair.nc"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == str(open_results(files / "pair.nc")["status"].size), done.stderr

@@ -1,0 +1,320 @@
+"""Keys without effect: what is told of a scene is what its runs show.
+
+The oracle is the scan itself: two scenes that differ in a key alone give the same numbers exactly where the key is
+listed. Every key and every option of an effect stands in a case here, or among those that a scene cannot do without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from pounding_risk.assessment.assess import assess
+from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.reports import report
+from pounding_risk.results.files import told
+from pounding_risk.scene.reader import parse_scene, study_from
+from pounding_risk.scene.unused_keys import unused_keys
+from pounding_risk.scene.words import KEYS
+from pounding_risk.studies.simulate import simulate
+
+PAIR = """\
+[[building]]
+name = "A"
+mass = "44 t"
+period = "0.2 s"
+[[building]]
+name = "B"
+mass = "80 t"
+period = "0.1 s"
+[[interface]]
+gap = "2 mm"
+contact_model = "viscous_elastoplastic"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "4 s"]
+scale = 1.5
+"""
+WALL = PAIR.replace('mass = "80 t"\nperiod = "0.1 s"', "rigid = true")
+ROW = """\
+[[building]]
+name = "A"
+floor_masses = ["40 t", "40 t"]
+storey_stiffnesses = "60 MN/m"
+storey_heights = ["4 m", "2 m"]
+[[building]]
+name = "B"
+floor_masses = ["60 t", "60 t"]
+storey_stiffnesses = "120 MN/m"
+storey_heights = ["3 m", "3 m"]
+[[interface]]
+gap = "2 mm"
+contact_model = "viscous_elastoplastic"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180"]
+window = ["0 s", "4 s"]
+scale = 1.5
+"""
+LEVEL = ROW.replace('["4 m", "2 m"]', '["3 m", "3 m"]')  # floor to floor throughout
+COLUMNS = ROW.replace('["4 m", "2 m"]', '["4 m", "3 m"]')  # floor to column throughout
+HERTZ = 'interface.contact_model="hertz"'
+JUMP = 'interface.contact_model="stereomechanical"'
+FLOORS = 'interface.contact_model="distributed_mass"'
+
+
+class Case(NamedTuple):
+    """A key with two values in one scene; ``on`` is what of the outputs it leaves alone, where it changes another."""
+
+    key: str
+    scene: str
+    first: list[str]
+    second: list[str]
+    common: Sequence[str] = ()
+    on: str = ""
+    without: str = ""  # a key of the interface that the scene must not have
+    within: float = 0.0  # relative, where the same motion is found by other operations
+
+
+def values(key: str, first: str, second: str) -> tuple[list[str], list[str]]:
+    return [f"{key}={first}"], [f"{key}={second}"]
+
+
+TERMS = [f'interface.equal_terms={{same="peak force", speed="{speed} m/s"}}' for speed in (0.5, 1.0)]
+LAWS = 'grid.contact_model=["viscous_elastoplastic", "linear"]'
+FORCES = ['grid.yield_force=["50 kN", "inf"]', 'grid.yield_force=["90 kN", "inf"]']
+FORCE = values("interface.yield_force", '"50 kN"', '"90 kN"')
+COLUMN = values("interface.column_yield_force", '"50 kN"', '"90 kN"')
+IDLE = [
+    Case("building.B.mass", WALL, *values("building.B.mass", '"50 t"', '"500 t"')),
+    Case("building.A.floor_length", PAIR, *values("building.A.floor_length", '"10 m"', '"20 m"')),
+    Case(
+        "building.A.wave_speed",
+        PAIR,
+        *values("building.A.wave_speed", '"3000 m/s"', '"4000 m/s"'),
+        ['building.A.floor_length="10 m"'],
+    ),
+    Case("building.A.height", PAIR, *values("building.A.height", '"6 m"', '"9 m"')),
+    Case("building.A.storey_strengths", ROW, *values("building.A.storey_strengths", '"100 kN"', '"200 kN"')),
+    Case(
+        "building.A.storey_strengths",
+        ROW,
+        ['building.A.storey_strengths="inf"'],
+        ['building.A.storey_strengths=["inf", "inf"]'],
+        ["effects.inelastic_storeys={}"],
+    ),
+    Case(
+        "building.A.damping_rule",
+        ROW,
+        *values("building.A.damping_rule", '"rayleigh"', '"stiffness"'),
+        ["building.A.damping=0.0"],
+    ),
+    Case("interface.restitution", PAIR, *values("interface.restitution", "0.4", "0.9"), [HERTZ]),
+    Case("interface.restitution", ROW, *values("interface.restitution", "0.4", "0.9"), [HERTZ]),
+    Case("interface.yield_force", PAIR, *FORCE, [HERTZ], on="on any force"),
+    Case("interface.yield_force", PAIR, *FORCE, [JUMP], without="stiffness"),
+    Case("interface.yield_force", COLUMNS, *FORCE),
+    Case("interface.yield_force", LEVEL, *FORCE, ['grid.yield_force=["70 kN"]']),
+    Case("interface.column_yield_force", LEVEL, *COLUMN),
+    Case("interface.column_yield_force", COLUMNS, *COLUMN, [HERTZ], on="on any force"),
+    Case("interface.tolerance", PAIR, *values("interface.tolerance", '"60 mm"', '"90 mm"')),
+    Case("building.A.floor_depth", PAIR, *values("building.A.floor_depth", '"0.2 m"', '"0.3 m"')),
+    Case(
+        "building.A.floor_depth",
+        LEVEL,
+        *values("building.A.floor_depth", '"0.2 m"', '"0.3 m"'),
+        ['interface.tolerance="50 mm"'],
+    ),
+    Case(
+        "interface.plastic_exponent",
+        PAIR,
+        *values("interface.plastic_exponent", "0.3", "0.6"),
+        ['interface.contact_model="van_mier"'],
+    ),
+    Case("interface.equal_terms", PAIR, TERMS[:1], TERMS[1:]),
+    Case("records.dt", PAIR, *values("records.dt", '"0.01 s"', '"0.02 s"')),
+    Case("records.pga", PAIR, *values("records.pga", '"0.2 g"', '"0.5 g"'), ['grid.pga=["0.4 g"]'], without="scale"),
+    Case("grid.yield_force", PAIR, FORCES[:1], FORCES[1:], [HERTZ], on="on any force"),
+    Case("grid.yield_force", PAIR, FORCES[:1], FORCES[1:], [JUMP], without="stiffness"),
+    Case("grid.yield_force", COLUMNS, FORCES[:1], FORCES[1:]),
+    Case("effects.strain_rate.strength", PAIR, *values("effects.strain_rate.strength", '"30 MPa"', '"60 MPa"'),
+         ['effects.strain_rate.code="mc2010"', 'effects.strain_rate.length="0.6 m"', 'interface.yield_force="50 kN"']),
+    Case("effects.permanent_set", PAIR, ["effects.permanent_set={}"], []),
+    Case("effects.inelastic_storeys", ROW, ["effects.inelastic_storeys={}"], [],
+         ['building.A.storey_strengths="inf"']),
+    Case("effects.wave_passage", PAIR, ['effects.wave_passage={velocity="500 m/s", distance="0 m"}'], [],
+         within=1e-5),  # rtol is 1e-6, and forces at the cap's edge move by some of it
+]  # fmt: skip
+ACTING = [
+    Case("building.A.mass", PAIR, *values("building.A.mass", '"44 t"', '"50 t"')),
+    Case("building.A.period", PAIR, *values("building.A.period", '"0.2 s"', '"0.21 s"')),
+    Case("building.A.damping", PAIR, *values("building.A.damping", "0.05", "0.02")),
+    Case("building.A.floor_length", PAIR, *values("building.A.floor_length", '"10 m"', '"20 m"'),
+         [FLOORS, 'building.B.floor_length="15 m"'], without="stiffness"),
+    Case("building.A.wave_speed", PAIR, *values("building.A.wave_speed", '"3000 m/s"', '"4000 m/s"'),
+         [FLOORS, 'building.A.floor_length="10 m"', 'building.B.floor_length="15 m"'], without="stiffness"),
+    Case("building.A.height", PAIR, *values("building.A.height", '"3 m"', '"2 m"'),
+         ["effects.p_delta={}", 'building.B.height="3 m"']),
+    Case("building.A.floor_masses", ROW, *values("building.A.floor_masses", '"40 t"', '"50 t"')),
+    Case("building.A.storey_stiffnesses", ROW, *values("building.A.storey_stiffnesses", '"60 MN/m"', '"70 MN/m"')),
+    Case("building.A.storey_heights", ROW, *values("building.A.storey_heights", '["4 m", "2 m"]', '["3 m", "3 m"]')),
+    Case("building.A.storey_strengths", ROW, *values("building.A.storey_strengths", '"50 kN"', '"90 kN"'),
+         ["effects.inelastic_storeys={}"]),
+    Case("building.A.damping_rule", ROW, *values("building.A.damping_rule", '"rayleigh"', '"stiffness"')),
+    Case("interface.gap", PAIR, *values("interface.gap", '"2 mm"', '"3 mm"')),
+    Case("interface.contact_model", PAIR, *values("interface.contact_model", '"hertz"', '"jankowski"')),
+    Case("interface.stiffness", PAIR, *values("interface.stiffness", '"2e9 N/m^1.5"', '"3e9 N/m^1.5"')),
+    Case("interface.restitution", PAIR, *values("interface.restitution", "0.4", "0.9")),
+    Case("interface.yield_force", PAIR, *FORCE),
+    Case("interface.yield_force", LEVEL, *FORCE),
+    Case("interface.column_yield_force", COLUMNS, *COLUMN),
+    Case("interface.plastic_exponent", PAIR, *values("interface.plastic_exponent", "0.3", "0.6"),
+         ['interface.contact_model="van_mier"', 'interface.yield_force="50 kN"']),
+    Case("interface.design_penetration", PAIR, *values("interface.design_penetration", '"5 mm"', '"9 mm"'),
+         ['interface.contact_model="bilinear"']),
+    Case("interface.equal_terms", PAIR, TERMS[:1], TERMS[1:], [LAWS]),
+    Case("records.pga", PAIR, *values("records.pga", '"0.4 g"', '"0.5 g"'), without="scale"),
+    Case("records.scale", PAIR, *values("records.scale", "1.5", "1.6")),
+    Case("records.window", PAIR, *values("records.window", '["0 s", "4 s"]', '["1 s", "4 s"]')),
+    Case("records.tail", PAIR, *values("records.tail", '"0 s"', '"1 s"')),
+    Case("grid.yield_force", LEVEL, FORCES[:1], FORCES[1:]),
+    Case("solver.rtol", PAIR, *values("solver.rtol", "1e-6", "1e-9")),
+    Case("effects.strain_rate.strength", PAIR, *values("effects.strain_rate.strength", '"30 MPa"', '"60 MPa"'),
+         ['effects.strain_rate.code="mc1990"', 'effects.strain_rate.length="0.6 m"', 'interface.yield_force="50 kN"']),
+    Case("effects.permanent_set", PAIR, ["effects.permanent_set={}"], [], ['interface.yield_force="50 kN"']),
+    Case("effects.inelastic_storeys", ROW, ["effects.inelastic_storeys={}"], [],
+         ['building.A.storey_strengths="50 kN"']),
+    Case("effects.inelastic_storeys.hardening", ROW, *values("effects.inelastic_storeys.hardening", "0.03", "0.1"),
+         ['building.A.storey_strengths="50 kN"']),
+    Case("effects.wave_passage", PAIR, ['effects.wave_passage={velocity="500 m/s", distance="9 m"}'], []),
+]  # fmt: skip
+ALWAYS = {  # keys that act in every scene that may have them, with what would show it
+    "name the buildings and the study": ("scene.name", "building.name"),
+    "say what a building is": (
+        *("building.stiffness", "building.rigid", "building.storeys", "building.typology", "building.floor_mass"),
+    ),
+    "say where floors meet (test_scene_row, test_contact_points)": (
+        *("interface.contact", "interface.tolerance", "building.floor_depth"),
+    ),
+    "are parts of equal_terms, which is told whole": ("equal_terms.same", "equal_terms.speed", "equal_terms.every_law"),
+    "say which motions there are, and how large (test_gather, test_scaling)": (
+        *("records.names", "records.files", "records.set", "records.manifest", "records.unit", "records.dt"),
+        *("records.direction", "records.sa", "records.to_median", "records.polarity", "records.processing"),
+    ),
+    "are axes of the dataset (test_sweep, test_row_scan)": (
+        *("grid.gap", "grid.interface", "grid.contact_model", "grid.pga"),
+    ),
+    "are options of effects, which are told whole": (
+        *("effects.strain_rate.code", "effects.strain_rate.length", "effects.unloading_stiffness.ratio"),
+        *("effects.wave_passage.velocity", "effects.wave_passage.distance", "effects.wave_passage.towards"),
+        *(f"effects.soil_flexibility.{option}" for option in EFFECTS["soil_flexibility"].options),
+    ),
+    "change every building that may have them": ("effects.p_delta", "effects.soil_flexibility"),
+    "act on what permanent_set leaves, which is told": ("effects.unloading_stiffness", "effects.strain_rate"),
+}
+
+
+def study_of(case: Case, own: list[str]):
+    text = "\n".join(line for line in case.scene.splitlines() if not case.without or not line.startswith(case.without))
+    return parse_scene(text, "scene.toml", [*case.common, *own])
+
+
+def names_of(case: Case) -> str:
+    return f"{case.key}{' ' + case.on if case.on else ''}"
+
+
+@pytest.mark.parametrize("case", IDLE, ids=lambda case: names_of(case))
+def test_a_key_that_changes_no_number_is_told(case):
+    first, second = study_of(case, case.first), study_of(case, case.second)
+    assert any(each.startswith(f"{case.key}: no effect{' ' * bool(case.on)}{case.on}: ") for each in unused_keys(first))
+    one, other = (scan(each, check_fraction=0.0) for each in (first, second))
+    assert int(one["impact_count"].sum()) > 0  # else nothing could differ
+    # The forces stay where only the count of those that reach the yield force may change.
+    for name in one.data_vars if not case.on else ("peak_contact_force", "peak_displacement", "impact_count"):
+        if not case.within:
+            assert one[name].values.tobytes() == other[name].values.tobytes(), name
+        elif name != "energy_residual":  # which is nothing but rounding
+            np.testing.assert_allclose(one[name].values, other[name].values, rtol=case.within, err_msg=name)
+
+
+@pytest.mark.parametrize("case", ACTING, ids=lambda case: names_of(case))
+def test_a_key_that_changes_numbers_is_not_told(case):
+    first, second = study_of(case, case.first), study_of(case, case.second)
+    for study in (first, second):
+        assert not any(each.startswith(f"{case.key}:") for each in unused_keys(study))
+    one, other = (scan(each, check_fraction=0.0) for each in (first, second))
+    both = set(one.data_vars) & set(other.data_vars)  # storeys that yield have variables of their own
+    changed = [name for name in both if one[name].values.tobytes() != other[name].values.tobytes()]
+    assert changed
+
+
+def test_every_key_and_option_has_a_case():
+    keys = {f"{section}.{key}" for section, named in KEYS.items() for key in named}
+    keys |= {f"effects.{name}" for name in EFFECTS}
+    keys |= {f"effects.{name}.{option}" for name, kind in EFFECTS.items() for option in kind.options}
+    tried = {case.key.replace("building.A.", "building.").replace("building.B.", "building.") for case in IDLE + ACTING}
+    assert keys == tried | {key for several in ALWAYS.values() for key in several}
+
+
+def test_an_axis_that_does_not_reach_columns_says_so():
+    """Three cases of one gap that are one case thrice, which the dataset's reader must know."""
+    study = parse_scene(COLUMNS, "scene.toml", ['grid.yield_force=["200 kN", "700 kN", "inf"]'])
+    (sentence,) = unused_keys(study)
+    assert sentence == (
+        "grid.yield_force: no effect: floors meet columns only in this row, and these yield at column_yield_force of "
+        "their interface: the 3 cases of each gap are identical"
+    )
+    dataset = scan(study, check_fraction=0.0)
+    forces = dataset["peak_contact_force"].values
+    assert (forces == forces[..., :1, :]).all()  # along the yield force
+    assert told(dataset, "unused_keys", []) == [sentence]
+    assert assess(dataset).unused_keys == (sentence,)
+    with pytest.raises(PoundingError, match="floors meet columns only"):
+        simulate(study, yield_force=2e5)
+
+
+def test_an_axis_that_reaches_some_points_says_which_it_does_not():
+    study = parse_scene(ROW, "scene.toml", ['grid.yield_force=["50 kN", "inf"]'])
+    (sentence,) = unused_keys(study)
+    assert sentence.startswith("grid.yield_force: no effect on the 2 of 3 contact points where a floor meets a column")
+
+
+def test_the_plan_and_a_single_run_tell_it():
+    study = parse_scene(PAIR, "scene.toml", [HERTZ])
+    plan = validate(study)
+    assert ("unused", "interface.restitution: no effect: hertz takes no restitution") in plan.summary()
+    assert told(simulate(study), "unused_keys", []) == list(plan.unused)
+
+
+def test_yield_shears_are_not_called_acting_where_they_do_not():
+    study = parse_scene(ROW, "scene.toml", ['building.A.storey_strengths="100 kN"'])
+    words = dict.fromkeys(words for what, words in validate(study).summary() if what == "building")
+    assert any("elastic (yield shears act under inelastic_storeys)" in each for each in words)
+    acting = validate(study, ["effects.inelastic_storeys={}"])
+    assert any(words.endswith("with yield shears") for what, words in acting.summary() if what == "building")
+
+
+def test_nothing_is_told_of_what_was_not_written():
+    """Defaults that the resolved scene states are not keys that someone gave, but for a study without a text."""
+    assert unused_keys(parse_scene(PAIR, "scene.toml")) == ()
+    assert unused_keys(parse_scene(ROW, "scene.toml")) == ()
+    resolved = parse_scene(ROW, "scene.toml").resolved()
+    assert unused_keys(study_from(resolved)) == ()
+
+
+def test_the_report_lists_them_with_the_scene(tmp_path):
+    study = parse_scene(PAIR, "scene.toml", [HERTZ])
+    page = report(scan(study, check_fraction=0.0), tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Keys of the scene without effect" in page
+    assert "interface.restitution: no effect: hertz takes no restitution." in page
+    plain = report(scan(parse_scene(PAIR, "scene.toml"), check_fraction=0.0), tmp_path / "other.html")
+    assert "without effect" not in plain.read_text(encoding="utf-8")

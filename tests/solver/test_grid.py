@@ -1,0 +1,182 @@
+"""What is left out and what is symmetric: screening against simulation, and invariants of a whole run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.models.contact.laws import LAWS, Jankowski, ViscousElastoplastic
+from pounding_risk.models.restitution import CONCRETE, constant
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.motion import read_motion
+from pounding_risk.results.pair_variables import COLUMNS
+from pounding_risk.scene.reader import study_from
+from pounding_risk.solver.counters import STEPS
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
+from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.units import STANDARD_GRAVITY
+
+LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
+
+
+@pytest.fixture(scope="module")
+def el_centro():
+    return read_motion("RSN6-180")
+
+
+@pytest.fixture(scope="module")
+def short(el_centro):
+    """Eight seconds with the strongest shaking."""
+    return el_centro.acceleration[:801], el_centro.dt
+
+
+def grid(law, motion, gaps, forces, screening):
+    out, how = np.zeros((len(gaps), len(forces), COLUMNS)), np.zeros((len(gaps), len(forces)), dtype=np.int8)
+    pair = oscillators(LEFT, RIGHT)
+    free = free_response(pair, *motion)
+    sweep(pair, free, law, (gaps, forces, constant(0.65)), 1e-6, screening, make_desk(), out, how)
+    return out, how
+
+
+@pytest.mark.parametrize("law", [ViscousElastoplastic(2.75e9), Jankowski(2.75e9)], ids=lambda law: type(law).__name__)
+def test_screening_changes_nothing(law, short):
+    """Array-equal in every column but the count of steps, which says what was spent."""
+    gaps = np.linspace(0.0, 0.12, 13)
+    forces = np.array([1e5, 1e6, 3e6, 5e6, 7e6, 9e6, inf])
+    screened, how = grid(law, short, gaps, forces, True)
+    run, all_run = grid(law, short, gaps, forces, False)
+    kept = np.delete(np.arange(COLUMNS), STEPS)
+    assert np.array_equal(screened[..., kept], run[..., kept], equal_nan=True)
+    assert all_run.all() and 0 < how.sum() < how.size
+
+
+def test_any_chunk_of_gaps_gives_the_same_bits(short):
+    gaps, forces = np.linspace(0.0, 0.1, 7), np.array([1e6, inf])
+    whole, _ = grid(ViscousElastoplastic(2.75e9), short, gaps, forces, True)
+    for place in range(len(gaps)):
+        one, _ = grid(ViscousElastoplastic(2.75e9), short, gaps[place : place + 1], forces, True)
+        assert np.array_equal(one[0], whole[place], equal_nan=True)
+
+
+def test_half_of_a_grid_needs_no_run_of_its_own(el_centro):
+    """50 gaps up to twice the closing that the free motion reaches, 20 yield forces up to 20 MN, as one would choose
+    them before knowing the answers."""
+    pair = oscillators(LEFT, RIGHT)
+    closing = free_response(pair, el_centro.acceleration, el_centro.dt).high[:, 0].max()
+    gaps, forces = np.linspace(0.0, 2.0 * closing, 50), np.append(np.linspace(1e6, 19e6, 19), inf)
+    _, how = grid(ViscousElastoplastic(2.75e9), (el_centro.acceleration, el_centro.dt), gaps, forces, True)
+    assert how.mean() <= 0.5
+
+
+def test_a_scan_with_screening_equals_one_without():
+    scene = {
+        "scene": {"name": "screening"},
+        "building": [
+            {"name": "left", "mass": "500 t", "period": "0.5 s"},
+            {"name": "right", "mass": "800 t", "period": "1.0 s"},
+        ],
+        "interface": [{"contact_model": "jankowski", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}],
+        "records": {
+            "names": ["RSN6-180", "CCC-HN1"],
+            "window": ["0 s", "45 s"],
+            "polarity": ["as recorded", "reversed"],
+        },
+        "grid": {
+            "gap": ["0 mm", "40 mm", "400 mm"],
+            "yield_force": ["1 MN", "8 MN", "inf"],
+            "contact_model": ["jankowski", "viscous_elastoplastic"],
+        },
+    }
+    study = study_from(scene)
+    # Nothing is made again: the share is drawn among the runs that were made, and screening makes fewer.
+    first = scan(study, workers=1, check_fraction=0.0)
+    second = scan(study, screening=False, workers=2, check_fraction=0.0)
+    one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (first, second))
+    assert one.identical(other)
+    assert first["simulated"].sum() < second["simulated"].sum() == second["simulated"].size
+    assert replace(study, rtol=1e-6) == study
+
+
+@pytest.mark.parametrize("name", ["viscous_elastoplastic", "jankowski", "kelvin_voigt_tension_cut", "hertz_damp_exact"])
+def test_mirror(name, short):
+    """The pair seen from behind: buildings swapped, ground reversed, the same bits."""
+    law = LAWS[name](1e8 if name.startswith("kelvin") else 2.75e9)
+    a_g, dt = short
+    for gap in (0.0, 0.02):
+        there = Interface(gap, law, CONCRETE, 3e6)
+        one, other = solve(LEFT, RIGHT, there, a_g, dt), solve(RIGHT, LEFT, there, -a_g, dt)
+        for key, value in one.items():
+            stem, _, side = key.rpartition("_")
+            twin = "_".join([stem, {"left": "right", "right": "left"}.get(side, side)])
+            assert np.array_equal(other[twin if twin in other else key], value, equal_nan=True), key
+
+
+def test_four_times_everything_is_the_same_motion(short):
+    """m, β and F_E times four: displacements to the bit, forces times four (a power of two is exact)."""
+    a_g, dt = short
+    heavy = [building._replace(mass=4.0 * building.mass) for building in (LEFT, RIGHT)]
+    one = solve(LEFT, RIGHT, Interface(0.01, ViscousElastoplastic(2.75e9), CONCRETE, 3e6), a_g, dt)
+    four = solve(*heavy, Interface(0.01, ViscousElastoplastic(1.1e10), CONCRETE, 12e6), a_g, dt)
+    assert four["peak_relative_displacement"] == one["peak_relative_displacement"]
+    assert four["impact_count"] == one["impact_count"]
+    assert four["impulse"] == 4.0 * one["impulse"]
+
+
+def test_gap_beyond_the_free_closing(short):
+    """No contact exactly where the free motion does not close the gap, and then the law plays no part."""
+    a_g, dt = short
+    closing = solve(LEFT, RIGHT, Interface(inf, Jankowski(2.75e9), CONCRETE), a_g, dt)["peak_closing"]
+    runs = [
+        solve(LEFT, RIGHT, Interface(closing, law, CONCRETE), a_g, dt)
+        for law in (Jankowski(2.75e9), LAWS["linear"](1e8))
+    ]
+    assert runs[0]["impact_count"] == 0 and np.array_equal([*runs[0].values()], [*runs[1].values()], equal_nan=True)
+    assert (
+        solve(LEFT, RIGHT, Interface(closing * (1.0 - 1e-6), Jankowski(2.75e9), CONCRETE), a_g, dt)["impact_count"] == 1
+    )
+
+
+def test_largest_force_never_exceeds_the_cap_and_rises_with_it(short):
+    a_g, dt = short
+    law = ViscousElastoplastic(2.75e9)
+    forces = [2e5, 1e6, 3e6, 6e6, 1e8, inf]
+    peaks = [
+        solve(LEFT, RIGHT, Interface(0.01, law, constant(0.65), force), a_g, dt)["peak_contact_force"]
+        for force in forces
+    ]
+    uncapped = solve(LEFT, RIGHT, Interface(0.01, Jankowski(2.75e9), constant(0.65)), a_g, dt)["peak_contact_force"]
+    assert peaks == [min(force, uncapped) for force in forces]
+
+
+def test_twins_never_touch_and_a_still_ground_moves_nothing(short):
+    a_g, dt = short
+    there = Interface(0.0, Jankowski(2.75e9), CONCRETE)
+    twins = solve(LEFT, LEFT, there, a_g, dt)
+    still = solve(LEFT, RIGHT, there, np.zeros(100), dt)
+    assert twins["peak_relative_displacement"] == 0.0 and twins["impact_count"] == 0
+    assert all(value == 0.0 or np.isnan(value) for value in still.values())
+
+
+def test_motion_that_is_not_finite_has_a_status(short):
+    a_g = short[0].copy()
+    a_g[300] = np.nan
+    found = solve(LEFT, RIGHT, Interface(0.01, Jankowski(2.75e9), CONCRETE), a_g, short[1])
+    assert found["status"] == 4 and np.isnan(found["peak_closing"]) and found["impact_count"] == -1
+
+
+def test_rigid_neighbour(short):
+    """A rigid building is the limit of a stiff one: the difference falls with the square of its period."""
+    a_g = short[0] * (0.5 * STANDARD_GRAVITY / np.abs(short[0]).max())
+    there = Interface(0.005, Jankowski(2.75e9), constant(0.65))
+    wall = solve(LEFT, Building.rigid("wall"), there, a_g, short[1], rtol=1e-8)
+    apart = []
+    for period in (0.04, 0.02, 0.01):
+        stiff = solve(LEFT, Building("wall", 1e9, period, 0.05), there, a_g, short[1], rtol=1e-8)
+        apart.append(abs(stiff["peak_opening"] / wall["peak_opening"] - 1.0))
+    assert apart[0] > apart[1] > apart[2] and apart[2] < 1e-3
+    assert wall["peak_displacement_right"] == 0.0 and np.isnan(wall["peak_storey_shear_right"])

@@ -1,0 +1,164 @@
+"""What must hold of any row: parts that do not touch are alone, mirror images are alike, single masses are a pair."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from interpreted import interpreted
+from oracle_rows import integrate
+from row_cases import CASES, EL_CENTRO, YIELDS, Case, Shaking, floors, jankowski, meeting, single, storeys
+from test_rows_against_scipy import PLACES, by_solver, named
+
+from pounding_risk.models import restitution
+from pounding_risk.models.contact.laws import ViscousElastoplastic
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.solver import counters as tally
+from pounding_risk.solver.pair.api import Interface, solve
+from pounding_risk.solver.row import api as rows
+
+# Two like buildings drawn away from the one between them and let go; a run begins at rest, so what begins it is told.
+MIRRORED = """
+import json
+import numpy as np
+from row_cases import meeting, storeys
+from test_rows_against_scipy import contacts_of, points_of
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row import run as march
+from pounding_risk.solver.row.workspace import NODE
+
+side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
+meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
+begin = march.begin_run
+
+def drawn(row, run):
+    begin(row, run)
+    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+
+march.begin_run = drawn
+run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(60))
+print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
+"""
+SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
+
+
+def free(chains: Any, shaking: Any = EL_CENTRO) -> Any:
+    """Buildings without contact."""
+    acceleration, dt = shaking.samples()
+    return rows.free_row(rows.lay_out(chains, (), dt), acceleration)
+
+
+def test_wide_gaps_are_single_buildings_bit_by_bit():
+    """A row that never closes, its free motion, and every building of it in a row of its own."""
+    chains = (single(90e3, 0.4), storeys(3, 80e3, 5e7), storeys(2, 100e3, 9e7))
+    points = (meeting(0, 1.0, 2.5, 9.0), *floors(1, 1.0, 2.0, gap=9.0))
+    run = by_solver(Case(chains, points, EL_CENTRO))
+    assert run.points[:, PLACES["impact_count"]].max() == 0
+    np.testing.assert_array_equal(run.floors, free(chains).floors)
+    np.testing.assert_array_equal(run.floors, np.vstack([free((chain,)).floors for chain in chains]))
+
+
+def test_parts_that_do_not_touch_are_alone_bit_by_bit():
+    """A pair that pounds, beside a street that it does not reach."""
+    pair, beside = CASES["jankowski 2008"], storeys(2, 100e3, 9e7)
+    points = (*pair.meetings, *floors(1, 1.0, 2.0, gap=9.0))
+    run, alone = by_solver(Case((*pair.chains, beside), points, pair.shaking)), by_solver(pair)
+    assert alone.points[:, PLACES["impact_count"]].min() >= 1
+    np.testing.assert_array_equal(run.points[:3], alone.points)
+    np.testing.assert_array_equal(run.floors[:6], alone.floors)
+    np.testing.assert_array_equal(run.floors[6:], free((beside,), pair.shaking).floors)
+
+
+def test_between_mirror_images_a_building_stands_exactly_still():
+    """Both sides touch, turn and part at the same instants, to the last bit, against columns between two floors."""
+    places = [str(Path(__file__).parent)]
+    status, points, floors = interpreted(f"import sys\nsys.path += {places}\n{MIRRORED}")
+    assert status == tally.COMPLETE
+    assert points[0] == points[1][: tally.TALLIED] + points[0][tally.TALLIED :]
+    assert points[0][tally.COUNT] == 2
+    assert floors[2:4] == [[0.0] * 4] * 2
+    assert floors[:2] == floors[4:]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["5 and 3 storeys, floors against columns", "single, rigid, storeys"])
+def test_a_row_from_the_other_side_of_the_street(name: str):
+    """Left and right swapped and the ground reversed: the same motion, but for the order in which rounding adds up."""
+    case = CASES[name]
+    last = len(case.chains) - 2
+    meetings = [
+        each._replace(interface=last - each.interface, left_floor=each.right_floor, right_floor=each.left_floor)
+        for each in case.meetings
+    ]
+    order = sorted(range(len(meetings)), key=lambda k: meetings[k].interface)
+    shaking = case.shaking._replace(polarity="reversed")
+    found = by_solver(Case(case.chains[::-1], tuple(meetings[k] for k in order), shaking))
+    true = by_solver(case)
+    mirrored, known = named(found), named(true)
+    for output in ("peak_closing", "peak_contact_force", "impulse", "peak_approach_speed"):
+        np.testing.assert_allclose(mirrored[output], known[output][order], rtol=1e-7, err_msg=output)
+    ends = np.cumsum([0, *(len(chain.mass) for chain in case.chains)])
+    parts = [true.floors[start:end] for start, end in pairwise(ends)]
+    np.testing.assert_allclose(found.floors, np.vstack(parts[::-1]), rtol=1e-7)
+
+
+@pytest.mark.parametrize("yield_force", [np.inf, 4e5])
+def test_single_masses_are_the_pair(yield_force: float):
+    """The pair's own solver, which shares laws and tableau with the row's but neither flight nor events."""
+    buildings = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
+    acceleration, dt = EL_CENTRO.samples()
+    between = Interface(0.02, ViscousElastoplastic(2.75e9), restitution.CONCRETE, yield_force)
+    true = solve(*buildings, between, acceleration, dt, rtol=1e-9)
+    point = meeting(0, 1.0, 1.0, 0.02, yield_force=yield_force)
+    chains = tuple(single(each.mass, each.period) for each in buildings)
+    run = by_solver(Case(chains, (point,), EL_CENTRO))
+    found = named(run)
+    assert true["impact_count"] == found["impact_count"][0] >= 3
+    assert true["yield_count"] == found["yielding_contacts"][0]
+    for name in ("peak_closing", "peak_opening", "peak_penetration", "peak_contact_force", "impulse", "contact_time"):
+        assert found[name][0] == pytest.approx(true[name], rel=1e-8), name
+    assert found["first_impact_time"][0] == pytest.approx(true["first_impact_time"], abs=1e-12)
+    for side, peaks in zip(("left", "right"), run.floors, strict=True):
+        expected = [true[f"{name}_{side}"] for name in SIDES]
+        assert peaks[[0, 2, 3]] == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_record_may_end_while_a_storey_yields():
+    """The elastic range at the end is where the storey has dragged it by then."""
+    chain = jankowski(YIELDS)[0]
+    shaking = EL_CENTRO._replace(pga=0.5)
+    acceleration, dt = shaking.samples()
+    caught = 0
+    for stop in range(60, 300, 20):
+        cut = acceleration[:stop]
+        true = integrate((chain,), (), cut, dt)
+        found = rows.free_row(rows.lay_out((chain,), (), dt), cut)
+        np.testing.assert_allclose(found.rest, true.rest, rtol=1e-9, atol=1e-12)
+        caught += bool(np.any(np.abs(true.rest[:, 0] - true.rest[:, 1]) >= chain.strength / chain.shear * (1 - 1e-9)))
+    assert caught >= 1, "no record ends so"
+
+
+def test_a_storey_and_the_contact_above_it_turn_at_one_instant():
+    """Against a wall both have the same speed; which of two events at once comes first is rounding, and ends no run."""
+    case = CASES["a yielding storey at a wall"]
+    for pga in np.linspace(0.3, 0.8, 40):
+        run = by_solver(case._replace(shaking=case.shaking._replace(pga=float(pga))))
+        assert run.status == tally.COMPLETE, pga
+        assert run.points[0, tally.COUNT] >= 1
+
+
+def test_a_soft_touch_after_yielding_closes_its_energy():
+    """Storeys that have yielded hold no energy below zero: a ledger is measured by that of the touch at least."""
+    mass, strength = 300e3, 370e3
+    frames = tuple(
+        storeys(1, mass, mass * (2.0 * np.pi / period) ** 2, YIELDS, strength=strength) for period in (0.3, 0.4)
+    )
+    run = by_solver(Case(frames, floors(0, 1.0, gap=0.02), Shaking("RSN6-180", 0.0, 53.0, 0.3, "reversed")))
+    assert run.status == tally.COMPLETE
+    assert np.abs(run.rest[:, 1]).min() > 1e-3  # m: both have yielded
+    assert run.points[0, PLACES["impact_count"]] == 1
+    # The kinetic energy of two bodies is that of their approach, 1/2 (m/2) v², at least.
+    assert run.energy >= 0.25 * mass * run.points[0, PLACES["peak_approach_speed"]] ** 2

@@ -1,0 +1,281 @@
+"""A wave that passes one building before the other: closed form, an independent run, limits, mirror, scenes."""
+
+from __future__ import annotations
+
+from math import hypot, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from interpreted import interpreted
+from oracle_wave import follow
+
+import pounding_risk as pr
+from pounding_risk.errors import SceneError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS, Merged, is_instant
+from pounding_risk.models.contact.laws import ViscousElastoplastic, stiffness_quantity
+from pounding_risk.models.effects.contact import WavePassage
+from pounding_risk.models.effects.ground import Rippled
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.scene.reader import study_from
+from pounding_risk.solver.counters import make_log
+from pounding_risk.solver.pair import flight
+from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
+from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.pair.taylor import SIGNAL, bend_at, value_at
+from pounding_risk.studies import demo as paper
+from pounding_risk.studies.simulate import _node_times, energies, histories, relative_displacement
+from pounding_risk.studies.stability.trial import shaking
+
+FRAME, SHED = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05)
+ROCK = Building.rigid("rock")
+LAG, STEP = 0.043, 0.01  # no multiple of the step
+GROUND = shaking(4.0)[:400]
+# One law, so that one kernel is compiled: with e = 1 and without a cap it is β δ^1.5.
+LAW, ELASTIC = ViscousElastoplastic(2.75e9), ViscousElastoplastic(1e9)
+WHOLE, HALF = constant(1.0), constant(0.5)
+
+
+@pytest.mark.parametrize("lag", [0.04, -0.11])
+def test_twins_in_a_steady_wave(lag: float):
+    """Twins under x_g = A (1 − cos ω t): they part by |H| 2 A sin(ω τ/2), H from ground to absolute displacement."""
+    twin, omega, size, step = Building("twin", 5e5, 0.4, 0.2), 2.0 * pi / 0.7, 0.03, 0.002
+    time = np.arange(20_000) * step
+    free = free_response(oscillators(twin, twin), size * omega**2 * np.cos(omega * time), step, WavePassage(lag))
+    apart = relative_displacement(free, _node_times(free), free.states)[-7000:]  # ten periods, the start forgotten
+    ratio = 0.4 / 0.7
+    gain = hypot(1.0, 0.4 * ratio) / hypot(1.0 - ratio**2, 0.4 * ratio)
+    # a_g linear between samples takes (ω h)² / 12 = 3e-5 off, and so does the motion between two of them.
+    assert np.abs(apart).max() == pytest.approx(gain * 2.0 * size * sin(0.5 * omega * abs(lag)), rel=1e-4)
+
+
+CASES = {
+    "hertz": (FRAME, SHED, ELASTIC, 0.004, LAG),
+    "hertz from the right": (FRAME, SHED, ELASTIC, 0.004, -LAG),
+    "hertz, rock at the right": (FRAME, ROCK, ELASTIC, 0.008, LAG),
+    "hertz, rock at the left": (ROCK, SHED, ELASTIC, 0.008, LAG),
+    "merged": (FRAME, SHED, Merged(), 0.004, LAG),
+    "merged, rock at the right": (FRAME, ROCK, Merged(), 0.008, LAG),
+    "merged, rock at the left": (ROCK, SHED, Merged(), 0.008, -LAG),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_independent_run(case: str):
+    """Peaks, impulse and energies of SciPy's run in absolute displacements, to what its samples between steps miss."""
+    left, right, law, gap, lag = CASES[case]
+    wave = WavePassage(lag)
+    name = "hertz" if law is ELASTIC else "merged"
+    numbers = [(each.mass, each.period, each.damping) for each in (left, right)]
+    known = follow(numbers, gap, name, getattr(law, "stiffness", 0.0), GROUND, STEP, lag)
+    found = solve(left, right, Interface(gap, law, WHOLE), GROUND, STEP, wave=wave, rtol=1e-10)
+    assert found["status"] == 0 and found["impact_count"] >= 3
+    assert known["touches"] == (found["impact_count"] if name == "merged" else 0.0)
+    twins = {
+        "peak_closing": "closing",
+        "peak_opening": "opening",
+        "peak_contact_force": "force",
+        "impulse": "impulse",
+        "peak_displacement_left": "u_left",
+        "peak_displacement_right": "u_right",
+    }
+    if name == "hertz":  # a jump has no finite acceleration, and a rigid building has that of the record
+        moving = [side for side, building in (("left", left), ("right", right)) if not building.is_rigid]
+        twins |= {f"peak_floor_acceleration_{side}": f"a_{side}" for side in moving}
+    for output, twin in twins.items():
+        # A crest is a parabola: looked for 40 times a step, its top is missed by some 1e-5 of the force at most.
+        assert found[output] == pytest.approx(known[twin], rel=2e-5, abs=1e-12), output
+    assert found["impulse"] == pytest.approx(known["impulse"], rel=1e-7)
+    pair = oscillators(left, right)
+    free, log = free_response(pair, GROUND, STEP, wave), make_log(1000, 20_000, np.zeros(0))
+    run(pair, free, Interface(gap, law, WHOLE), 1e-10, log)
+    motion = histories(pair, free, log)
+    taken = energies(pair, free, motion)["damping"][0]
+    # While the buildings rest on each other the history has a row a sample: (ω h)⁴ / 720 = 2e-6.
+    assert taken[-1] == pytest.approx(known["damped"], rel=5e-6)
+    assert np.diff(taken).min() > -1e-9 * taken[-1]  # dampers only take
+    assert relative_displacement(free, *motion[:2]).max() <= found["peak_closing"] + 1e-15
+
+
+@pytest.mark.parametrize("law", [LAW, Merged()])
+@pytest.mark.parametrize("right", [SHED, ROCK])
+def test_no_lag_is_no_wave(law, right):
+    """Every output but steps and the ledger's rest: nodes between samples only divide steps, of rtol 1e-10."""
+    plain, none = (
+        solve(FRAME, right, Interface(0.004, law, HALF), GROUND, STEP, wave=wave, rtol=1e-10)
+        for wave in (None, WavePassage(0.0))
+    )
+    for name in plain.keys() - {"energy_residual", "steps"}:
+        assert none[name] == pytest.approx(plain[name], rel=1e-8, abs=1e-12, nan_ok=True), name
+
+
+@pytest.mark.parametrize("law", [LAW, Merged()])
+@pytest.mark.parametrize("right", [SHED, ROCK])
+def test_seen_from_behind(law, right):
+    """Left and right, the sign of the motion and of the lag changed: the same run, to the tolerance of its steps."""
+    one = solve(FRAME, right, Interface(0.004, law, HALF), GROUND, STEP, wave=WavePassage(LAG), rtol=1e-9)
+    other = solve(right, FRAME, Interface(0.004, law, HALF), -GROUND, STEP, wave=WavePassage(-LAG), rtol=1e-9)
+    assert one["impact_count"] == other["impact_count"] >= 3
+    for name in ("peak_relative_displacement", "peak_contact_force", "impulse", "energy_viscous", "contact_time"):
+        assert one[name] == pytest.approx(other[name], rel=1e-7), name
+    for name in ("peak_displacement", "peak_floor_acceleration"):
+        for side, twin in (("left", "right"), ("right", "left")):
+            assert one[f"{name}_{side}"] == pytest.approx(other[f"{name}_{twin}"], rel=1e-7), name
+
+
+@pytest.mark.parametrize("lag", [0.004, 0.02, 0.043, -0.043])
+def test_a_record_that_begins_with_a_jump(lag: float):
+    """x_g = A (1 − cos ω t) has its largest acceleration at the start: w = x_g(t − τ) − x_g(t) all along, no drift."""
+    omega, size = 2.0 * pi / 0.7, 0.03
+    time = np.arange(4000) * STEP
+    free = free_response(oscillators(FRAME, SHED), size * omega**2 * np.cos(omega * time), STEP, WavePassage(lag))
+    later = np.where(time > abs(lag), size * (1.0 - np.cos(omega * (time - abs(lag)))), 0.0)
+    known = np.sign(lag) * (later - size * (1.0 - np.cos(omega * time)))
+    # a_g linear between samples takes (ω h)² / 12 = 7e-4 off each motion.
+    assert np.abs(free.passage.spread[::2] - known).max() < 2e-3 * size
+
+
+@pytest.mark.parametrize("lag", [0.005, 0.0137, -0.043, 0.05])
+def test_the_later_motion_is_the_prompt_one(lag: float):
+    """Twins that never touch have the same peaks, whatever part of a sample the lag ends in; stiff ones show best."""
+    stiff = Building("stiff", 5e5, 0.05, 0.05)
+    found = solve(
+        stiff, stiff, Interface(5.0, LAW, HALF), np.append(GROUND, np.zeros(100)), STEP, wave=WavePassage(lag)
+    )
+    assert found["impact_count"] == 0.0
+    for name in ("peak_displacement", "peak_floor_acceleration", "peak_storey_shear"):
+        # To the rounding of a few hundred steps.
+        assert found[f"{name}_left"] == pytest.approx(found[f"{name}_right"], rel=1e-11), name
+
+
+def test_a_motion_before_its_arrival_is_none():
+    """A building that the wave has not reached stands still, and what the record ends with is cut off."""
+    free = free_response(oscillators(FRAME, SHED), GROUND, STEP, WavePassage(0.5))
+    assert not free.states[:101, 1].any() and free.states[:101, 0].any()
+    plain = free_response(oscillators(FRAME, SHED), GROUND, STEP)
+    # A lag of fifty samples is the same motion fifty samples later; here nodes stand between the samples too.
+    np.testing.assert_allclose(free.states[100::2, 1], plain.states[:-50, 1], rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(free.states[::2, 0], plain.states[:, 0], rtol=0.0, atol=1e-15)
+
+
+UNIT = st.integers(-1000, 1000).map(lambda number: 1e-3 * number)
+
+
+@given(st.tuples(*[UNIT] * 10), st.sampled_from([1.0, 0.4]))
+def test_no_relative_motion_bends_more_than_its_bound(numbers, share: float):
+    """The series of the relative displacement is that of both buildings less the cubic, under the bound on |f''|."""
+    pair, step = oscillators(FRAME, SHED), 0.02
+    state = tuple(0.01 * number for number in numbers[:4])
+    a, b, bend, twist, spread, rate = numbers[4:]
+    ground = Rippled(5.0 * a, 500.0 * b, 5.0 * bend, 500.0 * twist, 0.1 * spread, rate, (1.0 - share) * step)
+    desk, terms = make_desk(), 30
+    flight.lay_out(pair, state, ground, terms, desk)
+    flight.signal_row(0, pair, ground, desk, terms)
+    bound = flight.bend_bounds(pair, state, ground, share * step)[0]
+    for x in np.linspace(0.0, share * step, 7):
+        u, w, *_ = flight.state_at(pair, desk, terms, x)
+        later = x + ground.offset
+        cubic = 0.1 * spread + rate * later + 5.0 * bend * later**2 / 2.0 + 500.0 * twist * later**3 / 6.0
+        assert value_at(desk, SIGNAL, terms, x) == pytest.approx(u - w - cubic, abs=1e-15)
+        assert abs(bend_at(desk, SIGNAL, terms, x)) <= bound * (1.0 + 1e-12) + 1e-12
+
+
+def test_interpreted_as_compiled():
+    code = (
+        "import json\nfrom test_wave_passage import *\n"
+        "print(json.dumps([solve(FRAME, right, Interface(0.004, law, HALF), GROUND[:200], STEP, wave=WavePassage(LAG))"
+        " for law, right in ((LAW, SHED), (Merged(), SHED), (Merged(), ROCK))]))"
+    )
+    cases = ((LAW, SHED), (Merged(), SHED), (Merged(), ROCK))
+    for (law, right), values in zip(cases, interpreted(code), strict=True):
+        compiled = solve(FRAME, right, Interface(0.004, law, HALF), GROUND[:200], STEP, wave=WavePassage(LAG))
+        for name in values.keys() - {"energy_residual"}:
+            # Nothing is contracted or reordered; what the library's roots and sums of a matrix differ by: 1e-11.
+            assert compiled[name] == pytest.approx(values[name], rel=1e-11, abs=1e-15, nan_ok=True), name
+
+
+# -------------------------------------------------------------------------------------------------- scenes
+
+WAVE = {"wave_passage": {"velocity": "400 m/s", "distance": "30 m"}}
+
+
+def scene(**more):
+    """The paper's pair on a coarse grid."""
+    return {
+        **paper.scene("paper").resolved(),
+        "effects": WAVE,
+        "grid": {"gap": ["10 mm", "25 mm", "1 m"], "contact_model": ["viscous_elastoplastic", "merged"]},
+        **more,
+    }
+
+
+def test_a_scene_with_a_wave(tmp_path):
+    """Read, written back, scanned with and without screening, simulated; the source of the effect is named."""
+    study = study_from(scene())
+    assert study_from(study.resolved()) == study
+    found = pr.scan(study, tmp_path / "wave.nc", check_fraction=0.0)
+    plain = pr.scan(study_from(scene(effects={})), check_fraction=0.0)
+    every = pr.scan(study, screening=False, check_fraction=0.0)
+    assert int(found.simulated.sum()) < int(every.simulated.sum())
+    one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (found, every))
+    assert one.identical(other)
+    touched = {"gap": 0, "contact_model": 0, "record": 0, "polarity": 0, "yield_force": 0}
+    assert float(found.impulse[touched]) != float(plain.impulse[touched])
+    # Without contact the left building knows nothing of the wave, the right one has it later.
+    np.testing.assert_allclose(
+        found.peak_displacement_free.isel(building=0), plain.peak_displacement_free.isel(building=0), rtol=1e-12
+    )
+    assert "Der Kiureghian" in found.attrs["references"]
+    one = pr.simulate(study)
+    assert "Der Kiureghian" in one.attrs["references"]
+    assert {"ground_widening", "ground_acceleration_right"} <= set(one)
+    closing = one.displacement.isel(building=0) - one.displacement.isel(building=1) - one.ground_widening
+    np.testing.assert_allclose(one.relative_displacement, closing, atol=1e-15)
+    assert "ground_widening" not in pr.simulate(study_from(scene(effects={})))
+
+
+def test_a_wave_that_never_arrives_is_refused():
+    study = study_from(scene(effects={"wave_passage": {"velocity": "2 m/s", "distance": "30 m"}}))
+    for command in (pr.validate, pr.simulate, pr.scan):
+        with pytest.raises(SceneError, match="the wave needs 15 s between the buildings, and RSN6-180 lasts 6 s"):
+            command(study)
+
+
+def test_which_way_the_wave_goes():
+    right, left = (
+        study_from(scene(effects={"wave_passage": {**WAVE["wave_passage"], "towards": side}}))
+        for side in ("right", "left")
+    )
+    assert right != left
+    found = [pr.simulate(study).ground_widening.values for study in (right, left)]
+    assert found[0].max() > 0.0 and not np.allclose(found[0].max(), found[1].max(), rtol=1e-3)
+
+
+@pytest.mark.parametrize("law", CONTACT_MODELS)
+def test_every_contact_model_takes_a_wave(law: str):
+    base = paper.scene("paper").resolved()
+    own = ("plastic_exponent", "stiffness")
+    interface = {key: value for key, value in base["interface"][0].items() if key not in own}
+    interface["contact_model"] = law
+    if not is_instant(CONTACT_MODELS[law]):
+        interface["stiffness"] = f"1e9 {stiffness_quantity(CONTACT_MODELS[law]).unit}"
+    building = [{**each, "floor_length": "20 m"} for each in base["building"]] if law == "distributed_mass" else None
+    tables = {**base, "interface": [interface], "grid": {}, "effects": WAVE}
+    assert study_from({**tables, "building": building} if building else tables).effects[0].name == "wave_passage"
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({}, 'missing; write wave_passage = {velocity = "1000 m/s", distance = "20 m"}'),
+        ({"velocity": "0 m/s", "distance": "20 m"}, "out of range"),
+        ({"velocity": "500 m/s", "distance": "-1 m"}, "out of range"),
+        ({"velocity": "500 m/s", "distance": "20 m", "towards": "up"}, '"up" is not one of "left", "right"'),
+    ],
+)
+def test_what_a_scene_refuses(options, sentence: str):
+    with pytest.raises(SceneError) as caught:
+        study_from(scene(effects={"wave_passage": options}))
+    assert sentence in str(caught.value)

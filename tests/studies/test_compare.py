@@ -1,0 +1,439 @@
+"""The comparison of contact models: equal terms that are equal, ratios and flips counted by hand, honest sentences."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from figure_words import words_of
+from typer.testing import CliRunner
+
+from pounding_risk import cli, compare, figures, scan, simulate
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+from pounding_risk.models.restitution import constant
+from pounding_risk.scene.laws import laws_of
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.scene.scene import Effect, EqualTerms, known_law
+from pounding_risk.studies import compare_findings as agreement
+from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts, runnable, with_relation
+from pounding_risk.studies.demo import scene
+
+LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
+SCENE = """
+[scene]
+name = "two buildings"
+[[building]]
+name = "left"
+mass = "500 t"
+period = "0.5 s"
+[[building]]
+name = "right"
+mass = "800 t"
+period = "1.0 s"
+[[interface]]
+gap = "10 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180", "RSN6-270", "RSN753-000"]
+window = ["0 s", "6 s"]
+pga = "0.3 g"
+polarity = ["as recorded", "reversed"]
+[grid]
+gap = ["10 mm", "40 mm", "2 m"]
+yield_force = ["2 MN", "inf"]
+"""
+
+
+@pytest.fixture(scope="module")
+def study():
+    return parse_scene(SCENE)
+
+
+@pytest.fixture(scope="module")
+def dataset(study) -> xr.Dataset:
+    return compare(study, laws=LAWS, relation="published")
+
+
+@pytest.mark.parametrize("same", ["peak force", "penetration"])
+def test_equal_terms_hold_for_every_law(study, same):
+    """The same measure in the reference impact as the scene's own law, to the 1e-8 that the search leaves at most."""
+    measure = {"peak force": "peak_force", "penetration": "peak_penetration"}[same]
+    equal = on_equal_terms(study, LAWS, None, (same, 0.8))
+    found = reference_impacts(equal, {law: each.stiffness for law, each in zip(LAWS, laws_of(equal), strict=True)})
+    assert found[0].approach_speed == 0.8 and laws_of(equal)[0].stiffness == study.stiffness
+    for each in found[1:]:
+        assert getattr(each, measure) == pytest.approx(getattr(found[0], measure), rel=1e-8)
+
+
+def test_the_elastic_law_is_calibrated_as_its_closed_form_says(dataset):
+    """Hertz without damping: F = β^0.4 (5/4 m v²)^0.6. The solver's rtol of an impact is 1e-12, the search's 1e-8."""
+    force = float(dataset["reference_peak_force"].sel(contact_model="jankowski"))
+    mass = 1.0 / (1.0 / 500e3 + 1.0 / 800e3)
+    expected = force**2.5 / (1.25 * mass * 0.5**2) ** 1.5
+    assert float(dataset["stiffness"].sel(contact_model="hertz")) == pytest.approx(expected, rel=1e-7)
+    assert dataset.attrs["reduced_mass"] == pytest.approx(mass, rel=1e-12)
+
+
+def test_what_each_law_achieves_is_told(dataset):
+    """Kelvin and Voigt's ratio is exact; Jankowski's formula achieves 0.647 for 0.65."""
+    e = dict(zip(LAWS, dataset["reference_restitution"].values, strict=True))
+    assert e["kelvin_voigt"] == pytest.approx(0.65, abs=1e-9)
+    assert e["jankowski"] == pytest.approx(0.647, abs=5e-4)
+    assert e["hertz"] == pytest.approx(1.0, abs=1e-9)
+    assert dataset["dissipates"].values.tolist() == [1, 1, 0, 1]
+    assert dataset["capped"].values.tolist() == [0, 0, 0, 1]
+    ends = dataset["impact_force"].isel(impact_step=0, contact_model=[0, 2, 3])
+    assert ends.values == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
+    peaks = dataset["impact_force"].max("impact_step") / dataset["reference_peak_force"]
+    # The curve has the solver's steps, of which the highest is near the peak.
+    assert float(peaks.min()) > 0.99 and float(peaks.max()) <= 1.0 + 1e-12
+
+
+def test_e_is_equal_too_where_no_relation_is_asked_for(study):
+    """Every law that has a restitution returns the one asked for, to the 1e-9 of an impact; floors and glue cannot."""
+    equal, why = with_relation(on_equal_terms(study, (), None, (None, None)), None)
+    assert (equal.relation, why) == ("exact", "")
+    names = equal.grid.contact_models
+    found = reference_impacts(
+        equal, {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
+    )
+    damped = [each for name, each in zip(names, found, strict=True) if known_law(name).needs_restitution]
+    assert len(damped) >= 8
+    assert [each.restitution for each in damped] == pytest.approx([0.65] * len(damped), abs=1e-9)
+
+
+def test_why_e_is_not_equal(study):
+    """A relation that is asked for; a law that cannot return so little; laws without any."""
+    terms = on_equal_terms(study, LAWS, None, (None, None))
+    assert with_relation(terms, "published") == (terms, "")
+    little = on_equal_terms(replace(study, restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None))
+    same, why = with_relation(little, None)
+    assert same.relation == "published" and why.startswith("bilinear returns no e below 0.354")
+    elastic = on_equal_terms(replace(study, law_name="hertz"), ["hertz", "van_mier"], None, (None, None))
+    assert with_relation(elastic, None) == (elastic, "")
+    with pytest.raises(PoundingError, match=r'"exakt" is not a relation .* \(did you mean "exact"'):
+        with_relation(terms, "exakt")
+
+
+def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
+    """By name, with the reason: floors without a length, a loop that cannot return so little, laws without yielding."""
+    assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["distributed_mass"]
+    little = replace(study, restitution=constant(0.2))
+    assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(little)
+    assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
+    yielding = replace(study, law_name="van_mier", effects=(Effect("permanent_set"),))
+    assert runnable(yielding) == ("van_mier", "viscous_elastoplastic")
+    assert "linear, kelvin_voigt" in left_out(yielding) and "nothing yields, under permanent_set" in left_out(yielding)
+
+
+def test_the_runs_are_those_of_a_scan_of_the_scene_it_stores(dataset):
+    """Enough is stored to run again: the same bits."""
+    again = scan(parse_scene(dataset.attrs["scene_resolved"]), check_fraction=0.0)
+    for name in ("peak_relative_displacement", "peak_contact_force", "impact_count", "peak_floor_acceleration"):
+        assert np.array_equal(again[name].values, dataset[name].values), name
+
+
+def test_ratios_are_those_of_two_scans(study, dataset):
+    """Each law by a scan of its own, its stiffness written by hand into the scene; then plain division."""
+    grid = study.grid._replace(contact_models=("kelvin_voigt",))
+    stiffness = json.loads(dataset.attrs["stiffness"])["kelvin_voigt"]
+    one = scan(replace(study, law_name="kelvin_voigt", stiffness=stiffness, grid=grid), check_fraction=0.0)
+    base = scan(study, check_fraction=0.0)
+    touched = base["impact_count"].values > 0
+    assert 0 < touched.sum() < touched.size
+    found = dataset.sel(contact_model="kelvin_voigt")
+    for name, words in agreement.RUN_OUTPUTS.items():
+        ratio = one[name].values[touched] / base[name].values[touched]
+        expected = np.percentile(ratio, (16, 50, 84))
+        values = [float(found[f"ratio_{part}"].sel(output=words)) for part in ("low", "median", "high")]
+        assert values == pytest.approx(expected, rel=1e-12), name
+    ratio = one["peak_floor_acceleration"].values[touched][:, 1] / base["peak_floor_acceleration"].values[touched][:, 1]
+    right = found["ratio_median"].sel(output="peak floor acceleration, right")
+    assert float(right) == pytest.approx(np.median(ratio), rel=1e-12)
+
+
+def test_a_law_without_a_cap_below_the_yield_force_is_the_capped_one(dataset):
+    """The published element is Jankowski's where nothing yields; its β is found again to 1e-12, so peaks to 1e-9."""
+    pair = dataset["peak_relative_displacement"].sel(yield_force=np.inf)
+    found, expected = (pair.sel(contact_model=name).values for name in ("viscous_elastoplastic", "jankowski"))
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_history_is_that_of_simulate(study, dataset):
+    facts = dataset["history"].attrs
+    case = {key: facts[key] for key in ("record", "polarity", "gap", "yield_force")}
+    equal = on_equal_terms(study, LAWS, None, (None, None))
+    for law in ("jankowski", "hertz"):
+        run = simulate(equal, law=law, **case)
+        expected = np.interp(dataset["time"].values, run["time"].values, run["relative_displacement"].values)
+        assert np.array_equal(dataset["history"].sel(contact_model=law).values, expected)
+
+
+def made_up(laws: tuple[str, ...] = ("base", "other", "third")) -> xr.Dataset:
+    """Four records, two gaps, F_E finite and infinite; every law the same, in contact at the first gap only."""
+    dims = ("record", "polarity", "contact_model", "gap", "yield_force")
+    shape = (4, 1, len(laws), 2, 2)
+    peak = np.ones(shape) * np.array([0.01, 0.02, 0.03, 0.04]).reshape(4, 1, 1, 1, 1)
+    count = np.zeros(shape, dtype=int)
+    count[:, :, :, 0] = 3
+    exceeded = np.zeros(shape, dtype=int)
+    exceeded[:2, :, :, 0, 0] = 1
+    side = (*dims, "building")
+    variables = {
+        "peak_relative_displacement": (dims, peak),
+        "peak_contact_force": (dims, peak * 1e8),
+        "impact_count": (dims, count),
+        "impulse": (dims, peak * 1e6),
+        "yield_exceedance": (dims, exceeded),
+        "peak_displacement": (side, np.stack([peak, 2.0 * peak], axis=-1)),
+        "peak_floor_acceleration": (side, np.stack([peak, 3.0 * peak], axis=-1) * 1e2),
+        "dissipates": ("contact_model", [1] * len(laws)),
+        "capped": ("contact_model", [0] * len(laws)),
+    }
+    coords = {
+        "record": ["a", "b", "c", "d"],
+        "polarity": ["as recorded"],
+        "contact_model": list(laws),
+        "gap": [0.01, 0.02],
+        "yield_force": [1e6, np.inf],
+        "building": ["left", "right"],
+    }
+    return xr.Dataset(variables, coords=coords, attrs={"baseline": "base"})
+
+
+def told(made: xr.Dataset) -> tuple[xr.Dataset, str]:
+    whole = made.assign(agreement.tables(made, "base"))
+    return whole, agreement.finding(whole)
+
+
+def counts(whole: xr.Dataset, conclusion: str, law: str) -> tuple[int, int]:
+    one = whole.sel(conclusion=conclusion, contact_model=law)
+    return int(one["flips"]), int(one["judged"])
+
+
+def test_flips_are_counted_case_by_case():
+    made = made_up()
+    other = {"contact_model": 1}
+    made["yield_exceedance"][{**other, "record": 0, "gap": 0, "yield_force": 0}] = 0  # one no longer yields
+    made["yield_exceedance"][{**other, "record": 3, "gap": 1, "yield_force": 0}] = 1  # no contact: not judged
+    made["peak_relative_displacement"][{**other, "record": [1, 2], "gap": 0}] *= 1.2  # four cases too large
+    made["peak_relative_displacement"][{**other, "record": 3, "gap": 0}] *= 1.09  # and two not by enough
+    made["impact_count"][{**other, "record": 2, "gap": 1, "yield_force": 0}] = 1  # contact where there was none
+    whole, _ = told(made)
+    assert counts(whole, "yield exceedance", "other") == (1, 4)
+    assert counts(whole, "displacement", "other") == (4, 8)
+    assert counts(whole, "contact", "other") == (1, 16)
+    assert counts(whole, "gap adequacy", "other") == (1, 4)
+    assert all(counts(whole, name, "third")[0] == 0 for name in agreement.CONCLUSIONS)
+    assert whole["gap_without_contact"].sel(contact_model="other").values.ravel() == pytest.approx(
+        [0.02, 0.02, np.nan, 0.02], nan_ok=True
+    )
+
+
+def test_a_run_that_failed_is_counted_nowhere():
+    made = made_up()
+    failed = {"contact_model": 1, "record": 0, "gap": 0, "yield_force": 0}
+    for name in ("impact_count", "yield_exceedance"):
+        made[name][failed] = -1
+    for name in ("peak_relative_displacement", "peak_contact_force"):
+        made[name][failed] = np.nan
+    whole, _ = told(made)
+    judged = [counts(whole, name, "other")[1] for name in ("contact", "yield exceedance", "displacement")]
+    assert judged == [15, 3, 7]
+    assert float(whole["ratio_median"].sel(output="impact count", contact_model="other")) == 1.0
+
+
+def test_a_law_without_a_force_is_left_out_where_it_has_none():
+    """As an instant law has it: no force, no yielding, all else defined."""
+    made = made_up()
+    made["peak_contact_force"][{"contact_model": 1}] = np.nan
+    made["yield_exceedance"][{"contact_model": 1}] = -1
+    whole, sentence = told(made)
+    one = whole.sel(output="peak contact force", contact_model="other")
+    assert all(np.isnan(float(one[name])) for name in ("ratio_median", "ratio_low", "rank_agreement"))
+    assert counts(whole, "yield exceedance", "other") == (0, 0)
+    assert sentence.startswith("The model hardly matters here") and "nan" not in sentence
+
+
+def test_ranks_are_spearmans():
+    """Motions in reverse order: −1; two neighbours exchanged of four: 1 − 6 (1 + 1) / (4 · 15) = 0.8."""
+    made = made_up()
+    force = made["peak_contact_force"]
+    force[{"contact_model": 1}] = force.isel(contact_model=0).values[::-1]
+    force[{"contact_model": 2}] = force.isel(contact_model=0).values[[1, 0, 2, 3]]
+    whole, _ = told(made)
+    ranks = whole["rank_agreement"].sel(output="peak contact force").values
+    assert ranks == pytest.approx([1.0, -1.0, 0.8], abs=1e-12)
+    # Every motion has three impacts: nothing is ranked.
+    assert np.isnan(whole["rank_agreement"].sel(output="impact count")).all()
+
+
+def test_the_sentence_follows_from_the_numbers():
+    made = made_up()
+    assert told(made)[1] == (
+        "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within 10 % of "
+        "that of base; peak relative displacement is off by over 10 % in none; yielding or not flips in none; the gap "
+        "needed differs in none."
+    )
+    made["peak_contact_force"][{"contact_model": 2}] *= 0.5
+    made["capped"][2] = 1
+    sentence = told(made)[1]
+    assert sentence.startswith(
+        "Yielding matters here, which is F_E and not the model: against base, no output is off by over 10 % in the "
+        "middle 68 % of the cases; with yielding, peak contact force is 0.50 to 0.50 times as large (third); peak "
+        "relative displacement is off"
+    )
+    made["capped"][:2] = 1
+    assert "against base, peak contact force is 0.50 to 0.50 times as large (third); peak rel" in told(made)[1]
+    assert told(made)[1].startswith("The model matters here: against base, peak contact force")
+    made["capped"][2] = 0
+    assert told(made)[1].startswith("Yielding matters here")
+    assert "in the middle 68 % of the cases; without yielding, peak contact force is 0.50" in told(made)[1]
+    # An elastic law is not on equal terms with damped ones, and the sentence is not about it.
+    made["dissipates"][2] = 0
+    assert told(made)[1].startswith("The model hardly matters here")
+    made["dissipates"][1] = 0
+    assert told(made)[1] == "Nothing to compare on equal terms: no other law dissipates as base does."
+    made["impact_count"][:] = 0
+    assert told(made)[1] == "The model cannot matter here: base has contact in no case."
+
+
+def test_a_conclusion_that_flips_matters_by_itself():
+    made = made_up()
+    made["yield_exceedance"][{"contact_model": 1, "record": 0, "gap": 0, "yield_force": 0}] = 0
+    sentence = told(made)[1]
+    assert sentence.startswith("The model matters here") and "flips in up to 25 % of the cases (other)" in sentence
+
+
+def test_the_typical_case_has_the_median_spread():
+    made = made_up()
+    for record, factor in enumerate((1.4, 1.1, 1.3, 1.2)):
+        made["peak_relative_displacement"][{"contact_model": 1, "record": record}] *= factor
+    chosen = agreement.typical_case(made, "base")
+    assert (chosen["record"], chosen["gap"]) == (3, 0)
+
+
+def test_the_shipped_scene_compares_every_law():
+    from pounding_risk.models.contact.impulsive import CONTACT_MODELS as KNOWN
+
+    found = on_equal_terms(scene("compare"), (), None, (None, None))
+    assert sorted(found.grid.contact_models) == sorted(KNOWN)
+    assert found.equal_terms == EqualTerms("peak force", 0.5, True)
+    assert parse_scene(found.to_toml()) == found
+
+
+def test_the_baseline_joins_the_laws_and_the_reference_stays(study):
+    found = on_equal_terms(study, ["hertz"], "linear", ("penetration", None))
+    assert found.grid.contact_models == ("hertz", "linear")
+    assert (found.law_name, found.stiffness) == (study.law_name, study.stiffness)
+    assert found.equal_terms == EqualTerms("penetration", 0.5, True)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"baseline": "jankowsky"}, 'compare: the baseline "jankowsky" is not a contact model (did you mean'),
+        ({"laws": ["hertz", "hetrz"]}, '"hetrz" is not a contact model (did you mean "hertz"?)'),
+        ({"laws": ["jankowski"]}, "compare: jankowski alone is no comparison; name another law, or none to run them"),
+        ({"speed": 0.0}, "compare: speed: 0 is out of range: an approach speed must be greater than 0 m/s"),
+        ({"same": "force"}, 'compare: same is "force"; it may be "peak force" or "penetration"'),
+    ],
+)
+def test_what_is_refused_before_the_first_run(study, options, sentence):
+    with pytest.raises(PoundingError) as caught:
+        compare(study, **options)
+    assert sentence in str(caught.value)
+
+
+def test_a_scene_without_restitution_has_nothing_to_give_damped_laws():
+    bare = parse_scene(SCENE.replace("restitution = 0.65\n", "").replace("jankowski", "hertz"))
+    with pytest.raises(PoundingError) as caught:
+        compare(bare, laws=["hertz", "kelvin_voigt", "jankowski"])
+    assert "kelvin_voigt, jankowski need a restitution, and the scene gives none; write" in str(caught.value)
+    assert "or compare linear, hertz, van_mier, merged alone" in str(caught.value)
+
+
+def test_every_law_is_calibrated_only_where_the_scene_says_so(study):
+    text = SCENE.replace("[records]", 'equal_terms = {same = "peak force", speed = "0.5 m/s"}\n[records]')
+    assert parse_scene(text).law("hertz").stiffness == 2.75e9
+    assert not parse_scene(text).needs_equal_terms("hertz")
+    every = parse_scene(text.replace('m/s"}', 'm/s", every_law = true}'))
+    assert every.needs_equal_terms("hertz") and not every.needs_equal_terms("jankowski")
+    with pytest.raises(PoundingError, match="every_law: 1 is not true or false; write every_law = true, or remove it"):
+        parse_scene(text.replace('m/s"}', 'm/s", every_law = 1}'))
+
+
+def test_the_figures_say_what_the_data_say(dataset, tmp_path):
+    files = []
+    for number in range(2):
+        first = figures.agreement_figure(dataset)
+        second = figures.reference_figure(dataset)
+        assert dataset.attrs["finding"].split(";")[0] in first.get_suptitle().replace("\n", " ")
+        assert second.get_suptitle().startswith("Same peak force, but penetration from ")
+        files += [figures.write(each, tmp_path / f"{number}-{at}.png") for at, each in enumerate((first, second))]
+        labels = [text.get_text() for text in first.axes[0].get_yticklabels()]
+        assert labels == ["jankowski, e 0.65", "kelvin_voigt, e 0.65", "viscous_elastoplastic, e 0.65", "hertz, e 1.00"]
+        assert all("[" in axis.get_xlabel() for axis in first.axes)
+    assert files[0].read_bytes() == files[2].read_bytes()
+    assert files[1].read_bytes() == files[3].read_bytes()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_law_without_force_and_stiffness_is_drawn_where_it_can(dataset, tmp_path):
+    """As an instant law would be; no empty curve, no "nan" in a figure's words."""
+    made = dataset.copy(deep=True)
+    instant = {"contact_model": LAWS.index("kelvin_voigt")}
+    for name in ("peak_contact_force", "stiffness", "reference_peak_force", "reference_peak_penetration"):
+        made[name][instant] = np.nan
+    for name in ("impact_time", "impact_penetration", "impact_force"):
+        made[name][instant] = np.nan
+    made["yield_exceedance"][instant] = -1
+    units = made["stiffness_unit"].values.astype(object)
+    units[instant["contact_model"]] = ""
+    made["stiffness_unit"] = ("contact_model", units)
+    fresh = agreement.tables(made, "jankowski")
+    made = made.drop_vars([name for name in fresh if name in made.variables]).assign(fresh)
+    made.attrs["finding"] = agreement.finding(made)
+    first, second = figures.agreement_figure(made), figures.reference_figure(made)
+    for number, figure in enumerate((first, second)):
+        assert figures.write(figure, tmp_path / f"{number}.png").stat().st_size
+    assert "nan" not in words_of(first) + words_of(second)
+    assert "kelvin_voigt: no force against penetration" in words_of(second).replace("\n", " ")
+    assert len(second.axes) == 2  # no law in N/m is left
+
+
+def test_the_command_prints_and_writes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(SCENE, encoding="utf-8")
+    words = ["compare", "scene.toml", "-o", "c.nc", "--figure", "c.png", "--law", "hertz", "--law", "kelvin_voigt"]
+    ran = CliRunner().invoke(cli.app, [*words, "--same", "penetration", "--speed", "0.25 m/s"])
+    assert ran.exit_code == 0, ran.output
+    with xr.open_dataset("c.nc") as stored:
+        assert stored.attrs["finding"] in ran.stdout
+        assert (stored.attrs["same"], stored.attrs["speed"]) == ("penetration", 0.25)
+    assert "Equal terms: the same penetration as jankowski in an impact at 0.25 m/s" in ran.stdout
+    assert "elastic: cannot dissipate" in ran.stdout and "0 of 36" in ran.stdout
+    assert Path("c.png").stat().st_size and Path("c-impacts.png").stat().st_size
+
+
+@pytest.mark.parametrize(
+    ("option", "sentence"),
+    [
+        (["--speed", "0 m/s"], "--speed: "),
+        (["--speed", "0.5"], "--speed: "),
+        (["--baseline", "herz"], 'the baseline "herz" is not a contact model (did you mean "hertz"?)'),
+        (["--same", "energy"], 'compare: same is "energy"; it may be "peak force" or "penetration"'),
+    ],
+)
+def test_the_command_refuses_in_a_sentence(tmp_path, monkeypatch, option, sentence):
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(SCENE, encoding="utf-8")
+    ran = CliRunner().invoke(cli.app, ["compare", "scene.toml", "-o", "c.nc", *option])
+    assert ran.exit_code == 2 and sentence in ran.stderr and not Path("c.nc").exists()

@@ -1,0 +1,278 @@
+"""Histories of chosen cases: against `simulate` at the samples, against the results' peaks, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from math import inf
+
+import numpy as np
+import pytest
+from test_rerun import ROW
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk.cli import app
+from pounding_risk.errors import PoundingError
+from pounding_risk.motions.ensemble import motions_of
+from pounding_risk.results import layout
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
+from pounding_risk.studies import simulate as history
+from pounding_risk.studies.histories import OF_A_PAIR, OF_A_ROW
+
+SCENE = """
+[scene]
+name = "Two under two"
+[[building]]
+name = "left"
+mass = "44.36 t"
+period = "0.208 s"
+[[building]]
+name = "right"
+mass = "82.60 t"
+period = "0.4 s"
+[[interface]]
+gap = "5 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180", "RSN1690-090"]
+window = ["0 s", "6 s"]
+polarity = ["as recorded", "reversed"]
+[grid]
+gap = ["2 mm", "5 mm", "10 mm"]
+yield_force = ["200 kN", "inf"]
+contact_model = ["jankowski", "viscous_elastoplastic"]
+pga = ["0.2 g", "0.5 g"]
+"""
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def study():
+    return parse_scene(SCENE)
+
+
+@pytest.fixture(scope="module")
+def results(study, tmp_path_factory):
+    path = tmp_path_factory.mktemp("histories") / "results.nc"
+    pr.scan(study, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def written(results):
+    """Two records, one polarity, two laws, two gaps, both yield forces."""
+    out = results.with_name("histories.nc")
+    pr.histories(results, out, polarities=["reversed"], pgas=[0.5 * G], gaps=[0.01, 0.002])
+    return pr.open_results(out)
+
+
+def at_times(run, times):
+    """A run of `simulate` at these times, which are among its own but for rounding."""
+    found = run.sel(time=times, method="nearest")
+    assert np.abs(found["time"].values - times).max() < 1e-12
+    return found
+
+
+def test_labels_are_those_of_the_results(written, results):
+    whole = pr.open_results(results)
+    chosen = whole.sel(polarity=["reversed"], pga=[0.5 * G], gap=[0.002, 0.01])
+    assert written["status"].dims == chosen["status"].dims
+    for name in ("record", "polarity", "pga", "contact_model", "gap", "yield_force", "building", "record_sha256"):
+        np.testing.assert_array_equal(written[name].values, chosen[name].values)
+    np.testing.assert_array_equal(written["status"].values, chosen["status"].values)
+    for name, variable in written.data_vars.items():
+        assert variable.attrs["long_name"], name
+        assert name == "status" or variable.attrs["units"], name
+    assert written.attrs["scene_resolved"] == whole.attrs["scene_resolved"]
+    assert set(OF_A_PAIR) < set(written.data_vars)
+
+
+def test_each_record_has_its_own_time(written, study):
+    motions = {motion.name: motion for motion in motions_of(study)}
+    lengths = {name: motion.times.size for name, motion in motions.items()}
+    assert len(set(lengths.values())) > 1 and written.sizes["sample"] == max(lengths.values())
+    for name, motion in motions.items():
+        one, size = written.sel(record=name), lengths[name]
+        np.testing.assert_array_equal(one["time"].values[:size], motion.times)
+        assert np.isnan(one["time"].values[size:]).all()
+        assert np.isnan(one["displacement"].values[..., size:]).all()
+        assert np.isfinite(one["displacement"].values[..., :size]).all()
+        shaken = one["ground_acceleration"].values.squeeze()[:size]
+        np.testing.assert_array_equal(shaken, motion.reversed().scaled_to(0.5 * G).acceleration)
+
+
+def test_they_are_those_of_simulate_at_the_samples(written, study):
+    """To the bit: it is the same run, whether alone or among others."""
+    labels = [written[axis].values.tolist() for axis in ("record", "contact_model", "gap", "yield_force")]
+    for record, law, gap, force in product(*labels):
+        run = pr.simulate(study, record=record, polarity="reversed", law=law, gap=gap, yield_force=force, pga=0.5 * G)
+        case = written.sel(record=record, contact_model=law, gap=gap, yield_force=force).squeeze()
+        times = case["time"].values[np.isfinite(case["time"].values)]
+        wanted = at_times(run, times)
+        for name in OF_A_PAIR:
+            found = case[name].values[..., : times.size]
+            np.testing.assert_array_equal(found, np.moveaxis(wanted[name].values, 0, -1), err_msg=name)
+
+
+def test_no_history_passes_its_peak(written, results):
+    """What sampling misses: a sine of 0.208 s at 10 ms loses (ω Δ / 2)² / 2 = 1.1 %, and one in contact is quicker."""
+    peaks = pr.open_results(results).sel(polarity=["reversed"], pga=[0.5 * G], gap=[0.002, 0.01])
+    for name, peak, least in (
+        ("relative_displacement", "peak_relative_displacement", 0.9),
+        ("displacement", "peak_displacement", 0.95),
+        ("contact_force", "peak_contact_force", 0.0),
+    ):
+        ratio = np.abs(written[name]).max("sample") / peaks[peak].where(peaks[peak] > 0.0)
+        # A sum in another order: rounding.
+        assert float(ratio.max()) <= 1.0 + 1e-12, name
+        assert float(ratio.min()) >= least, name
+    assert float(peaks["impact_count"].max()) > 5
+
+
+def test_a_scene_gives_what_its_results_give(study, results, written, tmp_path, monkeypatch):
+    """On one thread, and written in many small blocks."""
+    monkeypatch.setattr(layout, "BLOCK_BYTES", 1.0)
+    told, counts = [], []
+    out = tmp_path / "same.nc"
+
+    def say(sentence):
+        assert not out.exists()
+        told.append(sentence)
+
+    choice = {"polarities": ["reversed"], "pgas": [0.5 * G * (1.0 + 1e-13)], "gaps": [0.002, 0.01]}
+    pr.histories(study, out, **choice, workers=1, say=say, progress=lambda *done: counts.append(done))
+    found = pr.open_results(out)
+    assert found.identical(written.assign_attrs(scene=found.attrs["scene"]))
+    assert told == ["16 cases, 601 samples: about 0.6 MB before compression"]
+    assert counts[-1] == (16, 16)
+    # Values of 8 bytes: smooth ones halve, forces are mostly 0.
+    assert out.stat().st_size < 0.6e6
+
+
+@pytest.mark.parametrize("output", ["peak_displacement", "impact_count"])
+def test_the_largest_case_of_each_contact_model(results, study, tmp_path, output):
+    whole = pr.open_results(results)
+    pr.histories(results, tmp_path / "most.nc", largest_of=output, gaps=[0.005, 0.01])
+    found = pr.open_results(tmp_path / "most.nc")
+    assert found["displacement"].dims == ("contact_model", "building", "sample")
+    for law in whole["contact_model"].values:
+        case = found.sel(contact_model=law)
+        place = {axis: case[axis].item() for axis in ("record", "polarity", "pga", "gap", "yield_force")}
+        here = whole[output].sel(contact_model=law, gap=[0.005, 0.01])
+        assert float(here.sel(place).max()) == float(here.max())
+        run = pr.simulate(study, law=str(law), **place)
+        times = case["time"].values[np.isfinite(case["time"].values)]
+        wanted = at_times(run, times)["contact_force"].values
+        np.testing.assert_array_equal(case["contact_force"].values[: times.size], wanted)
+
+
+def test_what_is_not_there_is_refused_before_anything_is_written(results, study, tmp_path):
+    out = tmp_path / "none.nc"
+    for source, asked, words in (
+        (results, {"gaps": [0.011]}, "gap 11 mm is not in the grid, which has 2 mm, 5 mm, 10 mm"),
+        (results, {"yield_forces": [2.1e5]}, "yield force 210 kN is not in the grid, which has 200 kN, inf"),
+        (results, {"records": ["RSN6-18"]}, r"record 'RSN6-18' is not in the grid \(did you mean \"RSN6-180\"\?\)"),
+        (results, {"laws": []}, "contact model: the list is empty"),
+        (results, {"most": 10}, "96 cases are chosen, and at most 10 are written"),
+        (results, {"largest_of": "peak_force"}, "peak_force is no output of a case"),
+        (results, {"largest_of": "first_yield_time", "yield_forces": [inf]}, "has a finite first_yield_time"),
+        (study, {"largest_of": "impact_count"}, "is known from results; name those of a scan"),
+        (replace(study, grid=study.grid._replace(pgas=(None,))), {"pgas": [1.0]}, "scales its records to no PGA"),
+    ):
+        with pytest.raises(PoundingError, match=words):
+            pr.histories(source, out, **asked)
+    with pytest.raises(PoundingError, match="is what the histories are of"):
+        pr.histories(results, results)
+    with pytest.raises(PoundingError, match="has no attribute scene_resolved nor scene_sha256"):
+        pr.histories(pr.save(pr.open_results(results).drop_attrs(), tmp_path / "bare.nc"), out)
+    many = replace(study, grid=study.grid._replace(gaps=tuple(np.linspace(1e-3, 2e-2, 20).tolist())))
+    with pytest.raises(PoundingError, match=r"20 from 1 mm to 20 mm \(next to it are 5 mm, 6 mm\)"):
+        pr.histories(many, out, gaps=[5.5e-3])
+    assert [path.name for path in tmp_path.iterdir()] == ["bare.nc"]
+
+
+def test_a_run_that_fails_has_no_motion_past_its_failure(study, tmp_path, monkeypatch):
+    """A run said to fail after its last contact: nobody swings on as if parted. (Real failures take a minute.)"""
+    whole = pr.simulate(study, gap=0.002, yield_force=inf, pga=0.5 * G)
+    real, failure = history.run, max(STATUS_SENTENCES)
+
+    def failing(*given):
+        raw = real(*given)
+        raw[STATUS] = failure
+        return raw
+
+    monkeypatch.setattr(history, "run", failing)
+    one = replace(study, records=study.records._replace(names=("RSN6-180",), polarities=("as recorded",)))
+    choice = {"gaps": [0.002], "yield_forces": [inf], "pgas": [0.5 * G], "laws": ["jankowski"]}
+    pr.histories(one, tmp_path / "failed.nc", **choice)
+    found = pr.open_results(tmp_path / "failed.nc").squeeze()
+    assert int(found["status"]) == failure
+    past = found["time"].values > float(whole["contact_end"].values.max())
+    assert 0 < past.sum() < past.size
+    for name in OF_A_PAIR:
+        told = found[name].values.reshape(-1, past.size)
+        np.testing.assert_array_equal(np.isnan(told), np.broadcast_to(past, told.shape), err_msg=name)
+    assert np.isfinite(found["ground_acceleration"].values).all()
+
+
+def test_an_interrupt_leaves_no_file(results, tmp_path):
+    def stop(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pr.histories(results, tmp_path / "stopped.nc", gaps=[0.002], progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_row_floor_by_floor(tmp_path):
+    study = parse_scene(ROW)
+    pr.scan(study, tmp_path / "row.nc")
+    pr.histories(tmp_path / "row.nc", tmp_path / "histories.nc", pgas=[0.3 * G])
+    found, whole = pr.open_results(tmp_path / "histories.nc"), pr.open_results(tmp_path / "row.nc")
+    assert found["displacement"].dims[-3:] == ("building", "storey", "sample")
+    assert found["contact_force"].dims[-2:] == ("contact_point", "sample")
+    np.testing.assert_array_equal(found["contact_point"].values, whole["contact_point"].values)
+    np.testing.assert_array_equal(found["status"].values, whole["status"].sel(pga=[0.3 * G]).values)
+    for gap in found["gap"].values:
+        case = found.sel(gap=gap).squeeze()
+        wanted = at_times(pr.simulate(study, gap=float(gap), pga=0.3 * G), case["time"].values)
+        for name in OF_A_ROW:
+            np.testing.assert_array_equal(case[name].values, np.moveaxis(wanted[name].values, 0, -1), err_msg=name)
+    peak = whole["storey_displacement"].sel(pga=[0.3 * G])
+    assert float((np.abs(found["displacement"]).max("sample") / peak).max()) <= 1.0 + 1e-12
+    # The wall does not move, and the interface that the grid does not vary keeps its gap.
+    assert found["interface_gap"].values.tolist() == [[3e-3, 3e-3], [9e-3, 3e-3]]
+
+
+def test_the_command_tells_the_size_and_writes(results, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = [
+        "histories",
+        str(results),
+        "--record",
+        "RSN6-180",
+        "--gap",
+        "2 mm",
+        "--yield-force",
+        "inf",
+        "--pga",
+        "0.5 g",
+    ]
+    told = CliRunner().invoke(app, [*words, "--law", "jankowski", "--polarity", "reversed"])
+    assert told.exit_code == 0, told.output
+    assert told.output.splitlines()[0] == "1 case, 601 samples: about 0.1 MB before compression"
+    assert told.output.splitlines()[-1] == "written: results-histories.nc"
+    assert pr.open_results("results-histories.nc").sizes["gap"] == 1
+    again = CliRunner().invoke(app, words)
+    assert again.exit_code == 2 and "exists already" in again.stderr
+    refused = CliRunner().invoke(app, [*words, "--most", "1", "-o", "few.nc"])
+    assert refused.exit_code == 2 and "4 cases are chosen, and at most 1" in refused.stderr
+    most = CliRunner().invoke(app, ["histories", str(results), "-o", "most.nc", "--largest", "impulse"])
+    assert most.exit_code == 0, most.output
+    assert pr.open_results("most.nc")["record"].dims == ("contact_model",)

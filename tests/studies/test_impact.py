@@ -1,0 +1,344 @@
+"""Isolated impacts beyond the facts of test_conformance: scaling, limits, exact damping, mass ratios, the cap."""
+
+from __future__ import annotations
+
+from math import inf
+
+import closed_forms as exact
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.laws import (
+    LAWS,
+    Hertz,
+    HertzDampExact,
+    Jankowski,
+    KelvinVoigt,
+    KelvinVoigtTensionCut,
+    Linear,
+    VanMier,
+    ViscousElastoplastic,
+    stiffness_quantity,
+)
+from pounding_risk.models.contact.relation import name_of
+from pounding_risk.models.restitution import CONCRETE, constant
+from pounding_risk.studies.impact import equal_stiffness, impact, restitution_of
+
+MASS, SPEED, BETA = 570.0, 0.5, 2.75e9
+
+
+def law_of(name: str, times: float = 1.0):
+    kind = LAWS[name]
+    return kind(9.35e7 * times) if stiffness_quantity(kind).unit == "N/m" else kind(BETA * times)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_restitution_depends_on_nothing_but_e(name: str):
+    """Not on mass, stiffness or speed over many decades; to 1e-9, the integration runs at 1e-12."""
+    reference = impact(law_of(name), SPEED, MASS, restitution=0.65).restitution
+    for times, mass, speed in ((1e-3, MASS, SPEED), (1e4, MASS, SPEED), (1.0, 1e7, SPEED), (1.0, MASS, 20.0)):
+        found = impact(law_of(name, times), speed, mass, restitution=0.65).restitution
+        assert found == pytest.approx(reference, rel=1e-9)
+    assert impact(law_of(name), 2e-3, 3.0, restitution=0.65).restitution == pytest.approx(reference, rel=1e-9)
+
+
+@pytest.mark.parametrize(("e", "xi"), exact.EXACT_JANKOWSKI.items())
+def test_exact_ratio_of_jankowski(e: float, xi: float):
+    """The published formula inverted gives the e whose ξ is the table's; e follows to its five digits."""
+    asked = brentq(lambda x: exact.jankowski_ratio(x) - xi, 1e-3, 1.0, xtol=1e-15)
+    assert impact(Jankowski(BETA), SPEED, MASS, restitution=asked).restitution == pytest.approx(e, abs=1e-5)
+
+
+@pytest.mark.parametrize("e", [0.05, 0.15, 0.35, 0.55, 0.75, 0.95, 0.99])
+def test_laws_that_return_the_e_asked_for(e: float):
+    for law in (HertzDampExact(BETA), KelvinVoigt(9.35e7)):
+        assert impact(law, SPEED, MASS, restitution=e).restitution == pytest.approx(e, abs=1e-9)
+
+
+@pytest.mark.parametrize(("e", "xi"), [(0.65, 0.14994), (0.5, 0.25528), (0.4, 0.35451)])
+def test_ratio_that_a_cut_kelvin_voigt_needs(e: float, xi: float):
+    """The closed form solved for ξ; five digits of ξ move e by up to 1e-5."""
+    asked = brentq(lambda x: exact.kelvin_voigt_ratio(x) - xi, 0.01, 1.0, xtol=1e-15)
+    assert impact(KelvinVoigtTensionCut(9.35e7), SPEED, MASS, restitution=asked).restitution == pytest.approx(
+        e, abs=2e-5
+    )
+
+
+@pytest.mark.parametrize("e", [0.2, 0.65, 0.9])
+def test_kelvin_voigt_depth_duration_and_pull(e: float):
+    """The half wave of a damped oscillator; the force jumps to c v0 at the touch and ends at −c e v0."""
+    xi = exact.kelvin_voigt_ratio(e)
+    depth, duration = exact.kelvin_voigt_impact(9.35e7, MASS, SPEED, xi)
+    found = impact(KelvinVoigt(9.35e7), SPEED, MASS, restitution=e)
+    damping = 2.0 * xi * np.sqrt(9.35e7 * MASS)
+    assert (found.peak_penetration, found.duration) == pytest.approx((depth, duration), rel=1e-9)
+    assert (found.force[0], found.force[-1]) == pytest.approx((damping * SPEED, -damping * e * SPEED), rel=1e-9)
+
+
+@pytest.mark.parametrize(("stiffness", "speed"), exact.TYPICAL_PEAKS)
+def test_peak_force_of_a_floor(stiffness: float, speed: float):
+    """28.9 t (28.86 t: 44.36 t against 82.60 t); the table has whole kN."""
+    found = impact(Jankowski(stiffness), speed, 44.36e3, 82.60e3, restitution=0.65)
+    assert found.peak_force / 1e3 == pytest.approx(exact.TYPICAL_PEAKS[stiffness, speed], rel=1e-3, abs=0.6)
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("ratio", [1e-6, 1.0, 1e6])
+def test_velocities_after(name: str, ratio: float):
+    """Only m = m1 m2/(m1+m2) counts: the same e and peak force as against a wall with that mass."""
+    other = ratio * MASS
+    reduced = MASS * other / (MASS + other)
+    found = impact(law_of(name), SPEED, MASS, other, restitution=0.65)
+    wall = impact(law_of(name), SPEED, reduced, restitution=0.65)
+    assert found.restitution == pytest.approx(wall.restitution, rel=1e-9)
+    assert found.peak_force == pytest.approx(wall.peak_force, rel=1e-9)
+    assert abs(found.momentum_change) < 1e-12 * max(1.0, MASS * SPEED / found.impulse)
+    assert np.isnan(wall.momentum_change)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_stiff_limit_is_goldsmith(name: str):
+    """β → ∞: the impulse stays (1 + e) m v0 with the law's own e, the contact shrinks to nothing."""
+    stiff = impact(law_of(name, 1e6), SPEED, MASS, restitution=0.65)
+    soft = impact(law_of(name), SPEED, MASS, restitution=0.65)
+    assert stiff.impulse == pytest.approx(exact.impulse(MASS, SPEED, soft.restitution), rel=1e-9)
+    assert stiff.duration < 5e-3 * soft.duration
+
+
+@pytest.mark.parametrize(("share", "known"), exact.CAPPED.items())
+def test_depth_under_the_published_cap(share: float, known: tuple[float, float]):
+    """Eq. (3) taken literally: a lower cap rebounds more and goes deeper; three digits and two decimals."""
+    free = impact(Jankowski(BETA), SPEED, MASS, restitution=0.65)
+    found = impact(ViscousElastoplastic(BETA), SPEED, MASS, restitution=0.65, yield_force=share * free.peak_force)
+    assert found.restitution == pytest.approx(known[0], abs=6e-4)
+    assert found.peak_penetration / free.peak_penetration == pytest.approx(known[1], abs=6e-3)
+    assert found.peak_force == min(share, 1.0) * free.peak_force
+
+
+@pytest.mark.parametrize("e", exact.CAPPED_OTHER)
+def test_restitution_under_the_cap_for_other_e(e: float):
+    peak = impact(Jankowski(BETA), SPEED, MASS, restitution=e).peak_force
+    for share, achieved in exact.CAPPED_OTHER[e].items():
+        found = impact(ViscousElastoplastic(BETA), SPEED, MASS, restitution=e, yield_force=share * peak)
+        assert found.restitution == pytest.approx(achieved, abs=6e-4)
+
+
+def test_yielding_never_adds_energy():
+    """The lower the cap the closer to elastic, and never beyond it.
+
+    The peak is F_E itself; the row of the history that lands on the yield may miss it by 1e-8 of a step.
+    """
+    shares = np.geomspace(1e-3, 1.0, 13)
+    peak = impact(Jankowski(BETA), SPEED, MASS, restitution=0.65).peak_force
+    runs = [impact(ViscousElastoplastic(BETA), SPEED, MASS, restitution=0.65, yield_force=peak * s) for s in shares]
+    achieved = [run.restitution for run in runs]
+    assert np.all(np.diff(achieved) < 0.0) and achieved[0] <= 1.0
+    for run, share in zip(runs, shares, strict=True):
+        assert run.energy_lost >= 0.0 and run.peak_force <= peak * share
+        assert run.force.max() <= peak * share * (1.0 + 1e-8)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.95])
+def test_van_mier_plateau(share: float):
+    """Depth and duration of the retraced plateau in closed form."""
+    cap = share * exact.hertz_impact(BETA, MASS, SPEED)[1]
+    depth, duration = exact.capped_hertz_impact(BETA, MASS, SPEED, cap)
+    found = impact(VanMier(BETA), SPEED, MASS, yield_force=cap)
+    assert (found.peak_penetration, found.duration) == pytest.approx((depth, duration), rel=1e-8)
+    assert found.peak_force == cap and found.restitution == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0])
+def test_van_mier_hardening(exponent: float):
+    """Between the plateau and Hertz: elastic, and the energy at the deepest point is the whole."""
+    law = VanMier(BETA, exponent)
+    cap = 0.4 * exact.hertz_impact(BETA, MASS, SPEED)[1]
+    found = impact(law, SPEED, MASS, yield_force=cap)
+    assert found.restitution == pytest.approx(1.0, abs=1e-9)
+    assert law.stored(found.peak_penetration, cap) == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-9)
+    assert found.peak_force == pytest.approx(law.plateau(found.peak_penetration, cap), rel=1e-9)
+
+
+def test_van_mier_experiment():
+    """Strikers of 570 and 290 kg: at 2.5 m/s equal plateaus, longer for the heavier; at 0.5 m/s none (Fig. 4)."""
+
+    def plateau(mass: float, speed: float) -> tuple[float, float]:
+        found = impact(ViscousElastoplastic(BETA), speed, mass, restitution=0.65, yield_force=300e3)
+        level = found.time[found.force == 300e3]
+        return found.peak_force, np.ptp(level) if level.size else 0.0
+
+    heavy, light = plateau(570.0, 2.5), plateau(290.0, 2.5)
+    assert heavy[0] == light[0] == 300e3 and heavy[1] > light[1] > 0.0
+    for mass in (570.0, 290.0):
+        peak, length = plateau(mass, 0.5)
+        assert peak < 300e3 and length == 0.0
+
+
+def test_e_of_concrete_is_that_of_the_touch():
+    for speed, e in exact.CONCRETE.items():
+        if speed > 0.0:
+            found = impact(KelvinVoigt(9.35e7), speed, MASS, restitution=CONCRETE)
+            assert found.restitution_asked == CONCRETE.at(speed) == pytest.approx(e, abs=6e-4)
+            assert found.restitution == pytest.approx(CONCRETE.at(speed), abs=1e-9)
+    fast = [impact(KelvinVoigt(9.35e7), speed, MASS, restitution=CONCRETE).restitution for speed in (5.0, 7.2, 30.0)]
+    assert fast == pytest.approx([CONCRETE.at(5.0)] * 3, abs=1e-9)
+
+
+def test_history_is_that_of_the_motion():
+    """Starts at the touch and ends at the parting; the force's sum over the steps is the impulse."""
+    found = impact(Hertz(BETA), SPEED, MASS)
+    assert (found.time[0], found.penetration[0], found.force[0], found.rate[0]) == (0.0, 0.0, 0.0, SPEED)
+    assert found.time[-1] == pytest.approx(found.duration, rel=1e-12)
+    assert abs(found.penetration[-1]) < 1e-12 * found.peak_penetration
+    assert np.all(np.diff(found.time) >= 0.0)
+    assert np.trapezoid(found.force, found.time) == pytest.approx(found.impulse, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((0.0, 570.0), "impact: speed: 0 is out of range"),
+        ((-0.5, 570.0), "impact: speed: -0.5 is out of range"),
+        ((float("nan"), 570.0), "impact: speed: nan is out of range"),
+        ((0.5, 0.0), "impact: mass: 0 is out of range"),
+        ((0.5, 570.0, -2.0), "impact: other_mass: -2 is out of range"),
+    ],
+)
+def test_what_an_impact_refuses(arguments: tuple[float, ...], sentence: str):
+    with pytest.raises(PoundingError) as caught:
+        impact(Hertz(BETA), *arguments)
+    assert str(caught.value).startswith(sentence)
+
+
+@pytest.mark.parametrize("e", [0.0, -0.1, 1.1, float("nan")])
+def test_restitution_outside_its_range(e: float):
+    with pytest.raises(
+        PoundingError, match=r"^restitution .*: it is neither a number in \(0, 1\] nor a known relation"
+    ):
+        impact(Jankowski(BETA), SPEED, MASS, restitution=e)
+    with pytest.raises(PoundingError) as caught:
+        restitution_of(e)
+    assert str(caught.value) == (
+        f"restitution {e!r}: it is neither a number in (0, 1] nor a known relation (concrete); write one of these"
+    )
+
+
+def test_names_and_relations():
+    assert [name_of(type(law_of(name))) for name in LAWS] == list(LAWS)
+    assert restitution_of("concrete") == CONCRETE and restitution_of("0.65") == constant(0.65)
+    with pytest.raises(PoundingError, match="restitution 'steel'"):
+        restitution_of("steel")
+
+
+def test_yield_force_of_zero_is_refused():
+    with pytest.raises(PoundingError) as caught:
+        impact(ViscousElastoplastic(BETA), SPEED, MASS, yield_force=0.0)
+    assert str(caught.value).startswith("impact: yield_force: 0 is out of range: a yield force F_E must be greater")
+
+
+@pytest.mark.parametrize("same", ["peak force", "penetration"])
+def test_equal_terms_hold(same: str):
+    """The stiffness found gives the same measure as the reference, damped laws included; to 1e-8, the search's."""
+    reference = impact(Jankowski(BETA), SPEED, MASS, restitution=0.65)
+    measure = {"peak force": "peak_force", "penetration": "peak_penetration"}[same]
+    for kind in (Linear, KelvinVoigt):
+        found = equal_stiffness(kind, Jankowski(BETA), SPEED, MASS, constant(0.65), same)
+        again = impact(kind(found), SPEED, MASS, restitution=0.65, yield_force=inf)
+        assert getattr(again, measure) == pytest.approx(getattr(reference, measure), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("e", "depth", "force", "time"),
+    [
+        (0.2, 0.3017, 2.2177, 3.179),
+        (0.5, 0.6280, 0.9008, 3.171),
+        (0.65, 0.7746, 0.8203, 3.185),
+        (0.9, 1.0050, 1.0158, 3.209),
+    ],
+)
+def test_jankowski_is_self_similar(e: float, depth: float, force: float, time: float):
+    """δ = a1 D, F = a2 β D^1.5, t = a3 D/v0 with D = (m v0²/β)^0.4, whatever m, β and v0; a to four digits, at the ξ
+    that achieves e exactly."""
+    exact_xi = {0.2: 2.48646, 0.5: 0.66785, 0.65: 0.36816, 0.9: 0.07830}[e]
+    for mass, beta, speed in ((570.0, 2.75e9, 0.5), (28860.0, 4.2e10, 0.05)):
+        asked = _asked_for(exact_xi)
+        found = impact(Jankowski(beta), speed, mass, restitution=asked)
+        size = (mass * speed**2 / beta) ** 0.4
+        assert found.restitution == pytest.approx(e, abs=1e-5)
+        assert found.peak_penetration / size == pytest.approx(depth, abs=1e-4)
+        assert found.peak_force / (beta * size**1.5) == pytest.approx(force, abs=1e-4)
+        assert found.duration * speed / size == pytest.approx(time, abs=1e-3)
+
+
+def _asked_for(xi: float) -> float:
+    """The e whose published ξ this is."""
+    return brentq(lambda e: exact.jankowski_ratio(e) - xi, 1e-3, 1.0, xtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("share", "achieved"),
+    [
+        (1.0, 0.647),
+        (0.9, 0.672),
+        (0.8, 0.718),
+        (0.7, 0.767),
+        (0.6, 0.815),
+        (0.5, 0.862),
+        (0.4, 0.904),
+        (0.2, 0.970),
+        (0.1, 0.991),
+    ],
+)
+def test_the_published_cap_makes_the_rebound_more_elastic(share: float, achieved: float):
+    """Eq. (3) read literally; three digits from an independent integration at rtol 1e-11, and the closed form to 1e-9.
+
+    Which holds where F_E is reached on approach and the spring alone keeps it up to the turn.
+    """
+    peak = impact(Jankowski(2.75e9), 0.5, 570.0, restitution=0.65).peak_force
+    found = impact(ViscousElastoplastic(2.75e9), 0.5, 570.0, restitution=0.65, yield_force=share * peak)
+    assert found.restitution == pytest.approx(achieved, abs=6e-4)
+    assert found.peak_force == min(share, 1.0) * peak
+    if share < 0.9:
+        known = exact.capped_jankowski_impact(2.75e9, 570.0, 0.5, exact.jankowski_ratio(0.65), share * peak)
+        assert (found.restitution, found.peak_penetration, found.duration) == pytest.approx(known, rel=1e-9)
+
+
+def test_van_mier_retraces_its_path():
+    """No memory, so elastic at any F_E; n = 1.5 is Hertz; depth and duration of the plateau have a closed form."""
+    hertz = impact(Hertz(2.75e9), 0.5, 570.0)
+    cap = 0.5 * hertz.peak_force
+    flat = impact(VanMier(2.75e9), 0.5, 570.0, yield_force=cap)
+    same = impact(VanMier(2.75e9, 1.5), 0.5, 570.0, yield_force=cap)
+    known = exact.capped_hertz_impact(2.75e9, 570.0, 0.5, cap)
+    assert flat.restitution == pytest.approx(1.0, abs=1e-9) and flat.peak_force == cap
+    assert (flat.peak_penetration, flat.duration) == pytest.approx(known, rel=1e-9)
+    assert same.peak_force == pytest.approx(hertz.peak_force, rel=1e-9)
+
+
+def test_restitution_of_concrete():
+    """Eq. (4) of the paper; held beyond 5 m/s, where the cubic falls to zero at 7.1 m/s."""
+    found = [CONCRETE.at(v) for v in (0.0, 0.5, 1.0, 2.5, 5.0, 7.2)]
+    assert found == pytest.approx([0.7929, 0.6830, 0.6026, 0.4863, 0.3934, 0.3934], abs=5e-5)
+    assert [CONCRETE.beyond(v) for v in (4.9, 5.1)] == [False, True]
+
+
+def test_equal_terms():
+    """A linear spring with Hertz's peak force: F = v0 sqrt(k m), solved for k."""
+    for same, form in (
+        ("peak force", lambda f, d: (f / 0.5) ** 2 / 570.0),
+        ("penetration", lambda f, d: 570.0 * 0.25 / d**2),
+    ):
+        depth, force, _ = exact.hertz_impact(2.75e9, 570.0, 0.5)
+        found = equal_stiffness(Linear, Hertz(2.75e9), 0.5, 570.0, constant(1.0), same)
+        assert found == pytest.approx(form(force, depth), rel=1e-8)
+
+
+def test_a_speed_and_a_mass_are_above_zero():
+    with pytest.raises(
+        PoundingError, match=r"^impact: speed: 0 is out of range: an approach speed must be greater than 0 m/s"
+    ):
+        impact(Hertz(1e9), 0.0, 570.0)
+    with pytest.raises(PoundingError, match=r"^impact: mass: -1 is out of range: a mass must be greater than 0 kg"):
+        impact(Hertz(1e9), 0.5, -1.0)

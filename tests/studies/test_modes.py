@@ -1,0 +1,128 @@
+"""`modes`: what is printed and drawn of the buildings' own vibration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk.cli import app
+from pounding_risk.cli.modes import _rows
+from pounding_risk.figures.modes import MOST_MODES, modes_figure
+from pounding_risk.figures.style import write
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import generated
+from pounding_risk.scene.reader import read_scene
+from pounding_risk.scene.scene import Effect
+from pounding_risk.studies import demo as paper
+from pounding_risk.studies.modes import building_modes
+
+SOIL = Effect("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 8.0)))
+TOWER = generated("a tower of $10", height=30.0, storeys=10, typology="concrete_frame", floor_mass=3e5)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(paper.scene("paper").to_toml(), encoding="utf-8")
+    return path
+
+
+def test_modes_of_a_scene(scene):
+    """The paper's two: their own periods and dampings."""
+    found = pr.modes(scene)
+    assert [each.name for each in found] == ["frame", "masonry"]
+    assert [each.periods.tolist() for each in found] == [pytest.approx([0.208]), pytest.approx([0.007])]
+    assert all(each.dampings == pytest.approx([0.05]) and each.shares == pytest.approx([1.0]) for each in found)
+
+
+ROW = """
+[scene]
+name = "Three"
+[[building]]
+name = "flats"
+floor_masses = "25 t"
+storeys = 3
+storey_stiffnesses = "3.46 MN/m"
+storey_heights = "3 m"
+damping_rule = "stiffness"
+[[building]]
+name = "wall"
+rigid = true
+[[building]]
+name = "shop"
+mass = "200 t"
+period = "0.3 s"
+height = "3 m"
+[[interface]]
+gap = "20 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+[records]
+names = ["RSN6-180"]
+[effects]
+p_delta = {}
+"""
+
+
+def test_a_row_of_all_kinds(tmp_path):
+    """Jankowski's three storeys with the weight on them; a rigid building has no modes."""
+    path = tmp_path / "row.toml"
+    path.write_text(ROW, encoding="utf-8")
+    flats, wall, shop = pr.modes(path)
+    assert flats.periods[0] > 1.2001 and flats.levels.tolist() == [3.0, 6.0, 9.0]
+    assert wall.periods.size == 0 and shop.levels.tolist() == [3.0]
+    without = pr.modes(replace(read_scene(path), effects=()))[0]
+    assert without.periods[0] == pytest.approx(1.2001, abs=6e-5)
+    assert without.dampings == pytest.approx(0.05 * without.periods[0] / without.periods, rel=1e-9)
+
+
+def test_effects_of_the_scene_act():
+    study = replace(paper.scene("paper"), effects=(SOIL,))
+    assert all(each.periods.size == 2 and each.levels[0] == 0.0 for each in pr.modes(study))
+
+
+def test_command(scene, tmp_path):
+    drawn = tmp_path / "modes.svg"
+    told = CliRunner().invoke(app, ["modes", str(scene), "--set", "building.1.period='0.3 s'", "--figure", str(drawn)])
+    assert told.exit_code == 0, told.output
+    lines = [line.split() for line in told.output.splitlines() if " s " in line]
+    assert lines[0] == ["frame", "1", "0.3", "s", "1.000", "100.0", "%", "100.0", "%", "5.00", "%"]
+    assert lines[1][:4] == ["masonry", "1", "0.007", "s"] and drawn.stat().st_size > 1000
+
+
+def test_rows_end_where_nearly_all_mass_is_carried():
+    modes = building_modes(TOWER)
+    rows = list(_rows(modes))
+    carried = np.cumsum(modes.shares)
+    assert carried[len(rows) - 1] >= 0.99 > carried[len(rows) - 2]
+    assert rows[0][:3] == (TOWER.name, "1", "0.9949 s")  # 0.0466 × 30^0.9
+    assert list(_rows(building_modes(Building.rigid("wall")))) == [("wall", "rigid", "–", "–", "–", "–", "–")]
+
+
+def test_figure(tmp_path):
+    """A panel a building, what is drawn is the shapes, and a building on soil moves at the ground."""
+    found = [
+        building_modes(TOWER),
+        building_modes(TOWER, (SOIL,)),
+        building_modes(Building("mass", 1e5, 0.3, 0.05)),
+        building_modes(Building.rigid("wall")),
+        building_modes(Building("tall", 1e5, 0.3, 0.05, height=9.0)),
+        building_modes(TOWER),
+    ]
+    figure = modes_figure(found)
+    panels = [axis for axis in figure.axes if axis.get_visible()]
+    curves = [[line for line in axis.lines if len(line.get_xdata()) > 2 or line.get_marker() == "o"] for axis in panels]
+    assert [len(lines) for lines in curves] == [MOST_MODES, MOST_MODES, 1, 0, 1, MOST_MODES]
+    first = curves[0][0]
+    assert first.get_xdata() == pytest.approx(np.arange(11) / 10.0) and first.get_ydata()[-1] == pytest.approx(30.0)
+    assert curves[1][0].get_xdata()[0] > 0.0 and curves[1][0].get_ydata()[0] == 0.0
+    assert curves[4][0].get_ydata().tolist() == [0.0, 9.0]
+    assert "rigid" in [text.get_text() for text in panels[3].texts]
+    assert "is the slowest" in figure.get_suptitle()
+    one, other = (write(modes_figure(found), tmp_path / f"{name}.svg").read_bytes() for name in "ab")
+    assert one == other

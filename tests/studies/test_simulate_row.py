@@ -1,0 +1,321 @@
+"""Histories of a row's run: against the scan's run, the contact law, closed forms, and the run's own sums."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from interpreted import interpreted
+from typer.testing import CliRunner
+
+import pounding_risk as pr
+from pounding_risk import figures
+from pounding_risk.assessment.row import force_told
+from pounding_risk.cli import app
+from pounding_risk.figures.simulate_row import roofs_of, row_run_finding
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
+from pounding_risk.solver.row.workspace import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
+from pounding_risk.studies import demo as paper
+from pounding_risk.studies.simulate import simulate
+
+STIFFNESS = 2.75e9  # N/m^1.5
+SCENE = """
+[scene]
+name = "Three beside a wall"
+[[building]]
+name = "tall"
+storeys = 4
+floor_masses = "200 t"
+storey_stiffnesses = "180 MN/m"
+storey_heights = "3 m"
+[[building]]
+name = "middle"
+storeys = 2
+floor_masses = "150 t"
+storey_stiffnesses = "300 MN/m"
+storey_heights = "3.9 m"
+[[building]]
+name = "shop"
+mass = "150 t"
+period = "0.25 s"
+height = "3.9 m"
+[[building]]
+name = "wall"
+rigid = true
+[[interface]]
+gap = "6 mm"
+contact_model = "jankowski"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "900 kN"
+column_yield_force = "300 kN"
+[[interface]]
+gap = "4 mm"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "900 kN"
+[[interface]]
+gap = "3 mm"
+stiffness = "2.75e9 N/m^1.5"
+restitution = 0.65
+yield_force = "900 kN"
+[records]
+names = ["RSN6-180"]
+window = ["1 s", "5 s"]
+polarity = ["as recorded", "reversed"]
+"""
+NAMES = ("tall", "middle", "shop", "wall")
+GAPS = (6e-3, 4e-3, 3e-3)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return parse_scene(SCENE)
+
+
+@pytest.fixture(scope="module")
+def run(study):
+    return simulate(study)
+
+
+def at_point(run, variable, place):
+    """What the list of contacts says of one contact point."""
+    return run[variable].values[run["contact_place"].values == str(run["contact_point"].values[place])]
+
+
+def level_of(run, building, floor):
+    """Displacement of a building at a floor number, at every instant: straight between two floors, 0 at the ground."""
+    moved = run["displacement"].values[:, building]
+    floors = np.concatenate([np.zeros((len(moved), 1)), np.nan_to_num(moved)], axis=1)
+    if int(run["building_storeys"].values[building]) == 0:
+        return floors[:, 0]
+    below, part = divmod(float(floor), 1.0)
+    above = floors[:, min(int(below) + 1, floors.shape[1] - 1)]
+    return (1.0 - part) * floors[:, int(below)] + part * above
+
+
+@pytest.mark.slow
+def test_it_is_the_run_of_the_scan(study, run):
+    """Every output of the case, to the bit: what is looked at in full is what was counted."""
+    case = pr.scan(study, check_fraction=0.0).isel(
+        record=0, polarity=0, contact_model=0, gap=0, yield_force=0, pga=0, missing_dims="ignore"
+    )
+    shared = [name for name in run.data_vars if name in case]
+    assert {"impact_count", "contact_point_impulse", "peak_drift", "storey_acceleration", "row_impulse"} <= set(shared)
+    for name in shared:
+        np.testing.assert_array_equal(run[name].values, case[name].values, err_msg=name)
+    assert (run["contact_point_impact_count"].values > 0).sum() >= 4
+
+
+def test_no_floor_passes_its_peak(run):
+    largest = np.abs(run["displacement"].values).max(axis=0)
+    peak = run["storey_displacement"].values
+    assert np.nanmax(largest / peak) <= 1.0 + 1e-14
+    # Between two samples of 10 ms a floor of 0.2 s stays within (ω Δ / 2)² / 2 = 1.2 % of where it is at them.
+    np.testing.assert_allclose(largest, peak, rtol=1.2e-2)
+
+
+def test_every_contact_is_listed(run):
+    """As many as are counted; the first is the first touch, the strongest the peak, their impulses sum up."""
+    assert run.sizes["contact"] == run["contact_point_impact_count"].values.sum()
+    assert (np.diff(run["contact_start"]) >= 0.0).all()
+    assert (run["contact_end"] >= run["contact_start"]).all()
+    for place, count in enumerate(run["contact_point_impact_count"].values):
+        starts = at_point(run, "contact_start", place)
+        assert starts.size == count
+        if count == 0:
+            continue
+        assert starts[0] == run["contact_point_first_impact_time"].values[place]
+        assert at_point(run, "contact_peak_force", place).max() == run["contact_point_peak_contact_force"].values[place]
+        impulse = run["contact_point_impulse"].values[place]
+        # Sums in another order: rounding.
+        assert at_point(run, "contact_impulse", place).sum() == pytest.approx(impulse, rel=1e-12)
+        assert run["contact_impulse_so_far"].values[-1, place] == impulse
+    fastest = run["contact_approach_speed"].values.max()
+    assert fastest == run["peak_approach_speed"].values.max()
+
+
+def test_forces_are_those_of_the_law(run):
+    """On the way back F = β δ^1.5 of the displacements beside it, and nothing where the gap is open."""
+    force, checked = run["contact_force"].values, 0
+    for place, interface in enumerate(run["contact_point_interface"].values):
+        left, right = (float(run[f"contact_point_{side}_floor"].values[place]) for side in ("left", "right"))
+        depth = level_of(run, interface, left) - level_of(run, interface + 1, right) - GAPS[interface]
+        assert (force[depth < -1e-12, place] == 0.0).all()
+        for start, end in zip(*(at_point(run, f"contact_{end}", place) for end in ("start", "end")), strict=True):
+            inside = np.flatnonzero((run["time"].values >= start) & (run["time"].values <= end))
+            deepest = inside[depth[inside].argmax()]
+            back = inside[inside > deepest]
+            if back.size and not (np.diff(depth[back]) > 0.0).any():
+                # Instants of another group lie on the straight line between two steps, these on the law.
+                wanted = STIFFNESS * np.maximum(depth[back], 0.0) ** 1.5
+                own = np.abs(force[back, place] - wanted) <= 1e-6 * force[:, place].max()
+                checked += int(own.sum())
+                assert own.mean() >= 0.5
+                np.testing.assert_allclose(force[back, place], wanted, atol=0.1 * force[:, place].max())
+    assert checked > 50
+
+
+def test_forces_add_up_to_the_impulses(study):
+    """At a tight tolerance steps are short enough for the trapezoidal rule: its error is some (Δ/T)² of a contact."""
+    run = simulate(replace(study, rtol=1e-11))
+    assert run.attrs["status"] == "complete"
+    summed = np.trapezoid(run["contact_force"].values, run["time"].values, axis=0)
+    impulse = run["contact_point_impulse"].values
+    np.testing.assert_allclose(summed, impulse, rtol=1e-3, atol=1e-4 * impulse.max())
+
+
+def test_without_contact_a_floor_moves_as_without_neighbours(study):
+    wide = simulate(study, gap=1.0)
+    assert wide.sizes["contact"] == 0
+    assert (wide["contact_force"].values == 0.0).all()
+    alone = study.buildings[0]
+    single = parse_scene(SCENE.replace('gap = "6 mm"', 'gap = "2 m"'))
+    other = simulate(single)
+    moved = wide["displacement"].sel(building=alone.name).values
+    # The same nodes; the other run has more instants, where its other buildings touch.
+    np.testing.assert_array_equal(other["displacement"].sel(building=alone.name, time=wide["time"]).values, moved)
+    assert row_run_finding(wide).startswith("No contact")
+
+
+def test_options_choose_the_case(study, run):
+    """A reversed motion of a wide row is the mirrored one; amplitude scales it; a gap is that of every interface."""
+    wide = simulate(study, gap=1.0)
+    turned = simulate(study, gap=1.0, polarity="reversed", pga=2.0 * float(wide.attrs["pga"]))
+    np.testing.assert_allclose(
+        turned["displacement"].values, -2.0 * wide["displacement"].values, rtol=1e-12, atol=1e-12
+    )
+    assert turned.attrs["polarity"] == "reversed"
+    assert turned["interface_gap"].values.tolist() == [1.0, 1.0, 1.0]
+    assert run["interface_gap"].values.tolist() == list(GAPS)
+    named = parse_scene(SCENE + '[grid]\ngap = ["6 mm", "9 mm"]\ninterface = "tall | middle"\n')
+    assert simulate(named, gap=0.009)["interface_gap"].values.tolist() == [9e-3, *GAPS[1:]]
+
+
+def test_a_log_without_room_is_made_again(study, run, monkeypatch):
+    monkeypatch.setattr(rows, "LINES", 3)
+    assert simulate(study).drop_attrs().identical(run.drop_attrs())
+
+
+BRIEF = SCENE.replace('window = ["1 s", "5 s"]', 'window = ["1.6 s", "2.4 s"]')
+
+
+@pytest.mark.slow
+def test_the_interpreted_log_is_the_compiled_one():
+    """Every instant and force, groups that are solved again included."""
+    found = interpreted(
+        "import json; from test_simulate_row import BRIEF, parse_scene, simulate; run = simulate(parse_scene(BRIEF)); "
+        "print(json.dumps([run[name].values.tolist() for name in ('time', 'contact_force', 'contact_start')]))"
+    )
+    run = simulate(parse_scene(BRIEF))
+    assert run.sizes["contact"] > 3
+    for name, values in zip(("time", "contact_force", "contact_start"), found, strict=True):
+        # The compiler contracts no products, but its powers round otherwise.
+        np.testing.assert_allclose(run[name], values, rtol=1e-9, atol=1e-9 * np.abs(run[name]).max(), err_msg=name)
+
+
+def test_a_run_that_fails_has_no_motion_past_its_failure():
+    """Too stiff for numbers: told by the status, and no floor stands still as if nothing had happened."""
+    wild = simulate(parse_scene(SCENE.replace("2.75e9", "1e20")), pga=9e3)
+    assert wild.attrs["status"].startswith("the step in contact fell below")
+    moved = np.isfinite(wild["displacement"].values[:, 0, 0])
+    assert 10 < moved.sum() < moved.size and not moved[-1]
+    assert not np.isfinite(wild["storey_displacement"].values).any()
+    assert row_run_finding(wild).startswith("The run is not complete: the step")
+    assert figures.simulation_figure(wild).axes
+
+
+def made_log(times, forces, began, impulses):
+    """A log by hand: one mass at rest, one contact point."""
+    log = np.zeros((len(times), MOVED + 2 + NOTED))
+    log[:, 0] = times
+    for column, values in ((ACTING, forces), (BEGAN, began), (SO_FAR, impulses), (CAME_AT, 0.3), (STRONGEST, forces)):
+        log[:, MOVED + 2 + column] = values
+    return log
+
+
+def test_a_log_is_read_contact_by_contact():
+    """Two contacts of one point, and a line at a node that rounding has moved."""
+    nan = np.nan
+    log = made_log(
+        [0.011, 0.015, 0.02 + 1e-12, 0.024, 0.031, 0.034],
+        [0.0, 5.0, 8.0, 0.0, 0.0, 2.0],
+        [0.011, 0.011, 0.011, nan, 0.031, 0.031],
+        [0.0, 1.0, 3.0, 4.0, 4.0, 4.5],
+    )
+    instants = instants_of(log, 5, 0.01)
+    np.testing.assert_allclose(instants.every, [0.0, 0.01, 0.011, 0.015, 0.02, 0.024, 0.03, 0.031, 0.034, 0.04])
+    found = contacts_of(log, 1, instants)
+    assert [each.facts[:2] for each in found] == [(0.011, 0.02), (0.031, 0.034)]
+    assert [each.facts[4] for each in found] == [3.0, 1.5]
+    np.testing.assert_allclose(forces_at(found, 1, instants.every)[:, 0], [0, 0, 0, 5, 8, 0, 0, 0, 2, 0])
+    np.testing.assert_allclose(impulses_at(log, 1, instants)[:, 0], [0, 0, 0, 1, 3, 4, 4, 4, 4.5, 4.5])
+
+
+def test_between_its_instants_a_floor_is_on_a_cubic():
+    """A sine at nodes Δ apart, read at the instants of another's steps: off by (ω Δ)⁴ / 384 at most, and near that."""
+    omega, step = 20.0, 0.01
+    log = np.full((40, MOVED + 2 + NOTED), np.nan)
+    log[:, 0] = np.linspace(0.0003, 0.3, 40)
+    nodes = step * np.arange(40)
+    states = np.stack([np.sin(omega * nodes), omega * np.cos(omega * nodes)], axis=1)[:, :, None]
+    instants = instants_of(log, 40, step)
+    found = motion_at(log, states, instants)
+    error = np.abs(found[:, 0, 0] - np.sin(omega * instants.every)).max()
+    bound = (omega * step) ** 4 / 384.0
+    assert 0.5 * bound < error <= 1.001 * bound
+    np.testing.assert_array_equal(found[np.isin(instants.every, nodes)], states)
+
+
+def test_the_figure_tells_what_the_run_has(run, tmp_path):
+    drawn = figures.simulation_figure(run)
+    told = drawn.get_suptitle().replace("\n", " ")
+    assert f"{int(run['contact_point_impact_count'].sum())} contacts at" in told
+    roofs = roofs_of(run)
+    assert roofs.shape[1] == len(NAMES)
+    assert f"the roof of tall moves most, {1e3 * np.abs(roofs[:, 0]).max():.3g} mm" in told
+    assert (roofs[:, 3] == 0.0).all()
+    labels = {text.get_text() for axis in drawn.axes for text in axis.texts}
+    interfaces, peaks = run["contact_point_interface"].values, run["contact_point_peak_contact_force"].values
+    for interface in np.unique(interfaces):
+        strongest = np.flatnonzero(interfaces == interface)[np.argmax(peaks[interfaces == interface])]
+        count, force = run["contact_point_impact_count"].values[strongest], force_told(float(peaks[strongest]))
+        assert f"{force}, {count:.0f}×" in labels
+    for name in ("a.svg", "b.svg"):
+        figures.write(figures.simulation_figure(run), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_the_command_prints_draws_and_moves(tmp_path, run):
+    path, picture, moving = (tmp_path / name for name in ("row.toml", "run.png", "run.html"))
+    path.write_text(SCENE, "utf-8")
+    words = [
+        "simulate",
+        str(path),
+        "-o",
+        str(tmp_path / "run.nc"),
+        "--figure",
+        str(picture),
+        "--animation",
+        str(moving),
+    ]
+    told = CliRunner().invoke(app, words)
+    assert told.exit_code == 0, told.output
+    count = int(run["impact_count"].values[0])
+    assert re.search(rf"tall \| middle +6 mm +{count} ", told.output)
+    assert picture.stat().st_size > 10_000
+    assert "Three beside a wall" in moving.read_text("utf-8")
+    kept = pr.open_results(tmp_path / "run.nc")
+    np.testing.assert_array_equal(kept["contact_force"].values, run["contact_force"].values)
+
+
+def test_a_pair_has_no_animation(tmp_path):
+    path = tmp_path / "pair.toml"
+    path.write_text(paper.scene("paper").to_toml(), "utf-8")
+    refused = CliRunner().invoke(app, ["simulate", str(path), "--animation", str(tmp_path / "run.html")])
+    assert refused.exit_code == 2
+    assert "this scene is a pair" in refused.stderr

@@ -1,0 +1,360 @@
+"""Text with units to SI and back: values exact, and every refusal in its own words."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from math import inf, isnan
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pounding_risk.units import (
+    DAMPING,
+    GAP,
+    MASS,
+    PERIOD,
+    PGA,
+    RESTITUTION,
+    RTOL,
+    SPEED,
+    STANDARD_GRAVITY,
+    STIFFNESS,
+    USUAL,
+    YIELD_FORCE,
+    Quantity,
+    QuantityError,
+    bounds,
+    exact,
+    parse,
+    say,
+    share,
+    shown,
+    si,
+)
+
+HERTZ = Quantity("N/m^1.5", 0.0, inf, "impact stiffness β", open_low=True, open_high=True)
+DIMENSIONAL = [MASS, PERIOD, GAP, YIELD_FORCE, STIFFNESS, HERTZ, SPEED, PGA]
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "value"),
+    [
+        ("44.36 t", MASS, 44360.0),
+        ("44.36t", MASS, 44360.0),
+        ("500 g", MASS, 0.5),  # a gram, not gravity
+        ("1 lb", MASS, 0.45359237),
+        ("0.208 s", PERIOD, 0.208),
+        ("7 ms", PERIOD, 0.007),
+        ("25 mm", GAP, 0.025),
+        ("2.5 cm", GAP, 0.025),
+        ("0 mm", GAP, 0.0),
+        ("-0 mm", GAP, 0.0),
+        ("1 in", GAP, 0.0254),
+        ("0.5 g", PGA, 4.903325),  # gravity, not a gram
+        ("0.5g", PGA, 4.903325),
+        ("490.3325 gal", PGA, 4.903325),  # not a gallon
+        ("490.3325 cm/s^2", PGA, 4.903325),
+        ("3 m/s2", PGA, 3.0),
+        ("3 m/s²", PGA, 3.0),
+        ("4.2e7 kN/m^1.5", HERTZ, 4.2e10),
+        ("4.2e7 kN/m**1.5", HERTZ, 4.2e10),
+        ("4.2e7 kN/m1.5", HERTZ, 4.2e10),
+        ("4.2e7 kN/m^(3/2)", HERTZ, 4.2e10),
+        ("1 N·mm^-1.5", HERTZ, 1000.0**1.5),
+        ("40.5 MN/m", STIFFNESS, 4.05e7),
+        ("450 kN", YIELD_FORCE, 450e3),
+        ("inf", YIELD_FORCE, inf),
+        (inf, YIELD_FORCE, inf),
+        ("inf kN", YIELD_FORCE, inf),
+        ("5 %", DAMPING, 0.05),
+        ("0.05", DAMPING, 0.05),
+        (0.05, DAMPING, 0.05),
+        (0, DAMPING, 0.0),
+        (1, RESTITUTION, 1.0),
+        (1e-6, RTOL, 1e-6),
+        ("0.5\u00a0m/s", SPEED, 0.5),  # a no-break space, as pasted from a document
+    ],
+)
+def test_reads(text, quantity, value):
+    found = parse(text, quantity)
+    assert found == value
+    assert isinstance(found, float)
+    assert str(found)[0] != "-"
+
+
+REFUSED = [
+    ("44.36 kg/s", MASS, '"44.36 kg/s" is a mass flow, not a mass; write a mass such as "44.36 t"'),
+    ("0.5 g_0", MASS, '"0.5 g_0" is an acceleration, not a mass; write a mass such as "44.36 t"'),
+    (
+        "5 V/m",
+        MASS,
+        (
+            '"5 V/m" is of dimension [mass] * [length] / [time] ** 3 / [current], not a mass; '
+            'write a mass such as "44.36 t"'
+        ),
+    ),
+    ("450 kg", YIELD_FORCE, '"450 kg" is a mass, not a force; write a yield force F_E such as "450 kN"'),
+    (
+        "450 kn",
+        YIELD_FORCE,
+        ('"450 kn" is a speed, not a force (did you mean "kN"?); write a yield force F_E such as "450 kN"'),
+    ),
+    ("5 %", GAP, '"5 %" is a percentage, not a length; write a clear distance at rest such as "25 mm"'),
+    (
+        "5 rad",
+        PERIOD,
+        ('"5 rad" is a plain number or an angle, not a time; write a period of vibration such as "0.208 s"'),
+    ),
+    (
+        "5 kN/m",
+        HERTZ,
+        (
+            '"5 kN/m" is a linear stiffness (force/length), not an impact stiffness (force/length^1.5); '
+            'write an impact stiffness β such as "4.2e7 kN/m^1.5"'
+        ),
+    ),
+    (
+        "0.5 m/s",
+        PGA,
+        '"0.5 m/s" is a speed, not an acceleration; write a peak ground acceleration such as "0.5 g"',
+    ),
+    (44.36, MASS, '44.36 has no unit, and a mass needs one; write a mass such as "44.36 t"'),
+    ("44.36", MASS, '"44.36" has no unit, and a mass needs one; write a mass such as "44.36 t"'),
+    (
+        0,
+        GAP,
+        '0 has no unit, and a clear distance at rest needs one; write a clear distance at rest such as "25 mm"',
+    ),
+    (
+        "44.36 tt",
+        MASS,
+        ('"44.36 tt" has the unit "tt", which is not known (did you mean "t"?); write a mass such as "44.36 t"'),
+    ),
+    (
+        "450 KN",
+        YIELD_FORCE,
+        (
+            '"450 KN" has the unit "KN", which is not known (did you mean "kN"?); '
+            'write a yield force F_E such as "450 kN"'
+        ),
+    ),
+    (
+        "3 bananas",
+        GAP,
+        ('"3 bananas" has the unit "bananas", which is not known; write a clear distance at rest such as "25 mm"'),
+    ),
+    (
+        "44 tons",
+        MASS,
+        (
+            '"44 tons" has the unit "tons", which could be 1000, 907 or 1016 kg: write "t" for 1000 kg; '
+            'write a mass such as "44.36 t"'
+        ),
+    ),
+    (
+        "44 mt",
+        MASS,
+        (
+            '"44 mt" has the unit "mt", which could be a thousandth of a tonne or a "metric ton": '
+            'write "kg" or "t"; write a mass such as "44.36 t"'
+        ),
+    ),
+    (
+        "44 5 t",
+        MASS,
+        '"44 5 t" has "5 t" after the number, which is not a unit; write a mass such as "44.36 t"',
+    ),
+    (
+        "5 kN/3",
+        YIELD_FORCE,
+        ('"5 kN/3" has "kN/3" after the number, which is not a unit; write a yield force F_E such as "450 kN"'),
+    ),
+    (
+        "1,5 t",
+        MASS,
+        ('"1,5 t" is not a number with a unit (write a decimal point, not a comma); write a mass such as "44.36 t"'),
+    ),
+    ("heavy", MASS, '"heavy" is not a number with a unit; write a mass such as "44.36 t"'),
+    ("", MASS, '"" is not a number with a unit; write a mass such as "44.36 t"'),
+    ("nan t", MASS, '"nan t" is not a number; write a mass such as "44.36 t"'),
+    (float("nan"), DAMPING, "nan is not a number; write a damping ratio such as 0.05"),
+    (True, MASS, 'true is not a mass; write a mass such as "44.36 t"'),
+    (None, MASS, 'None is not a mass; write a mass such as "44.36 t"'),
+    (["1 t"], MASS, '["1 t"] is not a mass; write a mass such as "44.36 t"'),
+    (
+        "-3 t",
+        MASS,
+        ('"-3 t" is out of range: a mass must be greater than 0 kg and finite; write a mass such as "44.36 t"'),
+    ),
+    (
+        "inf",
+        MASS,
+        ('"inf" is out of range: a mass must be greater than 0 kg and finite; write a mass such as "44.36 t"'),
+    ),
+    (
+        "1e400 t",
+        MASS,
+        ('"1e400 t" is out of range: a mass must be greater than 0 kg and finite; write a mass such as "44.36 t"'),
+    ),
+    (
+        "-5 mm",
+        GAP,
+        (
+            '"-5 mm" is out of range: a clear distance at rest must be at least 0 m; '
+            'write a clear distance at rest such as "25 mm"'
+        ),
+    ),
+    (
+        "0 kN",
+        YIELD_FORCE,
+        (
+            '"0 kN" is out of range: a yield force F_E must be greater than 0 N; '
+            'write a yield force F_E such as "450 kN"'
+        ),
+    ),
+    (
+        5,
+        DAMPING,
+        ("5 is out of range: a damping ratio must be at least 0 and less than 1; write a damping ratio such as 0.05"),
+    ),
+    (
+        "5 mm",
+        DAMPING,
+        ('"5 mm" has a unit, but a damping ratio is a plain number; write a damping ratio such as 0.05'),
+    ),
+    (
+        0,
+        RESTITUTION,
+        (
+            "0 is out of range: a coefficient of restitution e must be greater than 0 and at most 1; "
+            "write a coefficient of restitution e such as 0.65"
+        ),
+    ),
+    (
+        10**400,
+        DAMPING,
+        "an integer of more than 40 digits is not a number; write a damping ratio such as 0.05",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "quantity", "sentence"), REFUSED)
+def test_refuses(text, quantity, sentence):
+    with pytest.raises(QuantityError) as error:
+        parse(text, quantity)
+    assert str(error.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("value", "quantity", "text"),
+    [
+        (44360.0, MASS, "44.36 t"),
+        (570.0, MASS, "570 kg"),
+        (0.208, PERIOD, "0.208 s"),
+        (0.007, PERIOD, "0.007 s"),
+        (0.025, GAP, "25 mm"),
+        (0.0, GAP, "0 mm"),
+        (1.25, GAP, "1.25 m"),
+        (3e-7, GAP, "0.3 µm"),
+        (450e3, YIELD_FORCE, "450 kN"),
+        (1.3e6, YIELD_FORCE, "1300 kN"),
+        (36e6, YIELD_FORCE, "36 MN"),
+        (inf, YIELD_FORCE, "inf"),
+        (4.903325, PGA, "0.5 g"),
+        (4.2e10, HERTZ, "4.2e7 kN/m^1.5"),
+        (4.05e7, STIFFNESS, "40.5 MN/m"),
+        (0.05, DAMPING, "0.05"),
+        (12345.678, Quantity("J", 0.0, inf, "energy"), "12.35 kJ"),
+        (2.0, Quantity("N*s", 0.0, inf, "impulse"), "2 N*s"),
+    ],
+)
+def test_says(value, quantity, text):
+    assert say(value, quantity) == text
+
+
+positive = st.floats(1e-6, 1e12)
+
+
+@settings(deadline=None)
+@given(value=positive, quantity=st.sampled_from(DIMENSIONAL))
+def test_exact_text_reads_back_to_the_same_bits(value, quantity):
+    assert parse(exact(value, quantity), quantity) == value
+
+
+@settings(deadline=None)
+@given(value=positive, quantity=st.sampled_from(DIMENSIONAL))
+def test_readable_text_reads_back_to_its_digits(value, quantity):
+    assert parse(say(value, quantity, 6), quantity) == pytest.approx(value, rel=1e-5)
+
+
+@settings(deadline=None)
+@given(
+    number=st.decimals("1e-3", "1e6", places=6),
+    pair=st.sampled_from([(unit, size, key) for key, units in USUAL.items() for unit, size in units]),
+)
+def test_usual_units_have_the_size_pint_gives_them(number, pair):
+    unit, size, key = pair
+    quantity = Quantity(key, 0.0, inf, "thing")
+    assert parse(f"{number} {unit}", quantity) == pytest.approx(float(number) * size, rel=1e-14)
+
+
+@settings(deadline=None, max_examples=300)
+@given(text=st.one_of(st.text(max_size=20), st.text("0123456789.eE+-^*/()%gmskNt ²µ_", max_size=14).map("5 {}".format)))
+def test_any_text_is_a_value_or_a_sentence(text):
+    for quantity in (MASS, PGA, DAMPING):
+        try:
+            value = parse(text, quantity)
+        except QuantityError as error:
+            assert "\n" not in str(error)
+            assert "write a" in str(error)
+        else:
+            assert quantity.allows(value)
+            assert not isnan(value)
+
+
+def test_gravity_and_ranges_in_words():
+    assert parse("1 g", PGA) == STANDARD_GRAVITY
+    assert bounds(RTOL) == "at least 1e-12 and at most 0.01"
+    assert bounds(Quantity("s/m", -inf, inf, "linear coefficient")) == "a number"
+    assert not MASS.allows(float("nan"))
+
+
+def test_values_are_shown_as_in_a_file_and_short():
+    assert shown({"a": [1, True], "b": "x\ny"}) == '{a = [1, true], b = "x\\ny"}'
+    assert len(shown("x" * 1000)) == 60
+    assert shown(list(range(20))) == "[0, 1, 2, 3, 4, 5, 6, 7, ...]"
+
+
+def test_pint_is_not_imported_before_it_is_needed():
+    code = "import sys, pounding_risk.units as q; q.say(1.0, q.GAP); assert 'pint' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("value", [0.02, "20 mm", "0.02 m"])
+def test_a_call_takes_si_or_text(value):
+    assert si(value, GAP) == 0.02
+
+
+@pytest.mark.parametrize("value", ["20", "20 s", -0.1, None, [0.02], "a lot"])
+def test_a_call_refuses_what_is_no_length_by_the_name_of_its_parameter(value):
+    with pytest.raises(QuantityError, match=r"^gap: .*; write a clear distance at rest such as "):
+        si(value, GAP, "gap")
+
+
+@pytest.mark.parametrize("value", [0.84, 84, 84.0, "84", "0.84", "84 %", "84%"])
+def test_shares_have_one_convention(value):
+    assert share(value, "percentile") == 0.84
+
+
+@pytest.mark.parametrize("value", [1, 1.0, "1", 0, "0 %", "100 %", 100, 101, -3, "x", True, None])
+def test_shares_that_could_be_two_things_or_none_are_refused(value):
+    with pytest.raises(QuantityError, match=r"^target: "):
+        share(value, "target")
+
+
+def test_a_share_keeps_to_its_range():
+    assert share("1 %", "target") == 0.01
+    with pytest.raises(QuantityError, match=r"is 0\.9 %; it must lie between 50 % and 100 %"):
+        share("0.9 %", "percentile", low=0.5)
