@@ -27,9 +27,9 @@ from throughput import in_time, range_of
 from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STYLES, blank, title, write
-from pounding_risk.results.pair_variables import COLUMNS, RUN, run_outputs
 from pounding_risk.solver.pair.api import free_response, oscillators, run
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
 from pounding_risk.solver.pair.stages import make_desk
 
 CONVERGED = 1e-12  # rtol of the reference

@@ -24,10 +24,10 @@ from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.motion import read_motion
-from pounding_risk.results.pair_variables import COLUMNS, RUN, run_outputs
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
 from pounding_risk.solver.pair.stages import make_desk
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)

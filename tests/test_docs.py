@@ -27,8 +27,8 @@ from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.processing.chain import STEPS
-from pounding_risk.results.pair_variables import BUILDING, RUN
 from pounding_risk.scene.words import KEYS
+from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 

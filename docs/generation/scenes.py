@@ -6,9 +6,9 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.models.effects.contact import EFFECTS
-from pounding_risk.results.pair_variables import BUILDING, RUN
 from pounding_risk.scene.reader import scene_schema
 from pounding_risk.solver.counters import STATUS_SENTENCES
+from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
 SCENE = """# Scene keys
 
@@ -128,6 +128,6 @@ def _short(value: str) -> str:
 
 def _jumps() -> str:
     """What the module says of models whose velocities jump, its second part."""
-    from pounding_risk.results import pair_variables as outputs
+    from pounding_risk.solver.pair import outputs
 
     return (outputs.__doc__ or "").partition("\n\n")[2].partition("\n\n")[2]

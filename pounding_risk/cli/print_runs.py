@@ -126,7 +126,7 @@ def _print_pair_run(dataset: Any) -> None:
 
 def _outputs(dataset: Any) -> Iterator[tuple[str, str, str]]:
     """Each output of the run and of its buildings: name, value, meaning."""
-    from pounding_risk.results.pair_variables import BUILDING, RUN
+    from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
     values = json.loads(dataset.attrs["outputs"])
     for name, output in RUN.items():

@@ -13,6 +13,7 @@ from pounding_risk._common.once import Shared
 from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.chunks import Part
 from pounding_risk.ensemble.job import Finish, Order, never
+from pounding_risk.ensemble.laws import laws_of
 from pounding_risk.ensemble.tolerance_check import (
     AtLeastOne,
     changes,
@@ -25,14 +26,13 @@ from pounding_risk.models.effects.contact import wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.layout import Form, Stretch, bytes_a_case, stretches
 from pounding_risk.results.pair_labels import OUTCOME, amplitudes, pair_skeleton, pair_values, pair_variables
-from pounding_risk.results.pair_variables import COLUMNS, HIGH, LOW
 from pounding_risk.results.tolerance_check import tighter
-from pounding_risk.scene.laws import laws_of
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import COMPLETE, STATUS
 from pounding_risk.solver.pair.api import free_response, oscillators, vibration_maps
 from pounding_risk.solver.pair.flight import SIGNALS, Free
 from pounding_risk.solver.pair.grid import SIMULATED, sweep
+from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.solver.pair.stages import make_desk
 
 AT_ONCE = 8  # lines in one call: what Ctrl-C waits for

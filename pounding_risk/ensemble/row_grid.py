@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.ensemble.laws import law_of
 from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.results.row_variables import Frame, frame_of
-from pounding_risk.scene.laws import law_of
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.row.cases import Limits, Mechanics
 from pounding_risk.solver.row.model import RowModel
+from pounding_risk.solver.row.outputs import Frame, frame_of
 
 Array = NDArray[np.float64]
 

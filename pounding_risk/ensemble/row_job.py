@@ -29,13 +29,13 @@ from pounding_risk.results.files import as_text
 from pounding_risk.results.layout import Form, Stretch, bytes_a_case, stretches
 from pounding_risk.results.pair_labels import kept_as
 from pounding_risk.results.row_labels import row_skeleton, row_variables
-from pounding_risk.results.row_variables import Outputs, outputs, variables
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, tighter
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import RowRun
 from pounding_risk.solver.row.cases import Answered, Cases, Driven
+from pounding_risk.solver.row.outputs import Outputs, outputs, variables
 
 Place = tuple[int, ...]
 MOTIONS = 128  # responses without contact that are kept, each with its motion: some hundred kB

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from pounding_risk.ensemble.chunks import Part
 from pounding_risk.results.layout import CaseVariable
-from pounding_risk.results.pair_variables import run_outputs
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS, tighter
 from pounding_risk.solver.counters import COMPLETE, STATUS
+from pounding_risk.solver.pair.outputs import run_outputs
 from pounding_risk.units import Quantity, si
 
 SENSITIVE, CHANGE = "sensitive", "change_"

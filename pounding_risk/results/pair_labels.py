@@ -15,10 +15,10 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.recordings import recording_numbers
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.layout import AXES, CaseVariable
-from pounding_risk.results.pair_variables import BUILDING, HIGH, RUN, building_outputs, run_outputs
 from pounding_risk.scene.scene import Study
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
+from pounding_risk.solver.pair.outputs import BUILDING, HIGH, RUN, building_outputs, run_outputs
 
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra

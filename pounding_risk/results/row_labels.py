@@ -25,7 +25,9 @@ from pounding_risk.results.pair_labels import (
     motion_spectra,
     one_amplitude,
 )
-from pounding_risk.results.row_variables import (
+from pounding_risk.scene.level_notes import level_notes
+from pounding_risk.scene.scene import Study
+from pounding_risk.solver.row.outputs import (
     AT_STOREYS,
     POINT,
     Frame,
@@ -35,8 +37,6 @@ from pounding_risk.results.row_variables import (
     moving_variables,
     variables,
 )
-from pounding_risk.scene.level_notes import level_notes
-from pounding_risk.scene.scene import Study
 
 
 def row_skeleton(study: Study, motions: tuple[Motion, ...], driven: np.ndarray, grid: RowGrid) -> xr.Dataset:

@@ -23,6 +23,7 @@ import xarray as xr
 
 from pounding_risk._common.dates import created
 from pounding_risk._jit.compile import lowered
+from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.impulsive import is_instant
@@ -31,14 +32,13 @@ from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
 from pounding_risk.results.pair_labels import CONVENTIONS
-from pounding_risk.results.pair_variables import COLUMNS, HIGH, LOW
-from pounding_risk.scene.laws import law_of
 from pounding_risk.scene.scene import Study, as_study, known_law, needs_pair
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.baselines import fixed_step as fixed
 from pounding_risk.solver.baselines.solve_ivp import GaveUp, solve_general
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.studies.accuracy_findings import (
     EVENT,

@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
+from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
@@ -28,7 +29,6 @@ from pounding_risk.models.effects.contact import refusal, wave_of
 from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
-from pounding_risk.scene.laws import law_of
 from pounding_risk.scene.scene import (
     EQUAL_TERMS,
     NO_RESTITUTION,

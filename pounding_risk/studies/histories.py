@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.dates import created
 from pounding_risk._common.files import AGAIN
 from pounding_risk._common.progress import Progress
+from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.ensemble.row_grid import row_grid
 from pounding_risk.errors import PoundingError
@@ -39,7 +40,6 @@ from pounding_risk.results.pair_labels import (
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.row_labels import row_coordinates
 from pounding_risk.results.store import store_of
-from pounding_risk.scene.laws import law_of
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import STATUS_SENTENCES

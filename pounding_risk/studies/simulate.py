@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.dates import created
+from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
@@ -24,8 +25,6 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.pair_labels import CONVENTIONS, sources_of
-from pounding_risk.results.pair_variables import building_outputs, run_outputs
-from pounding_risk.scene.laws import law_of
 from pounding_risk.scene.scene import Study, as_study
 from pounding_risk.scene.toml import nearest
 from pounding_risk.scene.unused_keys import unused_keys
@@ -41,6 +40,7 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
 from pounding_risk.solver.pair.flight import Free, lay_out, state_at
+from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.studies.simulate_row import cell_of, row_histories
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, si

@@ -16,12 +16,12 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.pair_labels import described, sources_of
 from pounding_risk.results.row_labels import row_coordinates
-from pounding_risk.results.row_variables import outputs, variables
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import RowRun
 from pounding_risk.solver.row.cases import Cases, Driven, Limits
+from pounding_risk.solver.row.outputs import outputs, variables
 from pounding_risk.solver.row.trace_reader import (
     FACTS,
     Instants,

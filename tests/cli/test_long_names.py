@@ -7,9 +7,9 @@ import re
 import pytest
 
 from pounding_risk.ensemble.scan import scan
-from pounding_risk.results.pair_variables import BUILDING, RUN
-from pounding_risk.results.row_variables import OF_POINTS, OVER_POINTS
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver.pair.outputs import BUILDING, RUN
+from pounding_risk.solver.row.outputs import OF_POINTS, OVER_POINTS
 from pounding_risk.studies.compare import compare
 from pounding_risk.studies.simulate import simulate
 

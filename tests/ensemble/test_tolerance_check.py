@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.ensemble.tolerance_check import AtLeastOne, changes, drawn, draws, is_sensitive
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.pair_variables import COLUMNS, HIGH
 from pounding_risk.results.summary import counted, failures
 from pounding_risk.results.tolerance_check import findings, tighter
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver import counters as tally
+from pounding_risk.solver.pair.outputs import COLUMNS, HIGH
 
 SCENE = """
 [scene]

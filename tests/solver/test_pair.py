@@ -14,10 +14,10 @@ from pounding_risk.models.contact.laws import LAWS, Jankowski, ViscousElastoplas
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.motion import read_motion
-from pounding_risk.results.pair_variables import COLUMNS, run_outputs
 from pounding_risk.solver.counters import MAX_STEPS, STATUS_SENTENCES, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS, run_outputs
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.units import STANDARD_GRAVITY
 

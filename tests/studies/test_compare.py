@@ -13,10 +13,10 @@ from figure_words import words_of
 from typer.testing import CliRunner
 
 from pounding_risk import cli, compare, figures, scan, simulate
+from pounding_risk.ensemble.laws import laws_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.restitution import constant
-from pounding_risk.scene.laws import laws_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import Effect, EqualTerms, known_law
 from pounding_risk.studies import compare_findings as agreement

@@ -19,10 +19,10 @@ from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.results.pair_variables import COLUMNS
 from pounding_risk.solver.counters import COMPLETE, MAX_STEPS, NOT_FINITE, STATUS_SENTENCES, STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.studies.stability.exact import factors, scaled
 from pounding_risk.studies.stability.trial import PULLING, Scene, Trial, largest_difference

@@ -16,7 +16,6 @@ import pounding_risk as pr
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.results.pair_variables import COLUMNS, building_outputs, run_outputs
 from pounding_risk.solver.counters import (
     ENERGY_OPEN,
     EXHAUSTED,
@@ -26,6 +25,7 @@ from pounding_risk.solver.counters import (
     TOO_MANY_CONTACTS,
     UNDERFLOW,
 )
+from pounding_risk.solver.pair.outputs import COLUMNS, building_outputs, run_outputs
 from pounding_risk.studies import demo as paper
 from pounding_risk.studies.stability.rest import bouncing
 from pounding_risk.studies.stability.trial import Scene, Trial, shaking

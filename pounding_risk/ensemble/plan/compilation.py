@@ -10,12 +10,12 @@ import numpy as np
 from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects.contact import wave_of, with_effects
-from pounding_risk.results.pair_variables import COLUMNS
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.pair.api import at_rest, oscillators
 from pounding_risk.solver.pair.contact import pound
 from pounding_risk.solver.pair.free import survey
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import laws as rows_laws

@@ -53,7 +53,7 @@ def grid_bytes(study: Study, records: int) -> int:
 
 def _of_pair(study: Study) -> Sizes:
     from pounding_risk.results.pair_labels import pair_variables
-    from pounding_risk.results.pair_variables import BUILDING
+    from pounding_risk.solver.pair.outputs import BUILDING
 
     along = {"building": 2}
     case = bytes_a_case(pair_variables() | check_variables(study.rtol), along)
@@ -64,7 +64,7 @@ def _of_pair(study: Study) -> Sizes:
 def _of_row(study: Study) -> Sizes:
     from pounding_risk.ensemble.row_grid import model_of
     from pounding_risk.results.row_labels import case_variables, row_variables
-    from pounding_risk.results.row_variables import frame_of, moving_variables
+    from pounding_risk.solver.row.outputs import frame_of, moving_variables
 
     frame = frame_of(model_of(study))
     along = frame.sizes

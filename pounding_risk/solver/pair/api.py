@@ -12,10 +12,10 @@ from pounding_risk.models.effects.contact import WavePassage
 from pounding_risk.models.effects.ground import Passing, Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
-from pounding_risk.results.pair_variables import building_outputs, run_outputs
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
 from pounding_risk.solver.pair.flight import BLOCK, SIGNALS, Free
 from pounding_risk.solver.pair.free import survey
+from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.run import march
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.solver.pair.taylor import HIGH, LOW, MAX_TERMS, TALLY

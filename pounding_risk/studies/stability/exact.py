@@ -6,10 +6,10 @@ from math import inf
 
 import numpy as np
 
-from pounding_risk.results.pair_variables import COLUMNS
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, largest_difference, shaking
 

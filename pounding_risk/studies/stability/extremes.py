@@ -8,10 +8,10 @@ from math import inf, isnan, pi, sqrt
 import numpy as np
 
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.results.pair_variables import run_outputs
 from pounding_risk.solver.counters import NOT_FINITE, STATUS, STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators, run
 from pounding_risk.solver.pair.flight import Free
+from pounding_risk.solver.pair.outputs import run_outputs
 from pounding_risk.studies.stability.trial import (
     FRAME,
     SOFT,

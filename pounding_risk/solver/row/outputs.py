@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.results.pair_variables import COLUMNS, HIGH, LOW, RUN, run_outputs
 from pounding_risk.solver import counters as tally
+from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW, RUN, run_outputs
 from pounding_risk.solver.row.api import HIGHEST, LOWEST, RowRun
 from pounding_risk.solver.row.model import RowModel
 
