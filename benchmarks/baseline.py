@@ -14,7 +14,8 @@ import numpy as np
 
 from pounding_risk.figures.style import STYLES, blank, title, write
 from pounding_risk.motions.intensity import response_spectra
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.units import STANDARD_GRAVITY
 
 RECORD = "CCC-HN1"

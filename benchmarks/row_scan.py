@@ -26,7 +26,8 @@ from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point, automatic_points
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import members
 from pounding_risk.results.files import told
 from pounding_risk.results.summary import counted

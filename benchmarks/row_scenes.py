@@ -14,7 +14,7 @@ from pounding_risk.models.restitution import Restitution, constant
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.units import STANDARD_GRAVITY
 
 RECORD = "RSN6-180"

@@ -9,8 +9,8 @@ import numpy as np
 from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.motions.ensemble import motions_of
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.solver.pair.api import Interface
 from pounding_risk.studies.demo import scene as shipped_scene
 

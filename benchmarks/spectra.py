@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.motions.intensity import response_spectra, rotated_spectra
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 SAMPLES, DT, DAMPING, REPEATS = 5000, 0.01, 0.05, 9
 PERIODS = np.geomspace(0.02, 10.0, 100)

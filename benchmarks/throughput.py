@@ -23,7 +23,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
 from pounding_risk.solver.pair.grid import sweep

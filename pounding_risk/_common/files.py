@@ -28,6 +28,7 @@ FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 # A file aside or in a study's folder is our own: where a symbolic link has its name, what it leads to is not opened.
 OWN_FILE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 NOT_SYNCED = {errno.EINVAL, getattr(errno, "ENOTSUP", errno.EINVAL)}  # file systems that sync no folders
+STORE = ".zarr"  # a folder under the name of a file
 PARTIAL, OLD = "partial", "old"  # how the names aside of a target end
 
 
@@ -223,3 +224,41 @@ def _sync(path: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
+    """The path of a file that can be written; raises PoundingError before any work is done.
+
+    Of a symbolic link it is what the link leads to. Its folder must exist and be writable, its suffix be one of
+    ``suffixes``, and it must not be a folder, but for a ``.zarr``, which is one.
+    """
+    target = Path(path)
+    if not target.name:
+        raise PoundingError(f"{target}: names no file; write one such as results{suffixes[0]}")
+    if target.suffix.lower() not in suffixes:
+        allowed = " or ".join(suffixes)
+        raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")
+    target = led_to(target)
+    folder = target.parent
+    if target.is_dir() and target.suffix.lower() != STORE:
+        raise PoundingError(f"{target}: is a folder; name a file in it")
+    if not folder.is_dir():
+        raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
+    if not os.access(folder, os.W_OK):
+        raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
+    _check_name(target)
+    return target
+
+
+def _check_name(target: Path) -> None:
+    """Refuse a name under which nothing could be written when the work is done: raises PoundingError."""
+    try:
+        os.fspath(target.absolute()).encode()
+    except UnicodeEncodeError:
+        told = os.fsencode(target).decode(errors="backslashreplace")
+        raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
+    try:
+        os.lstat(partial_of(target))
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None

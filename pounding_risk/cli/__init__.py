@@ -135,7 +135,7 @@ def demo(out: Annotated[Path, typer.Option(help="Folder for figures and datasets
     """Run the pair of the 2011 paper: figures and a dataset."""
     check_folder(out)
     from pounding_risk.cli.tables import print_pairs
-    from pounding_risk.studies.demo import demo as run
+    from pounding_risk.reports.demo import demo as run
 
     start = perf_counter()
     written = run(out, typer.echo)

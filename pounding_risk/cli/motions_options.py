@@ -15,8 +15,8 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pounding_risk.motions.record import Source
     from pounding_risk.motions.request import RecordRequest
-    from pounding_risk.motions.source import Source
     from pounding_risk.motions.target_spectra import Target
 
 
@@ -66,7 +66,7 @@ def before_and_after(how: RecordRequest, group: tuple[Source, ...]) -> Figure:
     """The figure of a record, or of two components turned to the row, before and after its treatment."""
     from pounding_risk.figures import processing_figure
     from pounding_risk.motions.ensemble import treated
-    from pounding_risk.motions.motion import read_trace
+    from pounding_risk.motions.read import read_trace
 
     bare = how._replace(processing="none", window=None, pga=None, scale=None, sa=None)
     begun, begins = (

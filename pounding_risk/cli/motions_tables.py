@@ -14,8 +14,8 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     from pounding_risk.motions.catalogue import Entry
     from pounding_risk.motions.motion import Motion
+    from pounding_risk.motions.record import Source
     from pounding_risk.motions.selection import Selection
-    from pounding_risk.motions.source import Source
 
 SPECTRUM = (0.2, 0.5, 1.0, 2.0)  # s
 HEADS = ("record", "event", "date", "station", "component", "state", "PGA", "duration", "dt")
@@ -99,7 +99,7 @@ def _told(key: str, value: Any) -> str:
 
 def print_strength(source: Source) -> None:
     """The measures of a record as a run takes it, and what a user should know of it."""
-    from pounding_risk.motions.motion import read_motion
+    from pounding_risk.motions.read import read_motion
 
     motion = read_motion(source)
     print()
@@ -121,7 +121,7 @@ def _findings(source: Source) -> Iterator[tuple[str, str, str, str]]:
 def _measures(motion: Motion) -> Iterator[tuple[str, str, str]]:
     """The intensity of a record as a run takes it: name, value, meaning."""
     from pounding_risk.motions.intensity import measure, response_spectra
-    from pounding_risk.motions.source import RAW
+    from pounding_risk.motions.record import RAW
 
     found = measure(motion.acceleration, motion.dt)
     state = ", processed as for a run" if motion.record["state"] == RAW else ""

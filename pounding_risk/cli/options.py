@@ -155,7 +155,7 @@ def contact_laws(
     from pounding_risk.models.contact.laws import stiffness_quantity
     from pounding_risk.models.contact.relation import misfit, related, relation_fault
     from pounding_risk.scene.scene import known_law
-    from pounding_risk.studies.impact import equal_stiffness
+    from pounding_risk.solver.pair.isolated import equal_stiffness
     from pounding_risk.units import say
 
     classes = {name: known_law(name) for name in dict.fromkeys(names)}

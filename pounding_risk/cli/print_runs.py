@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.cli.tables import engineering, print_pairs, print_table
+from pounding_risk.cli.tables import engineering, print_pairs, print_table, print_unused
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.plan.plan import Plan
-    from pounding_risk.studies.impact import Impact
+    from pounding_risk.solver.pair.isolated import Impact
 
 FEW_RECORDS = 3  # that share a doubt and are named
 MOST_CONTACTS = 60  # rows of the table of contacts
@@ -157,12 +157,6 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
             engineering(work, "J"),
             f"{yields:g}",
         )
-
-
-def print_unused(dataset: Any) -> None:
-    """A line for each key of the scene that changes nothing in it."""
-    for sentence in json.loads(dataset.attrs.get("unused_keys", "[]")):
-        print(f"note: {sentence}")
 
 
 def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> None:

@@ -6,6 +6,7 @@ and errors go to standard error.
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 import sys
@@ -350,3 +351,9 @@ def draw(figure: Any, target: Path) -> None:
     finally:
         partial.unlink(missing_ok=True)
     print(f"written: {target}")
+
+
+def print_unused(dataset: Any) -> None:
+    """A line for each key of the scene that changes nothing in it."""
+    for sentence in json.loads(dataset.attrs.get("unused_keys", "[]")):
+        print(f"note: {sentence}")

@@ -302,7 +302,7 @@ def _solved(payload: bytes, told: Told, lines: range) -> Back:
 
 def _job(payload: bytes, told: Told) -> Made:
     """The order's job, made once in each process."""
-    from pounding_risk.ensemble.job import job_of
+    from pounding_risk.ensemble.job_choice import job_of
 
     with _making:
         if told.digest not in _made:

@@ -13,6 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pounding_risk.scene.scene import own_laws
+
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
     from pounding_risk.scene.scene import Study
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
 ABSENT = object()
+# A change in any of these may change a number of a dataset; commands, figures, reports and assessments change none.
+SOURCES = ("_jit", "models", "motions", "scene", "solver", "ensemble", "results", "units.py")
 
 
 class Asked(Protocol):
@@ -125,23 +129,13 @@ def _program() -> dict[str, str]:
 
 
 def package_digest() -> str:
-    """Digest of the package's own source: all of it but commands and figures, which compute nothing."""
+    """SHA-256 of the source that numbers come from: the folders and files of `SOURCES`."""
     package = Path(__file__).parents[1]
-    found = hashlib.sha256()
-    for file in sorted(package.rglob("*.py")):
-        name = file.relative_to(package).as_posix()
-        if not name.startswith(("cli/", "figures/", "reports/", "motions/records/")):
-            found.update(f"{name}\0".encode() + file.read_bytes())
-    return found.hexdigest()
-
-
-def own_laws(study: Study) -> dict[str, str]:
-    """Digests of the code of those contact laws of the scene that are not the package's."""
-    from pounding_risk.models.contact.register_digest import is_own, law_digest
-    from pounding_risk.scene.scene import known_law
-
-    kinds = {name: known_law(name) for name in (study.law_name, *study.grid.contact_models)}
-    return {name: law_digest(kind) for name, kind in kinds.items() if is_own(kind)}
+    digest = hashlib.sha256()
+    sources = (package / name for name in SOURCES)
+    for file in sorted(file for source in sources for file in ([source] if source.is_file() else source.rglob("*.py"))):
+        digest.update(f"{file.relative_to(package).as_posix()}\0".encode() + file.read_bytes())
+    return digest.hexdigest()
 
 
 def _changed(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:

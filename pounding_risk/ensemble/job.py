@@ -72,14 +72,3 @@ class Job(Protocol):
 def never() -> bool:
     """What goes on to the end."""
     return False
-
-
-def job_of(order: Order) -> Job:
-    """The job of a pair or of a row; raises as `scene_laws.law_of` and `row_grid.row_grid`."""
-    if order.study.is_row:
-        from pounding_risk.ensemble.row_job import RowJob  # a pair needs none of it
-
-        return RowJob(order)
-    from pounding_risk.ensemble.pair_job import PairJob
-
-    return PairJob(order)

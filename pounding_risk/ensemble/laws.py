@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
-from pounding_risk.models.contact.relation import check_reach
+from pounding_risk.errors import SceneError
+from pounding_risk.models.contact.relation import least_of, out_of_reach
 from pounding_risk.models.effects.contact import with_effects
 from pounding_risk.scene.scene import Study
-from pounding_risk.studies.impact import equal_stiffness
+from pounding_risk.solver.pair.isolated import equal_stiffness
 
 
 def laws_of(study: Study) -> tuple[Any, ...]:
@@ -37,3 +39,16 @@ def _calibrated(study: Study, name: str) -> Any:
         terms.same,
     )
     return study.law(name, stiffness)
+
+
+def beyond_reach(study: Study, names: Iterable[str]) -> str:
+    """A sentence for the first law that cannot return the scene's e under its relation, or the least of its e(v)."""
+    least = least_of(study.restitution)
+    told = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
+    return next(filter(None, told), "")
+
+
+def check_reach(study: Study, names: Iterable[str]) -> None:
+    """Raise SceneError for a law that cannot return the scene's e: see `beyond_reach`."""
+    if sentence := beyond_reach(study, names):
+        raise SceneError(study.source, [f"interface.restitution: {sentence}"])

@@ -8,12 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import netCDF4
-
 from pounding_risk.ensemble.identity import difference
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import NETCDF
-from pounding_risk.results.zarr_metadata import ZARR_MARK
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Study
@@ -85,23 +81,12 @@ def check_replaceable_scene(target: Path, command: str, study: Study, new: bool 
 def read_finished(target: Path) -> Finished:
     """The command and the attributes of a dataset on disk; of anything else no command."""
     try:
-        names, attrs = _head_of_store(target) if target.suffix.lower() == ".zarr" else _head_of_file(target)
+        names, attrs = head_of(target)
     except (OSError, RuntimeError, ValueError):  # no netCDF file, or no JSON: nothing of this package
         return Finished("", {})
     if "versions" not in attrs and "kernels_digest" not in attrs:
         return Finished("", attrs)
     return Finished(next((command for command, mark in MARKS.items() if mark in names), ""), attrs)
-
-
-def _head_of_file(target: Path) -> tuple[set[str], dict[str, Any]]:
-    with NETCDF, netCDF4.Dataset(target) as file:
-        return {*file.dimensions, *file.variables}, {name: file.getncattr(name) for name in file.ncattrs()}
-
-
-def _head_of_store(target: Path) -> tuple[set[str], dict[str, Any]]:
-    attrs = json.loads((target / ".zattrs").read_text(encoding="utf-8"))
-    names = attrs.get(ZARR_MARK) if isinstance(attrs, dict) else None
-    return (set(map(str, names)), attrs) if isinstance(names, list) else (set(), {})
 
 
 def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,35 +10,12 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.scene.scene import Study
-from pounding_risk.solver.row.cases import Limits, Mechanics
+from pounding_risk.solver.row.cases import Mechanics
+from pounding_risk.solver.row.grid import RowGrid
 from pounding_risk.solver.row.model import RowModel
-from pounding_risk.solver.row.outputs import Frame, frame_of
+from pounding_risk.solver.row.outputs import frame_of
 
 Array = NDArray[np.float64]
-
-
-class RowGrid(NamedTuple):
-    """The grid of a study of a row, as its cases need it."""
-
-    frame: Frame
-    mechanics: tuple[Mechanics, ...]  # by contact model
-    gaps: Array  # (gaps, interfaces) [m]
-    yield_forces: Array  # (yield forces, contact points) [N]
-    rtol: float
-
-    @property
-    def model(self) -> RowModel:
-        """The row."""
-        return self.frame.model
-
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        """Contact models, gaps, yield forces."""
-        return len(self.mechanics), len(self.gaps), len(self.yield_forces)
-
-    def limits(self, gap: int, strength: int) -> Limits:
-        """One case's."""
-        return Limits(self.gaps[gap][self.model.interfaces], self.yield_forces[strength], self.yield_forces[-1])
 
 
 def row_grid(study: Study) -> RowGrid:

@@ -15,19 +15,21 @@ from pounding_risk._common.dates import created
 from pounding_risk._common.files import sweep
 from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import InMemory, Part, merged, without
-from pounding_risk.ensemble.job import Order, job_of
+from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
 from pounding_risk.ensemble.plan.size import grid_bytes
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_lines
-from pounding_risk.ensemble.tolerance_check import check_share
 from pounding_risk.errors import Stopped
-from pounding_risk.motions.ensemble import gathered
 from pounding_risk.results.files import RESULTS, as_text, check_target, open_results, zarr_store
 from pounding_risk.results.layout import blocks
 from pounding_risk.results.provenance import provenance
 from pounding_risk.results.store import Blockwise, Memory, store_of
-from pounding_risk.scene.scene import Study, as_study
+from pounding_risk.results.tolerance_check import check_share
+from pounding_risk.scene.motions import gathered
+from pounding_risk.scene.reader import as_study
+from pounding_risk.scene.scene import Study
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.checkpoint.folder import StudyFolder

@@ -19,18 +19,9 @@ from pounding_risk.results.layout import CaseVariable
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS, tighter
 from pounding_risk.solver.counters import COMPLETE, STATUS
 from pounding_risk.solver.pair.outputs import run_outputs
-from pounding_risk.units import Quantity, si
 
 SENSITIVE, CHANGE = "sensitive", "change_"
 SEED = 20110314  # of the sample: the same cases for the same grid on any day
-
-
-SHARE = Quantity("1", 0.0, 1.0, "share of the runs", example="0.01")
-
-
-def check_share(fraction: float | str) -> float:
-    """The share as a number; raises PoundingError for what is none from 0 to 1."""
-    return si(fraction, SHARE, "check_fraction")
 
 
 def draws(lines: range, width: int) -> NDArray[np.float64]:

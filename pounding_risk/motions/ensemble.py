@@ -13,30 +13,20 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk._common.progress import Progress
-from pounding_risk.errors import RecordError, SceneError
-from pounding_risk.models.effects.contact import wave_of
+from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets, scaling, treatment
 from pounding_risk.motions.copies import Copy, copies
 from pounding_risk.motions.formats import is_record
 from pounding_risk.motions.manifest import read_manifest, source_of
-from pounding_risk.motions.motion import Motion, processed
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.chain import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
-from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
+from pounding_risk.motions.read import processed
+from pounding_risk.motions.record import RAW, Source
 from pounding_risk.motions.recordings import STATED, recording, recording_words
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
-from pounding_risk.motions.source import (
-    RAW,
-    Source,
-    components,
-    file_name,
-    is_vertical,
-    lowest_usable,
-    open_source,
-    parted,
-)
-from pounding_risk.scene.scene import Study
+from pounding_risk.motions.source import components, file_name, is_vertical, open_source, parted
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -61,50 +51,6 @@ class _Chosen(NamedTuple):
     def factor(self) -> float:
         """What the manifest multiplies the record by."""
         return 1.0 if self.row is None else float(self.row["factor"])
-
-
-def motions_of(study: Study) -> tuple[Motion, ...]:
-    """The motions of `gathered`."""
-    return gathered(study).motions
-
-
-def gathered(study: Study) -> Gathered:
-    """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
-
-    Raises as `gather`, and SceneError where the grid sets the amplitude that the records have already, where no file is
-    a record and where a record ends before a passing wave has reached both buildings.
-    """
-    faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
-    if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
-        raise SceneError(study.source, sentences)
-    found = gather(study.records, study.folder, scaled=study.grid.pgas == (None,))
-    found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
-    if not found.motions:
-        asked = ", ".join(study.records.files)
-        left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
-        raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
-    lag = abs(getattr(wave_of(study.effects), "lag", 0.0))
-    for motion in found.motions:
-        if lag >= motion.duration:
-            told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
-            raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
-    return found
-
-
-def _for_buildings(motion: Motion, study: Study) -> Motion:
-    """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
-    periods = [building.period for building in study.buildings if not building.is_rigid]
-    if not periods:
-        return motion
-    findings = quality(
-        motion.acceleration,
-        motion.dt,
-        shortest_period=min(periods),
-        longest_period=max(periods),
-        usable=lowest_usable(motion.record),
-        checks=OF_BUILDINGS,
-    )
-    return replace(motion, flags=(*motion.flags, *failed(findings)))
 
 
 def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None) -> Gathered:

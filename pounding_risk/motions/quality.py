@@ -18,7 +18,7 @@ from pounding_risk.motions.processing.basic import SHORTEST_PRE_EVENT
 from pounding_risk.motions.processing.noise import BAND, LEAST_RATIO, signal_to_noise
 from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.signals import Samples, quiet_before, velocity_displacement
-from pounding_risk.motions.source import PROCESSED, RAW
+from pounding_risk.motions.record import PROCESSED, RAW
 
 LONGEST_STEP = 0.02  # s; longer steps miss peaks
 STEPS_A_PERIOD = 10.0  # as for gmprocess' oscillators

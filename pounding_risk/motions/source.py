@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,22 +20,12 @@ from pounding_risk.motions import catalogue, record_sets
 from pounding_risk.motions.formats import COMPONENT, FileRead, one_trace, read_components, read_file
 from pounding_risk.motions.formats._unit import sentence, size_of
 from pounding_risk.motions.processing.signals import LEAST_SHAKING, Samples
+from pounding_risk.motions.record import PROCESSED, RAW, Source
 
-RAW, PROCESSED = "raw", "processed"
 IN_MEMORY = "ObsPy trace"
 USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the flatfile of NGA-West2
 LARGEST = 1e30  # m/s²: far above any motion, and its square is still a number
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
-
-
-class Source(NamedTuple):
-    """A record before anything is done to it: trace in m/s², where it is from, raw or processed."""
-
-    name: str
-    trace: Any  # obspy.Trace, float samples, calib 1
-    record: dict[str, Any]
-    units: str
-    doubts: tuple[str, ...] = ()  # about how it was read, a sentence each
 
 
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:

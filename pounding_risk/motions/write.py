@@ -8,6 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pounding_risk._common.files import check_target
 from pounding_risk.errors import PoundingError
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -26,8 +27,6 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
     whoever reads it again takes it for a processed record. Raises PoundingError for another suffix, and for a place
     that cannot be written.
     """
-    from pounding_risk.results.files import check_target
-
     target = check_target(path, SUFFIXES)
     if target.suffix.lower() == ".csv":
         from pounding_risk.motions.formats.columns import write_columns

@@ -6,9 +6,7 @@ from a worker; a user may call from several threads.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 import platform
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,9 +18,10 @@ from typing import Any
 import netCDF4
 import xarray as xr
 
-from pounding_risk._common.files import discard, led_to, move_into_place, moved_away, not_written, partial_of
+from pounding_risk._common import files
+from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.zarr_metadata import is_zarr_of_ours
+from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
 RESULTS = (".nc", ".zarr")  # how a dataset's name may end
 NETCDF = RLock()  # held by whoever touches it
@@ -42,44 +41,14 @@ def versions() -> dict[str, str]:
 
 
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
-    """The path of a file that can be written; raises PoundingError before any work is done.
+    """The path of a dataset that can be written; raises PoundingError before any work is done.
 
-    Of a symbolic link it is what the link leads to. Its folder must exist and be writable, its suffix be one of
-    ``suffixes``, and it must not be a folder, or for a ``.zarr`` none but a store of this package.
+    As `files.check_target`; a ``.zarr`` that is there must be a store of this package.
     """
-    target = Path(path)
-    if not target.name:
-        raise PoundingError(f"{target}: names no file; write one such as results{suffixes[0]}")
-    if target.suffix.lower() not in suffixes:
-        allowed = " or ".join(suffixes)
-        raise PoundingError(f"{target}: the name must end in {allowed}; write {target.with_suffix(suffixes[0])}")
-    target = led_to(target)
-    folder = target.parent
-    if target.suffix.lower() == ".zarr":
-        if target.exists() and not is_zarr_of_ours(target):
-            raise PoundingError(f"{target}: is there already and no Zarr store of pounding-risk; choose another name")
-    elif target.is_dir():
-        raise PoundingError(f"{target}: is a folder; name a file in it")
-    if not folder.is_dir():
-        raise PoundingError(f"{target}: the folder {folder} does not exist; make it first")
-    if not os.access(folder, os.W_OK):
-        raise PoundingError(f"{target}: the folder {folder} cannot be written to; choose another one")
-    _check_name(target)
+    target = files.check_target(path, suffixes)
+    if target.suffix.lower() == files.STORE and target.exists() and not is_zarr_of_ours(target):
+        raise PoundingError(f"{target}: is there already and no Zarr store of pounding-risk; choose another name")
     return target
-
-
-def _check_name(target: Path) -> None:
-    """Refuse a name under which nothing could be written when the work is done: raises PoundingError."""
-    try:
-        os.fspath(target.absolute()).encode()
-    except UnicodeEncodeError:
-        told = os.fsencode(target).decode(errors="backslashreplace")
-        raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
-    try:
-        os.lstat(partial_of(target))
-    except OSError as error:
-        if error.errno == errno.ENAMETOOLONG:
-            raise PoundingError(f"{target}: {error.strerror}; choose a shorter name") from None
 
 
 def zarr_store() -> Any:
@@ -90,6 +59,25 @@ def zarr_store() -> Any:
         raise PoundingError(
             f'Zarr needs {error.name}, which is not installed; run: pip install "pounding-risk[cluster]"'
         ) from None
+
+
+def head_of(target: Path) -> tuple[set[str], dict[str, Any]]:
+    """Names of the variables and dimensions of a dataset on disk, and its attributes, without reading any values.
+
+    Raises OSError, RuntimeError or ValueError for what is no netCDF file or no store of this package.
+    """
+    return _head_of_store(target) if target.suffix.lower() == files.STORE else _head_of_file(target)
+
+
+def _head_of_file(target: Path) -> tuple[set[str], dict[str, Any]]:
+    with NETCDF, netCDF4.Dataset(target) as file:
+        return {*file.dimensions, *file.variables}, {name: file.getncattr(name) for name in file.ncattrs()}
+
+
+def _head_of_store(target: Path) -> tuple[set[str], dict[str, Any]]:
+    attrs = json.loads((target / ".zattrs").read_text(encoding="utf-8"))
+    names = attrs.get(ZARR_MARK) if isinstance(attrs, dict) else None
+    return (set(map(str, names)), attrs) if isinstance(names, list) else (set(), {})
 
 
 def netcdf_encoding(dataset: xr.Dataset) -> dict[Any, dict[str, Any]]:

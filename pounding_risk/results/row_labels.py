@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pounding_risk.ensemble.row_grid import RowGrid
 from pounding_risk.models.effects.contact import bare
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.motions.motion import Motion
@@ -27,6 +26,7 @@ from pounding_risk.results.pair_labels import (
 )
 from pounding_risk.scene.level_notes import level_notes
 from pounding_risk.scene.scene import Study
+from pounding_risk.solver.row.grid import RowGrid
 from pounding_risk.solver.row.outputs import (
     AT_STOREYS,
     POINT,

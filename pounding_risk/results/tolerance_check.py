@@ -9,6 +9,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.results.layout import streamed
+from pounding_risk.units import Quantity, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +23,12 @@ WORDS = {
     "impact_count": "impact count",
     "yield_exceedance": "yield exceedance",
 }
+SHARE = Quantity("1", 0.0, 1.0, "share of the runs", example="0.01")
+
+
+def check_share(fraction: float | str) -> float:
+    """The share as a number; raises PoundingError for what is none from 0 to 1."""
+    return si(fraction, SHARE, "check_fraction")
 
 
 def tighter(rtol: float) -> float:

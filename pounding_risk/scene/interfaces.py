@@ -11,6 +11,7 @@ from itertools import pairwise
 from math import inf
 from typing import Any, NamedTuple
 
+from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.contact.relation import AS_PUBLISHED
@@ -29,7 +30,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.buildings import has_storeys
 from pounding_risk.scene.scene import Neighbour, interface_name
-from pounding_risk.scene.toml import Fault, KeyPath, as_list, nearest, table, tables
+from pounding_risk.scene.toml import Fault, KeyPath, as_list, table, tables
 from pounding_risk.units import HEIGHT, STOREY_HEIGHT, QuantityError, parse, say, shown
 
 OF_POINTS = ("contact", "tolerance", "column_yield_force")  # keys that a pair of masses has no use for

@@ -7,8 +7,9 @@ from collections.abc import Container, Mapping
 from itertools import pairwise
 from typing import Any
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.toml import KeyPath, element_names, nearest
+from pounding_risk.scene.toml import KeyPath, element_names
 from pounding_risk.units import shown
 
 ARRAYS = ("building", "interface")

@@ -25,6 +25,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import DESIGN_PENETRATION, EXPONENT, SHIPPED
@@ -51,15 +52,7 @@ from pounding_risk.scene.scene import (
     Grid,
     Study,
 )
-from pounding_risk.scene.toml import (
-    Fault,
-    KeyPath,
-    key_lines,
-    nearest,
-    parse_toml,
-    read_text,
-    sentences,
-)
+from pounding_risk.scene.toml import Fault, KeyPath, key_lines, parse_toml, read_text, sentences
 from pounding_risk.scene.words import described, facts
 from pounding_risk.units import (
     DAMPING,
@@ -398,3 +391,10 @@ def _not_a_table(path: KeyPath, value: Any) -> str:
     if section in ARRAYS and isinstance(value, dict):
         return f"one table, where each {section} is a table of a list; write [[{section}]] with double brackets"
     return f"{shown(value)} is not a table; write {_header(section)} and its keys below"
+
+
+def as_study(scene: Study | Mapping[str, Any] | str | Path) -> Study:
+    """A study, or the scene file of that name read, or the tables of one."""
+    if isinstance(scene, Study):
+        return scene
+    return read_scene(scene)

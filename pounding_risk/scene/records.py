@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.chain import STEPS, read_steps
 from pounding_risk.motions.request import (
@@ -18,7 +19,7 @@ from pounding_risk.motions.request import (
     conflicts,
     matching,
 )
-from pounding_risk.scene.toml import Fault, as_list, nearest, table
+from pounding_risk.scene.toml import Fault, as_list, table
 from pounding_risk.scene.values import Several, Unreadable, each, list_of, words
 from pounding_risk.units import DAMPING, PERIOD, PGA, TIME, Quantity, parse, shown
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import inf
@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from pounding_risk import units as quantities
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, needs_floors
 from pounding_risk.models.contact.laws import DESIGN_PENETRATION, stiffness_quantity
@@ -22,7 +23,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.buildings import building_table
-from pounding_risk.scene.toml import nearest, write_toml
+from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, PGA, SPEED, STOREY_HEIGHT, YIELD_FORCE, Quantity, say, shown
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
@@ -422,10 +423,9 @@ def _ends(values: Sequence[float], quantity: Quantity) -> str:
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
-def as_study(scene: Study | Mapping[str, Any] | str | Path) -> Study:
-    """A study, or the scene file of that name read, or the tables of one."""
-    if isinstance(scene, Study):
-        return scene
-    from pounding_risk.scene.reader import read_scene
+def own_laws(study: Study) -> dict[str, str]:
+    """Digests of the code of those contact laws of the scene that are not the package's."""
+    from pounding_risk.models.contact.register_digest import is_own, law_digest
 
-    return read_scene(scene)
+    kinds = {name: known_law(name) for name in (study.law_name, *study.grid.contact_models)}
+    return {name: law_digest(kind) for name, kind in kinds.items() if is_own(kind)}

@@ -6,11 +6,11 @@ import json
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.units import shown
 
@@ -216,13 +216,6 @@ def sentences(
         else:
             told.setdefault(f"line {line}, {name}: {fault.sentence}", line)
     return sorted(told, key=told.__getitem__)
-
-
-def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """` (did you mean "gap"?)`, or nothing where no known word is near."""
-    spelt = {name.lower(): name for name in known}
-    near = get_close_matches(word.lower(), spelt, 1, cutoff)
-    return f' (did you mean "{spelt[near[0]]}"?)' if near else ""
 
 
 def write_toml(tables: Mapping[str, Any]) -> str:

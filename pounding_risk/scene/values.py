@@ -13,6 +13,7 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
+from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.damping_ratio import is_ratio, written_ratio
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.contact.relation import AS_PUBLISHED, faults
@@ -23,7 +24,6 @@ from pounding_risk.models.structures.contact_points import floor_number
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.scene.checks import LATER_RESTITUTION
 from pounding_risk.scene.scene import EQUAL_TERMS, Effect, unknown_law
-from pounding_risk.scene.toml import nearest
 from pounding_risk.units import EXAMPLES, RESTITUTION, Quantity, parse, shown
 
 LONGEST_AXIS = 10_000  # values of one grid key

@@ -28,11 +28,12 @@ from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects.contact import WavePassage, wave_of
-from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
 from pounding_risk.results.pair_labels import CONVENTIONS
-from pounding_risk.scene.scene import Study, as_study, known_law, needs_pair
+from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.reader import as_study
+from pounding_risk.scene.scene import Study, known_law, needs_pair
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.baselines import fixed_step as fixed
 from pounding_risk.solver.baselines.solve_ivp import GaveUp, solve_general

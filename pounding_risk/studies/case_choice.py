@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.layout import AXES
 from pounding_risk.scene.scene import Study
-from pounding_risk.scene.toml import nearest
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, say, si
 
 if TYPE_CHECKING:

@@ -18,30 +18,23 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.laws import law_of
+from pounding_risk.ensemble.laws import beyond_reach, law_of
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
-from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, beyond_reach, misfit, relation_fault
+from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit, relation_fault
 from pounding_risk.models.effects.contact import refusal, wave_of
-from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
-from pounding_risk.scene.scene import (
-    EQUAL_TERMS,
-    NO_RESTITUTION,
-    EqualTerms,
-    Study,
-    as_study,
-    known_law,
-    needs_pair,
-    unknown_law,
-)
+from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.reader import as_study
+from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, needs_pair, unknown_law
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators
+from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.compare_findings import finding, tables, typical_case
-from pounding_risk.studies.impact import Impact, impact
+from pounding_risk.studies.impact import impact
 from pounding_risk.studies.simulate import histories, logged, relative_displacement
 from pounding_risk.units import SPEED, shown, si
 

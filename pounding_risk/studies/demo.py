@@ -1,26 +1,21 @@
-"""The demo: the pair of the 2011 paper, its two figures, the search for its yield force, and a small ensemble."""
+"""The runs of the demo: the pair of the 2011 paper, the search for its yield force, and a small ensemble."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from importlib.resources import files
 from math import inf
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from pounding_risk import figures
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions.request import AS_RECORDED
-from pounding_risk.reports import report
-from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import Study
 from pounding_risk.studies.impact import impact
@@ -50,10 +45,10 @@ class Window(NamedTuple):
 
 def scene(name: str) -> Study:
     """A scene that comes with the package: "paper", "ensemble" or "compare"."""
-    return parse_scene(_text(name), source=f"{name}.toml")
+    return parse_scene(text_of(name), source=f"{name}.toml")
 
 
-def _text(name: str) -> str:
+def text_of(name: str) -> str:
     return (files("pounding_risk.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -95,62 +90,6 @@ def fitting(line: xr.Dataset) -> np.ndarray:
     peak = line["peak_relative_displacement"].values
     without = peak[np.isinf(line["yield_force"].values)][0]
     return (first >= STATED_TIME[0]) & (first <= STATED_TIME[1]) & (peak < without)
-
-
-def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = print) -> dict[str, Path]:
-    """Run the paper's example; write figures, datasets, scenes and a report into ``folder``; returns what is there."""
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    study = scene("paper")
-    assumed = _assumed(study)
-    say(f"The pair of Khatiwada et al. (2011) under El Centro 1940 at 0.5 g; {assumed}.")
-    say("A first run compiles the contact laws, which takes some ten seconds for each.")
-    elastic, plastic = figure_8(study)
-    _tell(say, pair_findings(elastic, plastic))
-    found = window(study)
-    _tell(say, window_findings(found))
-    ensemble = scan(scene("ensemble"))
-    _tell(say, ensemble_findings(ensemble))
-    drawn = {
-        "paper.png": figures.comparison_figure([elastic, plastic], note=assumed.replace("F_E", "$F_E$")),
-        "impacts.png": figures.impact_figure(figure_4(), note=STRIKER_NOTE),
-        "yield_force.png": figures.window_figure(
-            found.searched, (found.low, found.high), note=f"{_damping(study)} assumed"
-        ),
-        "map.png": figures.scan_figure(ensemble, note=f"{_damping(study)} assumed"),
-        "ratio.png": figures.ratio_figure(ensemble, note=f"{_damping(study)} assumed"),
-    }
-    written = {name: figures.write(figure, target / name) for name, figure in drawn.items()}
-    for name, dataset in {"paper.nc": plastic, "yield_force.nc": found.searched, "ensemble.nc": ensemble}.items():
-        written[name] = save(dataset, target / name)
-    written["report.html"] = report(written["ensemble.nc"], target / "report.html")
-    say(f"Next: change {_scene_file(target, 'ensemble')} to your own pair, and `pounding-risk scan` it.")
-    return written | {f"{name}.toml": _scene_file(target, name) for name in ("paper", "ensemble")}
-
-
-def _scene_file(folder: Path, name: str) -> Path:
-    """A scene of the package as a file to change; one that is there already may have been changed, and stays."""
-    file = folder / f"{name}.toml"
-    if not file.exists():
-        file.write_text(_text(name), encoding="utf-8")
-    return file
-
-
-def _assumed(study: Study) -> str:
-    """What the paper does not publish."""
-    return f"{_damping(study)} and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
-
-
-def _damping(study: Study) -> str:
-    return (
-        " and ".join(f"{100.0 * value:g} %" for value in sorted({each.damping for each in study.buildings}))
-        + " damping"
-    )
-
-
-def _tell(say: Callable[[str], None], lines: list[str]) -> None:
-    for line in lines:
-        say(line)
 
 
 def pair_findings(elastic: xr.Dataset, plastic: xr.Dataset) -> list[str]:

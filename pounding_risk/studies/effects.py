@@ -21,7 +21,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
-from pounding_risk.scene.scene import Effect, Study, as_study, known_law
+from pounding_risk.scene.reader import as_study
+from pounding_risk.scene.scene import Effect, Study, known_law
 from pounding_risk.studies.accuracy import bench_of, run_event
 from pounding_risk.units import Quantity, parse
 

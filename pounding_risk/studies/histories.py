@@ -23,7 +23,6 @@ from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.ensemble.row_grid import row_grid
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
@@ -40,6 +39,7 @@ from pounding_risk.results.pair_labels import (
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.row_labels import row_coordinates
 from pounding_risk.results.store import store_of
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import STATUS_SENTENCES

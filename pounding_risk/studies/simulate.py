@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.dates import created
+from pounding_risk._common.words import nearest
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
@@ -20,13 +21,13 @@ from pounding_risk.models.effects.contact import wave_of
 from pounding_risk.models.effects.ground import Passing
 from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.models.structures.sdof import Oscillator
-from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.pair_labels import CONVENTIONS, sources_of
-from pounding_risk.scene.scene import Study, as_study
-from pounding_risk.scene.toml import nearest
+from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.reader import as_study
+from pounding_risk.scene.scene import Study
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.solver.counters import (
     COMPLETE,

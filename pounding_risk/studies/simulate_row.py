@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.row_grid import RowGrid, mechanics_of, row_grid
+from pounding_risk.ensemble.row_grid import mechanics_of, row_grid
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text, versions
 from pounding_risk.results.pair_labels import described, sources_of
@@ -21,6 +21,7 @@ from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import RowRun
 from pounding_risk.solver.row.cases import Cases, Driven, Limits
+from pounding_risk.solver.row.grid import RowGrid
 from pounding_risk.solver.row.outputs import outputs, variables
 from pounding_risk.solver.row.trace_reader import (
     FACTS,

@@ -399,7 +399,7 @@ def test_a_scan_tells_all_that_is_needed():
     """On real records no sum of peaks is exceeded, which no rounding may break; displacements are spectral ones."""
     from pounding_risk.ensemble.scan import scan
     from pounding_risk.motions import intensity as measures
-    from pounding_risk.motions.motion import read_motion
+    from pounding_risk.motions.read import read_motion
     from pounding_risk.scene.reader import parse_scene
 
     records = ["RSN6-180", "CCC-HN1"]

@@ -390,7 +390,7 @@ def test_demo_says_what_it_wrote(monkeypatch):
         say("one run")
         return {"figure": folder / "paper.png"}
 
-    monkeypatch.setitem(sys.modules, "pounding_risk.studies.demo", SimpleNamespace(demo=demo))
+    monkeypatch.setitem(sys.modules, "pounding_risk.reports.demo", SimpleNamespace(demo=demo))
     told = run("demo", "--out", "new/folder")
     assert told.exit_code == 0, told.stderr
     assert told.stdout.splitlines()[0] == "one run"

@@ -18,7 +18,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions import catalogue, record_sets
 from pounding_risk.motions.formats import read_file
 from pounding_risk.motions.manifest import check_manifest, read_manifest
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.selection import select
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.motions.write import write_motion

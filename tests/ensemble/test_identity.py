@@ -17,12 +17,13 @@ import pytest
 import pounding_risk as pr
 from pounding_risk.ensemble import identity as identities
 from pounding_risk.ensemble.identity import difference, digest, flattened, identity
-from pounding_risk.ensemble.job import Order, job_of
+from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.contact.register_digest import law_digest
-from pounding_risk.motions.ensemble import gathered
 from pounding_risk.motions.motion import Motion
+from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = """

@@ -22,7 +22,7 @@ from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.motions import request as record_request
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.footprints import Footprint, clear_distance, crosses_itself

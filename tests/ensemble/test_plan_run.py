@@ -21,7 +21,7 @@ from pounding_risk.ensemble.plan.plan import Plan, plan, validate
 from pounding_risk.ensemble.plan.text import duration
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
 
 PAIR = """\

@@ -17,12 +17,12 @@ from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, of
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Hertz, Linear
-from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.motions.formats.columns import write_columns
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.reports import report
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.summary import summary
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene, read_scene
 from pounding_risk.studies.simulate import simulate
 

@@ -13,8 +13,9 @@ from pounding_risk import figures
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.motions import at_periods, corners, ensemble_spectra, fourier_amplitude, longest_usable
 from pounding_risk.motions import intensity as measures
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.noise import signal_to_noise
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.selection import select
 from pounding_risk.motions.target_spectra import Target
 from pounding_risk.units import STANDARD_GRAVITY

@@ -26,7 +26,8 @@ from pounding_risk.models.contact.laws import LAWS, Bilinear, Hertz, Jankowski, 
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, solve
-from pounding_risk.studies.impact import Impact, impact
+from pounding_risk.solver.pair.isolated import Impact
+from pounding_risk.studies.impact import impact
 from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, largest_difference, shaking
 
 K, BETA, MASS, SPEED = 9.35e7, 2.75e9, 570.0, 0.5  # N/m, N/m^1.5, kg, m/s: concrete cubes

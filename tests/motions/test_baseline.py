@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.motion import read_motion
 from pounding_risk.motions.processing.chain import Step
 from pounding_risk.motions.processing.signals import butterworth, velocity_displacement
+from pounding_risk.motions.read import read_motion
 
 DT, COUNT = 0.01, 15000
 TIME = np.arange(COUNT) * DT

@@ -18,7 +18,7 @@ from pounding_risk.motions import catalogue
 from pounding_risk.motions import copies as module
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.ensemble import gather
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import load, members
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.selection import select

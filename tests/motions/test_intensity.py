@@ -17,7 +17,7 @@ from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import spectra as spectrum
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 G = 9.80665
 CREST = 4e-6  # what a crest may be off, of the peak, at worst; (2π / 128)⁴ / 384 = 1.5e-8 where a motion is free

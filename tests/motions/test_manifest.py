@@ -13,7 +13,8 @@ import pytest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue, manifest
 from pounding_risk.motions.manifest import check_manifest, read_manifest, write_manifest
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.scaling import by_factor
 
 

@@ -12,16 +12,17 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.ensemble import gather, gathered
+from pounding_risk.motions.ensemble import gather
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.manifest import write_manifest
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.recordings import recording
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.selection import select
 from pounding_risk.motions.source import open_source
 from pounding_risk.motions.target_spectra import read_target
+from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665

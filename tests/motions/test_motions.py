@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats.geonet import _read_geonet
-from pounding_risk.motions.motion import Motion, read_motion, read_stream, read_trace
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, STEPS, Step, read_steps
 from pounding_risk.motions.processing.signals import butterworth, onset, velocity_displacement
+from pounding_risk.motions.read import read_motion, read_stream, read_trace
 from pounding_risk.motions.write import write_motion
 
 G = 9.80665

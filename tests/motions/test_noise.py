@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.motion import read_motion, read_trace
 from pounding_risk.motions.processing.chain import Step
 from pounding_risk.motions.processing.noise import BANDWIDTH, corners_from_noise, shared_corners, signal_to_noise
 from pounding_risk.motions.processing.signals import energy_time, quiet_before
+from pounding_risk.motions.read import read_motion, read_trace
 
 DT, LENGTH, ARRIVAL = 0.01, 200.0, 100.0
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.motion import read_motion
 from pounding_risk.motions.quality import CHECKS, LASTING, Finding, failed, quality
+from pounding_risk.motions.read import read_motion
 
 GOOD = [entry.id for entry in catalogue.entries() if not entry.id.startswith("RSN1690")]
 RAW = [entry.id for entry in catalogue.entries() if entry.state == "raw"]

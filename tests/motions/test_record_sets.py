@@ -8,7 +8,7 @@ import pytest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import record_sets
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.source import open_source
 from pounding_risk.units import STANDARD_GRAVITY
 

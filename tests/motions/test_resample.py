@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.motion import read_motion, read_trace
 from pounding_risk.motions.processing.chain import Step
+from pounding_risk.motions.read import read_motion, read_trace
 
 
 def resampled(samples, before, **options):

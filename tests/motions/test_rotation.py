@@ -14,7 +14,8 @@ from obspy.signal.rotate import rotate2zne, rotate_ne_rt
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import rotation
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.rotation import rotated
 
 ROUNDING = 1e-13  # of a sum of two products, on samples of order 1

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import record_sets, scaling
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 
 G = 9.80665
 ROUNDING = 1e-12  # a product and a spectrum of it, each rounded once a sample

@@ -14,7 +14,8 @@ from scipy.optimize import minimize_scalar
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import record_sets, selection
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.scaling import by_factor, spectral_accelerations
 from pounding_risk.motions.selection import fit, select
 from pounding_risk.motions.source import is_vertical

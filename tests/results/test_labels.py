@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import catalogue, record_sets
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.results.files import open_results
 from pounding_risk.results.pair_labels import PERIODS
 from pounding_risk.scene.reader import parse_scene

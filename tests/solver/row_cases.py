@@ -12,7 +12,7 @@ from oracle_rows import Meeting
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 GRAVITY = 9.80665
 SOIL = ("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 6.0)))

@@ -19,7 +19,7 @@ from pounding_risk.models import restitution
 from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.solver.pair.api import Interface, solve
 
 GRAVITY = 9.80665

@@ -12,7 +12,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.laws import LAWS, Jankowski, ViscousElastoplastic
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import study_from
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve

@@ -13,7 +13,7 @@ import pytest
 from pounding_risk.models.contact.laws import LAWS, Jankowski, ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.solver.counters import MAX_STEPS, STATUS_SENTENCES, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.grid import sweep

@@ -16,7 +16,7 @@ from pounding_risk.models.structures.contact_points import Point, automatic_poin
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.solver.counters import COMPLETE, COUNT, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, STEPS, YIELDS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST

@@ -15,6 +15,7 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
+from pounding_risk.reports import demo
 from pounding_risk.studies import demo as paper
 
 
@@ -193,4 +194,4 @@ def test_demo_leaves_a_changed_scene_alone(shown):
     """The demo tells the user to change this file: a second demo must not undo that."""
     folder, written, _ = shown
     written["ensemble.toml"].write_text("mine", encoding="utf-8")
-    assert paper._scene_file(folder, "ensemble").read_text(encoding="utf-8") == "mine"
+    assert demo._scene_file(folder, "ensemble").read_text(encoding="utf-8") == "mine"

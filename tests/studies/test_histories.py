@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
-from pounding_risk.motions.ensemble import motions_of
 from pounding_risk.results import layout
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
 from pounding_risk.studies import simulate as history

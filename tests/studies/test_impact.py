@@ -24,7 +24,8 @@ from pounding_risk.models.contact.laws import (
 )
 from pounding_risk.models.contact.relation import name_of
 from pounding_risk.models.restitution import CONCRETE, constant
-from pounding_risk.studies.impact import equal_stiffness, impact, restitution_of
+from pounding_risk.solver.pair.isolated import equal_stiffness
+from pounding_risk.studies.impact import impact, restitution_of
 
 MASS, SPEED, BETA = 570.0, 0.5, 2.75e9
 

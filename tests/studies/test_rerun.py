@@ -15,7 +15,8 @@ import pounding_risk as pr
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.manifest import write_manifest
-from pounding_risk.motions.motion import Motion, read_motion
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.results.provenance import text_digest
 from pounding_risk.scene.reader import parse_scene, read_scene
 from pounding_risk.studies import demo as paper

@@ -15,12 +15,12 @@ from pounding_risk.solver.pair.api import at_rest, oscillators
 from pounding_risk.solver.pair.contact import pound
 from pounding_risk.solver.pair.free import survey
 from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.isolated import meeting
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import laws as rows_laws
 from pounding_risk.solver.row import run as rows_march
-from pounding_risk.studies.impact import meeting
 
 # Compiling on one core of the machine that this was written on [s].
 LAW_OF_A_PAIR, MOTION_OF_A_PAIR = 12.0, 5.0

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.job import Job, Order, job_of, never
+from pounding_risk.ensemble.job import Job, Order, never
+from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.plan.size import bytes_of
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects.contact import wave_of

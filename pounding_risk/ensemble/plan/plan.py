@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, prod, sqrt
+from math import prod, sqrt
 from os import cpu_count
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.ensemble.plan.numbers import PlannedRecord, PlanNumbers, shape_of
 from pounding_risk.ensemble.plan.text import run_words, scene_words
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Study
@@ -17,76 +17,12 @@ from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.plan.compilation import Kernels
     from pounding_risk.motions.ensemble import Gathered
 
 
-class PlannedRecord(NamedTuple):
-    """A ground motion as the runs will see it, before polarity and the grid's amplitudes."""
-
-    name: str
-    event: str
-    state: str  # "raw" or "processed", as it was found
-    duration: float  # s, the tail included
-    dt: float  # s
-    pga: float  # m/s²
-    flags: tuple[str, ...]  # one doubt a sentence
-    processing: tuple[str, ...]  # one step a sentence
-
-
 @dataclass(frozen=True, repr=False)
-class Plan(ShortRepr):
-    """A scene without a fault, its records, and what its run takes on this machine.
-
-    What would take compiling to know is None unless that was asked for.
-    """
-
-    study: Study
-    records: tuple[PlannedRecord, ...]
-    kernels: Kernels  # compiled before the plan was made
-    bytes: int  # of the dataset's variables, before compression
-    memory: int  # bytes, about, of a scan into a file
-    threads: int
-    notes: tuple[str, ...] = ()  # on unusual numbers of the scene and its records
-    left_out: tuple[str, ...] = ()  # what of the files named is no record of the scene, and why
-    changes: tuple[str, ...] = ()  # what `--set` changes, a value a line
-    unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
-    compiled: bool = False  # whether the plan has compiled what was missing
-    screened: int | None = None  # lines that the motion without contact answers, since it closes no gap
-    share: float = 1.0  # of the lines that were looked at to learn what follows; a large grid is drawn from evenly
-    seconds: float | None = None  # of solving, on so many threads
-    error: float | None = None  # standard error of it [s]
-    sampled: int = 0  # lines that were solved to learn this
-
-    @property
-    def shape(self) -> dict[str, int]:
-        """How many values each dimension of the dataset has, in its order; one where the scene names no grid."""
-        return _shape(self.study, len(self.records))
-
-    @property
-    def cases(self) -> int:
-        """The cases of the grid; some of them will be known without a run of their own."""
-        return prod(self.shape.values())
-
-    @property
-    def lines(self) -> int:
-        """The lines of the grid: all yield forces of a motion, contact model and gap."""
-        return self.cases // self.shape["yield_force"]
-
-    @property
-    def chunks(self) -> int | None:
-        """About as many as the run will have: the first line of each contact model alone, the rest by time."""
-        if self.seconds is None:
-            return None
-        from pounding_risk.ensemble.threads import SECONDS
-
-        return min(self.lines, self.shape["contact_model"] + ceil(self.seconds * self.threads / SECONDS))
-
-    @property
-    def shaking(self) -> float:
-        """Ground motion in all, over all cases [s]."""
-        each = self.cases // len(self.records)
-        return each * sum(record.duration for record in self.records)
+class Plan(PlanNumbers):
+    """A scene without a fault, its records, and what its run takes on this machine, in numbers and in words."""
 
     def summary(self) -> list[tuple[str, str]]:
         """The scene as an engineer reads it, and its run: what, and the words for it; one pair a line."""
@@ -124,18 +60,18 @@ def plan(
     ``compiling`` False leaves out what is not compiled yet. Nothing is written. Raises SceneError, which tells every
     fault of a scene file at once, and RecordError for a record that cannot be used.
     """
+    from pounding_risk.ensemble.laws import check_reach
     from pounding_risk.ensemble.limits import check_dataset, check_memory
     from pounding_risk.ensemble.plan.compilation import kernels_of
     from pounding_risk.ensemble.plan.size import sizes
     from pounding_risk.ensemble.plausibility import of_input
-    from pounding_risk.models.contact.relation import check_reach
-    from pounding_risk.motions.ensemble import gathered
+    from pounding_risk.scene.motions import gathered
 
     before, study = _read(scene, overrides)
     for place in range(len(study.interfaces)):
         check_reach(study.at(place), study.grid.contact_models)
     found = gathered(study)
-    shape = _shape(study, len(found.motions))
+    shape = shape_of(study, len(found.motions))
     size = sizes(study).of(shape)
     check_dataset(study, prod(shape.values()), size)
     check_memory(study, found.motions)
@@ -187,14 +123,14 @@ def _changes(before: Study | None, study: Study, motions: tuple[Motion, ...]) ->
         return told
     if before.records != study.records and [each.digest for each in were] == [each.digest for each in motions]:
         told = told_as_idle(told)
-    old, new = (prod(_shape(each, count).values()) for each, count in ((before, len(were)), (study, len(motions))))
+    old, new = (prod(shape_of(each, count).values()) for each, count in ((before, len(were)), (study, len(motions))))
     return (*told, f"cases: {old} -> {new}") if old != new else told
 
 
 def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) -> tuple[Motion, ...] | None:
     """The motions that the scene has without the overrides; None where they cannot be used."""
     from pounding_risk.errors import RecordError, SceneError
-    from pounding_risk.motions.ensemble import gathered
+    from pounding_risk.scene.motions import gathered
 
     if before.records == study.records:
         return motions
@@ -202,18 +138,6 @@ def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) ->
         return gathered(before).motions
     except (RecordError, SceneError):  # the overrides repair it
         return None
-
-
-def _shape(study: Study, records: int) -> dict[str, int]:
-    grid = study.grid
-    return {
-        "record": records,
-        "polarity": len(study.records.polarities),
-        "pga": len(grid.pgas),
-        "contact_model": len(grid.contact_models),
-        "gap": len(grid.gaps),
-        "yield_force": len(grid.yield_forces),
-    }
 
 
 def _timed(made: Plan, found: Gathered) -> Plan:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk.ensemble.job import Order
 from pounding_risk.ensemble.row_job import RowJob
-from pounding_risk.motions.ensemble import motions_of
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.row.cases import Cases, Limits
 

@@ -18,7 +18,7 @@ from pounding_risk.results.layout import AXES, BLOCK_BYTES, bytes_a_case
 from pounding_risk.scene.scene import Study
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.plan.plan import Plan
+    from pounding_risk.ensemble.plan.numbers import PlanNumbers
 
 READ_FOR = 60 * 8  # bytes a record: its spectrum
 WRITER = 40e6  # bytes, about, of the libraries that write a dataset, which a plan has no need of
@@ -73,7 +73,7 @@ def _of_row(study: Study) -> Sizes:
     return Sizes(case, bytes_a_case(case_variables(moving_variables(frame)), along) + closing, case)
 
 
-def memory(plan: Plan, motions: Iterable[Motion], free: int) -> int:
+def memory(plan: PlanNumbers, motions: Iterable[Motion], free: int) -> int:
     """About the memory that a scan into a file takes [bytes]; ``free`` is that of a response without contact.
 
     What this process holds now, the records, the responses that are kept, a block of the dataset as it is written, and

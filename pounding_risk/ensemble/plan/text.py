@@ -38,7 +38,7 @@ from pounding_risk.units import (
 )
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.plan.plan import Plan
+    from pounding_risk.ensemble.plan.numbers import PlanNumbers
 
 HERE = "`scan --plan`"
 BESIDE = ", and the responses without contact"
@@ -222,7 +222,7 @@ def _span(values: Sequence[float], quantity: Quantity) -> str:
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
-def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
+def run_words(plan: PlanNumbers) -> Iterator[tuple[str, str]]:
     """What is to be run, and what that takes; one pair a line."""
     yield "cases", _cases(plan)
     yield "lines", _lines(plan)
@@ -238,20 +238,20 @@ def run_words(plan: Plan) -> Iterator[tuple[str, str]]:
         yield "unused", sentence
 
 
-def _room(plan: Plan) -> str:
+def _room(plan: PlanNumbers) -> str:
     """What is free beside the scene, where the dataset may need more."""
     folder = plan.study.folder if plan.study.folder.is_dir() else Path()
     free = disk_usage(folder).free
     return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
 
 
-def _cases(plan: Plan) -> str:
+def _cases(plan: PlanNumbers) -> str:
     factors = [f"{count} {name.replace('_', ' ')}s" for name, count in plan.shape.items() if count > 1]
     factors = [factor.replace("polaritys", "polarities") for factor in factors]
     return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
 
 
-def _lines(plan: Plan) -> str:
+def _lines(plan: PlanNumbers) -> str:
     """A line is what is solved at once: all yield forces of a gap."""
     width = plan.shape["yield_force"]
     each = f"{plan.lines}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
@@ -262,7 +262,7 @@ def _lines(plan: Plan) -> str:
     return f"{each}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
 
 
-def _compiling(plan: Plan) -> str:
+def _compiling(plan: PlanNumbers) -> str:
     kernels = plan.kernels
     if kernels.interpreted:
         return "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
@@ -281,7 +281,7 @@ def _joined(parts: list[str]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
-def _time(plan: Plan) -> str:
+def _time(plan: PlanNumbers) -> str:
     if plan.seconds is None:
         if plan.kernels.interpreted:
             return f"not known, since nothing is compiled; {HERE} times a sample all the same"

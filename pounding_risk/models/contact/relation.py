@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pounding_risk.errors import PoundingError, SceneError
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.damping import BILINEAR_LOWEST, EXACT, BilinearExact
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.scene.toml import nearest
 from pounding_risk.units import shown
-
-if TYPE_CHECKING:
-    from pounding_risk.scene.scene import Study
 
 AS_PUBLISHED, AS_ASKED = RELATIONS = ("published", "exact")
 EXAMPLE = '{value = 0.65, relation = "exact"}'
@@ -84,19 +81,6 @@ def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
 def least_of(rule: Restitution) -> float:
     """The smallest e of a relation e(v): the published ones fall with the speed."""
     return float(rule.at(rule.fastest)) if rule.fastest < inf else rule.c0
-
-
-def beyond_reach(study: Study, names: Iterable[str]) -> str:
-    """A sentence for the first law that cannot return the scene's e under its relation, or the least of its e(v)."""
-    least = least_of(study.restitution)
-    told = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
-    return next(filter(None, told), "")
-
-
-def check_reach(study: Study, names: Iterable[str]) -> None:
-    """Raise SceneError for a law that cannot return the scene's e: see `beyond_reach`."""
-    if sentence := beyond_reach(study, names):
-        raise SceneError(study.source, [f"interface.restitution: {sentence}"])
 
 
 def _no_relation(names: list[str]) -> str:

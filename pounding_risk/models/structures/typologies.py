@@ -15,8 +15,8 @@ from __future__ import annotations
 from math import inf
 from typing import NamedTuple
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.scene.toml import nearest
 from pounding_risk.units import HEIGHT, shown
 
 ASCE7, EC8 = "ASCE/SEI 7, 12.8.2.1, Table 12.8-2", "EN 1998-1:2004, 4.3.3.2.2 (3), expression (4.6)"

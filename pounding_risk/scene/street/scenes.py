@@ -17,8 +17,8 @@ from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, 
 
 if TYPE_CHECKING:
     from pounding_risk.scene.street.defaults import Filled, House
+    from pounding_risk.scene.street.lines import BlockRow
     from pounding_risk.scene.street.pairs import ClosePair
-    from pounding_risk.scene.street.rows import BlockRow
 
 FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "solver")

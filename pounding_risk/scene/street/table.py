@@ -17,11 +17,11 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.scene.street.footprints import Array, Footprint, crosses_itself, length, local, middle, ring_area
-from pounding_risk.scene.toml import nearest
 from pounding_risk.units import DAMPING, GAP, MASS, PERIOD, Quantity, QuantityError, parse, say, shown
 
 Item = TypeVar("Item", bound=Hashable)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.studies.impact import Impact
+from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies.stability.trial import NO_PULL, SOFT, STIFF, WALL, Scene, Trial, largest_difference, shaking
 
 BLOCK, SPEED = Scene(hertz=2.75e9, linear=9.35e7), 0.5  # N/m^1.5, N/m, m/s: concrete cubes of 570 kg

@@ -14,7 +14,8 @@ from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
-from pounding_risk.studies.impact import Impact, impact
+from pounding_risk.solver.pair.isolated import Impact
+from pounding_risk.studies.impact import impact
 
 Ground = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import read_components, read_file
 from pounding_risk.motions.formats.cosmos import _read_cosmos
 from pounding_risk.motions.formats.csmip import _is_csmip, _read_csmip
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 G = 9.80665
 DATA = Path(__file__).parents[2] / "data" / "formats"

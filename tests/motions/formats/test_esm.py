@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import read_file
 from pounding_risk.motions.formats.esm import _is_esm, _read_esm
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 DATA = Path(__file__).parents[2] / "data" / "formats"
 EAST, NORTH = (gzip.decompress((DATA / f"esm-dlfa-{stream}.asc.gz").read_bytes()) for stream in ("hne", "hnn"))

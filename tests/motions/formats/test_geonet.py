@@ -17,7 +17,7 @@ from scipy import signal
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import _text, read_components, read_file
 from pounding_risk.motions.formats.geonet import _is_geonet, _read_geonet
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 DATA = Path(__file__).parents[2] / "data" / "formats"
 RAW, CORRECTED = (gzip.decompress((DATA / f"geonet-thz.{kind}.gz").read_bytes()) for kind in ("v1a", "v2a"))

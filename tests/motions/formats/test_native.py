@@ -22,7 +22,7 @@ from pounding_risk.motions.formats.evt import _is_evt, _read_evt
 from pounding_risk.motions.formats.knet import _is_knet, _read_knet
 from pounding_risk.motions.formats.mseed import _read_mseed
 from pounding_risk.motions.formats.sac import _is_sac, _read_sac
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.request import RecordRequest
 
 G = 9.80665

@@ -14,7 +14,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import read_file
 from pounding_risk.motions.formats.smc import _is_smc, _read_smc
-from pounding_risk.motions.motion import read_motion
+from pounding_risk.motions.read import read_motion
 
 DATA = Path(__file__).parents[2] / "data" / "formats"
 FILES = {path.name: path for path in DATA.glob("smc-*.gz")}

@@ -1,0 +1,49 @@
+"""The part of a record that a run sees, its other sign, zeros after it, and doubts about it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.basic import window
+from pounding_risk.motions.processing.registry import Done
+from pounding_risk.motions.processing.resample import MOST
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
+
+WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
+
+
+def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
+    """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
+    done = window(samples, dt, start=span[0], end=span[1])
+    peak, kept = float(np.abs(samples).max()), float(np.abs(done.samples).max())
+    if kept >= WEAK_WINDOW * peak:
+        return done
+    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * kept / peak:.2g} % of the record's"
+    return done._replace(flags=(*done.flags, flag))
+
+
+def turned_round(samples: Samples) -> Done:
+    """The other sign."""
+    return Done(-samples, "polarity: reversed")
+
+
+def extended(samples: Samples, dt: float, seconds: float) -> Done:
+    """Zeros of that duration [s] after the samples."""
+    count = round(seconds / dt)
+    if count > MOST:
+        raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
+    return Done(np.pad(samples, (0, count)), f"tail: {count * dt:g} s of zeros added")
+
+
+def doubts(samples: Samples, dt: float) -> tuple[str, ...]:
+    """What a user should know about the samples that a run sees."""
+    flags = []
+    peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
+    if first > FIRST_OF_PEAK * peak:
+        share = f"{100.0 * first / peak:.1f} %"
+        flags.append(f"the motion starts at {share} of its PGA: a late trigger, or a cut in motion")
+    if dt > LONGEST_STEP:
+        flags.append(f"the time step {dt:g} s is longer than {LONGEST_STEP:g} s: peaks may be missed")
+    return tuple(flags)

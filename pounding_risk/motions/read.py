@@ -1,0 +1,194 @@
+"""Records read, processed, cut and scaled: `read_motion` is the one door.
+
+A record of the catalogue, a file or an ObsPy trace goes in, raw or processed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.motion import Motion, later, span_of
+from pounding_risk.motions.processing.amplitude import asked, unit_doubts
+from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, Done, Step, read_steps
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
+from pounding_risk.motions.record import RAW, Source
+from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
+from pounding_risk.motions.source import USABLE, check_shaking, components, lowest_usable, open_source
+from pounding_risk.motions.treatment import Treatment, treated
+from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
+
+if TYPE_CHECKING:
+    from obspy import Stream, Trace
+
+CHANGE_OF_PEAK = 0.02
+
+
+def read_motion(
+    source: str | Path | Trace | Source,
+    *,
+    window: tuple[float | str, float | str] | None = None,
+    pga: float | str | None = None,
+    scale: float | str | None = None,
+    processing: str | Sequence[Mapping[str, Any]] = "auto",
+    polarity: str = AS_RECORDED,
+    tail: float | str = 0.0,
+    unit: str | None = None,
+    dt: float | str | None = None,
+) -> Motion:
+    """The ground motion of a record: read, processed, cut, scaled.
+
+    ``source`` is an id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of
+    several components one is named after "#": "quake.V2A#N28W"), or an ObsPy trace in m/s². ``unit`` ("cm/s^2") and
+    ``dt`` [s] are for files that do not state theirs. ``processing`` "auto" filters and corrects a raw record and
+    leaves a processed one as it is; "none" leaves both; a list of tables names the steps
+    (`pounding_risk.motions.processing.chain`).
+    After that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
+    and ``scale`` (factor), and ``tail`` [s] of zeros. Numbers are SI; text has its unit ("6 s", "0.5 g").
+
+    Raises RecordError for what cannot be read or trusted, with the repair.
+    """
+    how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
+    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    return treated([processed(opened, processing)], how)[0]
+
+
+def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
+    """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
+    chain = _chain(processing, source.record["state"])
+    log = _Log(source)
+    check_shaking(log.samples, source.name, "its sensitivity and unit, or leave the record out")
+    _process(log, chain)
+    # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
+    # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
+    # earlier, such as one of two earthquakes in a file, is a step of the chain.
+    record = {**source.record, "polarity": AS_RECORDED, "factor": log.factor}
+    record = later(record, log.start) | log.corners()
+    return Motion(str(record["id"]), log.samples, log.dt, record, tuple(log.sentences)).doubted(log.flags)
+
+
+def read_trace(
+    source: str | Path | Trace, *, unit: str | None = None, dt: float | str | None = None, **choices: Any
+) -> Trace:
+    """As `read_motion`, as an ObsPy trace in m/s² whose ``stats.processing`` has the history."""
+    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    motion = read_motion(opened, **choices)
+    trace = opened.trace.copy()  # the one that was handed over stays as it was
+    trace.data = np.array(motion.acceleration)
+    if trace.stats.delta != motion.dt:
+        trace.stats.delta = motion.dt
+    trace.stats.starttime += motion.record.get("cut_from_start", 0.0)
+    trace.stats.processing = list(motion.processing)
+    return trace
+
+
+def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
+    """As `read_trace`, of every component of a file or of an ObsPy stream, as an ObsPy stream.
+
+    Each is treated by itself; a stream in pieces is to be merged before.
+    """
+    from obspy import Stream
+
+    if isinstance(source, Stream):
+        return Stream([read_trace(trace, **choices) for trace in source])
+    if isinstance(source, str | Path) and Path(source).is_file():
+        unit, dt = choices.pop("unit", None), choices.pop("dt", None)
+        step = None if dt is None else asked("dt", dt, STEP)
+        return Stream([read_trace(each, **choices) for each in components(Path(source), unit=unit, dt=step)])
+    return Stream([read_trace(source, **choices)])
+
+
+def _treatment(
+    *,
+    window: tuple[float | str, float | str] | None,
+    pga: float | str | None,
+    scale: float | str | None,
+    polarity: str,
+    tail: float | str,
+) -> Treatment:
+    """What `read_motion` is asked to do after the processing, in SI; raises RecordError for what it cannot do."""
+    given = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
+    for _, sentence in conflicts(given):
+        raise RecordError(sentence)
+    if polarity not in (AS_RECORDED, REVERSED):
+        raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
+    return Treatment(
+        window=None if window is None else span_of(window),
+        polarity=polarity,
+        pga=None if pga is None else asked("pga", pga, PGA),
+        scale=None if scale is None else asked("scale", scale, SCALE),
+        tail=asked("tail", tail, TAIL),
+    )
+
+
+class _Log:
+    """Samples on their way through the steps, with the sentence and the doubts of each."""
+
+    def __init__(self, found: Source):
+        self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
+        self.dt = float(found.trace.stats.delta)
+        self.start = 0.0
+        self.flags = [*found.doubts, *unit_doubts(found.record["pga_recorded"], "as recorded")]
+        self.factor, self.band = 1.0, (0.0, inf)
+        self.raw = found.record["state"] == RAW
+        self._record = found.record
+        self.sentences = [*found.trace.stats.get("processing", []), found.units]
+
+    def add(self, done: Done) -> None:
+        """Take over what a step gave."""
+        self.samples, self.start = done.samples, self.start + done.cut * self.dt
+        self.dt = self.dt if done.dt is None else done.dt
+        self.factor *= done.factor
+        self.band = max(self.band[0], done.band[0]), min(self.band[1], done.band[1])
+        self.sentences.append(done.sentence)
+        self.flags += done.flags
+
+    def corners(self) -> dict[str, float]:
+        """Facts of a record that a filter here has changed: its own corners, and those it came with, the narrower."""
+        (low, high), facts = self.band, {}
+        if low > 0.0:
+            low = max(low, self._record.get("low_corner") or 0.0)
+            usable = max(USABLE * low, lowest_usable(self._record) or 0.0)
+            facts = {"low_corner": low, "lowest_usable_frequency": usable}
+        if high < inf:
+            facts["high_corner"] = min(high, self._record.get("high_corner") or inf)
+        return facts
+
+
+def _process(log: _Log, chain: Sequence[Step]) -> None:
+    """Every step of the chain; flagged where they change PGA by more than 2 %, or leave an offset."""
+    centred = log.samples - log.samples.mean() if log.raw else log.samples
+    before = float(np.abs(centred).max())
+    log.flags += failed(quality(log.samples, log.dt, checks=LASTING))
+    for step in chain:
+        log.add(step.apply(log.samples, log.dt))
+    # A baseline correction tells itself how the motion ends, and may leave a permanent displacement in.
+    if not any(step.name == "baseline" for step in chain):
+        log.flags += failed(quality(log.samples, log.dt, checks=AT_REST))
+    after = float(np.abs(log.samples).max())
+    if chain and before > 0.0 and abs(after / before - 1.0) > CHANGE_OF_PEAK:
+        log.flags.append(f"processing changed PGA by {100.0 * (after / before - 1.0):+.1f} %")
+    offset = abs(float(log.samples.mean()))
+    if offset > OFFSET_OF_PEAK * after:
+        log.flags.append(f"the mean of the record is {100.0 * offset / after:.0f} % of its PGA: subtract it")
+
+
+def _chain(processing: Any, state: str) -> Sequence[Step]:
+    """The steps that ``processing`` stands for."""
+    if not isinstance(processing, str) and isinstance(processing, Sequence):
+        return read_steps(processing)
+    if processing == "auto":
+        # Filtering a processed record again is the commonest way to damage one.
+        return DEFAULT_CHAIN if state == RAW else ()
+    if processing != "none":
+        raise RecordError(
+            f'processing: {shown(processing)} is not one; it may be "auto", "none" or a list of steps such '
+            'as [{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
+        )
+    return ()

@@ -1,0 +1,58 @@
+"""The ground motions of a scene, flagged where they do not suit its buildings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pounding_risk.errors import SceneError
+from pounding_risk.models.effects.contact import wave_of
+from pounding_risk.motions.ensemble import Gathered, gather
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
+from pounding_risk.motions.request import conflicts
+from pounding_risk.motions.source import lowest_usable
+from pounding_risk.scene.scene import Study
+
+
+def motions_of(study: Study) -> tuple[Motion, ...]:
+    """The motions of `gathered`."""
+    return gathered(study).motions
+
+
+def gathered(study: Study) -> Gathered:
+    """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
+
+    Raises as `gather`, and SceneError where the grid sets the amplitude that the records have already, where no file is
+    a record and where a record ends before a passing wave has reached both buildings.
+    """
+    faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
+    if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
+        raise SceneError(study.source, sentences)
+    found = gather(study.records, study.folder, scaled=study.grid.pgas == (None,))
+    found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
+    if not found.motions:
+        asked = ", ".join(study.records.files)
+        left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
+        raise SceneError(study.source, [f"records.files: {asked} matches no record{left}; check the folder"])
+    lag = abs(getattr(wave_of(study.effects), "lag", 0.0))
+    for motion in found.motions:
+        if lag >= motion.duration:
+            told = f"the wave needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            raise SceneError(study.source, [f"effects.wave_passage: {told}; check velocity and distance"])
+    return found
+
+
+def _for_buildings(motion: Motion, study: Study) -> Motion:
+    """The motion, flagged where it is too coarse or was filtered too narrowly for these buildings."""
+    periods = [building.period for building in study.buildings if not building.is_rigid]
+    if not periods:
+        return motion
+    findings = quality(
+        motion.acceleration,
+        motion.dt,
+        shortest_period=min(periods),
+        longest_period=max(periods),
+        usable=lowest_usable(motion.record),
+        checks=OF_BUILDINGS,
+    )
+    return replace(motion, flags=(*motion.flags, *failed(findings)))
