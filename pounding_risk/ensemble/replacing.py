@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.ensemble.identity import difference
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.files import head_of
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Study

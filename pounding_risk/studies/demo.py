@@ -49,6 +49,7 @@ def scene(name: str) -> Study:
 
 
 def text_of(name: str) -> str:
+    """The TOML of a scene that comes with the package."""
     return (files("pounding_risk.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
 
 
