@@ -1,4 +1,4 @@
-"""``python -m pounding_risk`` is ``pounding-risk``."""
+"""Entry point of ``python -m pounding_risk``, the same as the command ``pounding-risk``."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def building_checks(raw: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _walls(buildings: list[tuple[int, dict[str, Any]]], count: int) -> Iterator[Fault]:
-    """Neighbours that both move with the ground."""
+    """Faults for neighbours that are both rigid: neither moves against the other."""
     rigid = {index for index, keys in buildings if keys.get("rigid") is True}
     if count == 2 and len(rigid) == 2:
         yield Fault(

@@ -15,7 +15,7 @@ from pounding_risk.scene.scene import Study
 
 
 def motions_of(study: Study) -> tuple[Motion, ...]:
-    """The motions of `gathered`."""
+    """The ground motions of a scene, one per record; see `gathered`."""
     return gathered(study).motions
 
 

@@ -56,7 +56,7 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
 
 
 def _assignment(text: str, source: str) -> tuple[list[str], Any]:
-    """Path and value of path=value."""
+    """Split an override `path=value` into the path of the key and the text of the value."""
     left, equals, right = text.partition("=")
     if left.count(".") > DEEPEST:
         sentence = f"the path has {left.count('.') + 1} parts, and no key of a scene more than {DEEPEST}"

@@ -1,7 +1,7 @@
 """Scene files: TOML with quantities in, a `Study` out, and every fault of a file told at once.
 
-Keys are declared once, in the tables below, and pydantic walks them. ``scene_keys`` reads their values,
-``scene_checks`` knows what more than one key takes part in, ``scene_text`` deals with the text itself.
+Keys are declared once, in the tables below, and pydantic walks them. `scene.values` reads their values, `scene.checks`
+holds the rules on several keys, `scene.toml` reads and writes the text.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def measured(quantity: Quantity) -> Reads:
 
 
 def gridded(quantity: Quantity) -> Reads:
-    """The values of a grid key."""
+    """Reader of a grid key: one value, a list, or a range with start, stop and num."""
     return Reads(scene_keys.axis(quantity), {"type": ["array", "object"], **facts(quantity)})
 
 
@@ -184,7 +184,7 @@ class InterfaceTable(Section):
     equal_terms: EqualTermsTable | None = None
 
 
-# One key an effect; those of later versions are known to ``scene_checks``.
+# One key an effect; those of later versions are listed in `scene.checks`.
 _EFFECT_KEYS: dict[str, Any] = {
     name: (Annotated[Effect | None, Reads(scene_keys.effect(name), {"type": "object"})], None) for name in EFFECTS
 }
@@ -319,7 +319,7 @@ def scene_schema() -> dict[str, Any]:
 
 
 def _listed(overrides: Sequence[str]) -> tuple[str, ...]:
-    """The overrides; text alone is one."""
+    """Overrides as a list; a single text counts as a list of one."""
     return (overrides,) if isinstance(overrides, str) else tuple(overrides)
 
 
@@ -347,7 +347,7 @@ def _study(raw: dict[str, Any], origin: Origin) -> Study:
 
 
 def _faults(error: ValidationError) -> Iterator[Fault]:
-    """What pydantic found, in this package's words."""
+    """Errors of pydantic as faults with this package's sentences."""
     for found in error.errors(include_url=False):
         path, kind, value = found["loc"], found["type"], found["input"]
         cause = found.get("ctx", {}).get("error")

@@ -112,7 +112,7 @@ def _fault(table: Any, key: str = "") -> str:
 
 
 def record_names(value: Any) -> tuple[str, ...]:
-    """Ids of the catalogue."""
+    """Reader of ids of the catalogue, one or a list; raises Unreadable for an unknown one."""
     asked = list_of(value, 'names = ["RSN6-180"]')
     known = catalogue_ids()
 
@@ -137,13 +137,13 @@ def _meant(word: str) -> str:
 
 
 def record_files(value: Any) -> tuple[str, ...]:
-    """Names or patterns of files, or folders."""
+    """Reader of names or patterns of record files, or of folders."""
     asked = list_of(value, 'files = ["my/*.AT2"]')
     return tuple(each(asked, words("my/*.AT2"), distinct=True))
 
 
 def record_set(value: Any) -> str:
-    """The name of a record set."""
+    """Reader of the name of a published record set; raises Unreadable for an unknown one."""
     from pounding_risk.motions.record_sets import SETS
 
     if not isinstance(value, str) or value not in SETS:
@@ -153,7 +153,7 @@ def record_set(value: Any) -> str:
 
 
 def unit(value: Any) -> str:
-    """The unit of samples, such as "cm/s^2"."""
+    """Reader of the unit of acceleration samples, such as "cm/s^2"."""
     from pounding_risk.motions.formats._unit import size_of
 
     try:

@@ -368,7 +368,7 @@ class Study(ShortRepr):
 
 
 def exact(value: float, quantity: Quantity) -> str | float:
-    """As `quantities.exact`; a study changed in memory may hold numpy's numbers, which would be written otherwise."""
+    """As `units.exact`; a study changed in memory may hold numpy's numbers, which would be written otherwise."""
     return quantities.exact(float(value), quantity)
 
 
@@ -410,7 +410,7 @@ def needs_pair(study: Study, command: str) -> Study:
 
 
 def _inverse_mass(building: Building | Storeys) -> float:
-    """Of what strikes; 0 of a wall."""
+    """1/m [1/kg] of the mass that collides: of storeys that of a mean floor; 0 for a rigid wall."""
     if isinstance(building, Storeys):
         return len(building.masses) / building.mass
     return building.oscillator().inverse_mass

@@ -78,7 +78,7 @@ def one_of(allowed: Sequence[str], what: str) -> Callable[[Any], str]:
 
 
 def storey_count(value: Any) -> int:
-    """How many storeys a building has."""
+    """Reader of the number of storeys of a building."""
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_STOREYS:
         raise Unreadable(
             f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
@@ -137,7 +137,7 @@ def _meeting(value: Any) -> tuple[float, float]:
 
 
 def law_name(value: Any) -> str:
-    """The name of a contact model."""
+    """Reader of the name of a contact model; raises Unreadable for an unknown one."""
     if not isinstance(value, str) or value not in CONTACT_MODELS:
         if isinstance(value, str):
             raise Unreadable(unknown_law(value))
@@ -190,7 +190,7 @@ def same(value: Any) -> str:
 
 
 def effect(name: str) -> Callable[[Any], Effect]:
-    """A reader of an effect's table."""
+    """Reader of the table of options of an effect."""
     kind: Any = EFFECTS[name]
 
     def option(key: str, value: Any) -> Any:

@@ -220,7 +220,7 @@ def _describe(found: dict[str, Any], key: Key) -> None:
 
 
 def _options(name: str) -> dict[str, Any]:
-    """The keys of an effect's table."""
+    """Words for each key of an effect's table of options."""
     kind: Any = EFFECTS[name]
     needed = [key for key in kind.options if key not in kind.optional]
     properties = {key: _option(allowed, default_example(name, key)) for key, allowed in kind.options.items()}
