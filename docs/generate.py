@@ -30,9 +30,6 @@ from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 from generation.typologies import typologies_page  # noqa: E402
 
-# The site has better for these, and a reader of the site has no use for them.
-UNUSED = ("Test it", "Your own contact law", "Effects, only where a scene names them", "Where to go next")
-
 
 def pages(run: bool = False) -> dict[str, str | bytes]:
     """Every generated page by its file, and with ``run`` the pictures that the notebooks draw."""
@@ -52,10 +49,6 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "assessment.md": assessment_page(),
         "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
-    sections, elsewhere = readme_sections(), taken()
-    found |= {f"pieces/{slug(name)}.md": text for name, text in sections.items()}
-    rest = [name for name in sections if slug(name) not in elsewhere]
-    found["pieces/start.md"] = "".join(f"## {name}\n{sections[name]}" for name in rest)
     found |= isolated_impacts()
     for path in notebooks():
         found |= notebook_pages(path, run)
@@ -79,24 +72,6 @@ def write(folder: Path, run: bool = False) -> None:
 def asked() -> bool:
     """Whether the notebooks are to be run."""
     return os.environ.get("RUN_NOTEBOOKS", "0") not in ("", "0")
-
-
-def slug(heading: str) -> str:
-    """The file name of a heading: "Hard cases" is hard-cases."""
-    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
-
-
-def readme_sections() -> dict[str, str]:
-    """The README's sections by heading, with its pictures where they are from here."""
-    text = (ROOT / "README.md").read_text("utf-8")
-    parts = re.split(r"^## (.+)\n", text, flags=re.M)
-    return {heading: _from_here(body) for heading, body in zip(parts[1::2], parts[2::2], strict=True)}
-
-
-def taken() -> set[str]:
-    """Sections of the README that a page of their subject takes in, and those that no page does."""
-    pages = " ".join(path.read_text("utf-8") for path in HERE.rglob("*.md") if "generated" not in path.parts)
-    return {*re.findall(r"generated/pieces/([a-z0-9-]+)\.md", pages), *map(slug, UNUSED)}
 
 
 def _from_here(text: str) -> str:

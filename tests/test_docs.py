@@ -179,7 +179,7 @@ def test_pages_are_written_where_they_changed_and_removed_where_they_are_no_more
 
 
 def test_what_pages_take_in_and_show_is_there(pages):
-    """The README's parts by their headings, and pictures: a heading that is renamed fails here, not in the build."""
+    """Included files and pictures: one that is renamed fails here, not in the build."""
     files = [path for path in DOCS.rglob("*.md") if "generated" not in path.parts]
     own = {path.relative_to(DOCS).as_posix(): path.read_text("utf-8") for path in files}
     whole = {**own, **{f"generated/{name}": text for name, text in pages.items()}}
@@ -194,14 +194,6 @@ def test_what_pages_take_in_and_show_is_there(pages):
             assert place in whole if place.startswith("generated/") else (DOCS / place).exists(), (
                 f"{name} shows {picture}, which is not there"
             )
-
-
-def test_what_of_the_readme_no_page_takes_in_stands_at_the_start(generate, pages):
-    start = headings_of(pages["pieces/start.md"])
-    assert {"Run it", "A scene"} <= start
-    assert not {"Hard cases", "Records", "Test it"} & start
-    taken = {name for name in generate.readme_sections() if generate.slug(name) in generate.taken()}
-    assert taken | start >= set(generate.readme_sections())
 
 
 def test_no_page_stands_in_no_list_of_pages():
