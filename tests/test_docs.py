@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -201,6 +202,51 @@ def test_no_page_stands_in_no_list_of_pages():
     for path in DOCS.rglob("*.md"):
         if path.stem != "index" and "generated" not in path.parts:
             assert re.search(rf"^(theory/)?{path.stem}$", listed, re.M), path.name
+
+
+README = DOCS.parent / "README.md"
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """The fenced blocks of a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page, re.M | re.S)
+
+
+@pytest.mark.parametrize("path", [README, *sorted(DOCS.glob("*.md"))], ids=lambda path: path.stem)
+def test_commands_and_options_on_the_pages_are_real(path):
+    typer = pytest.importorskip("typer")
+    from pounding_risk.cli import app
+
+    lines = [line for block in blocks(path.read_text("utf-8"), "sh") for line in re.split(r"(?<!\\)\n", block)]
+    calls = [re.split(r"[\s\"']+", call) for line in lines for call in re.findall(r"\bpounding-risk ([^|&;#]+)", line)]
+    for call in calls:
+        command = typer.main.get_command(app)
+        assert call[0] in command.commands, call
+        for word in call:
+            command = getattr(command, "commands", {}).get(word, command)
+        known = {flag for option in command.params for flag in option.opts}
+        assert {word for word in call if re.match(r"--?[a-z]", word)} <= known, call
+
+
+@pytest.mark.slow
+def test_the_scene_of_the_readme_is_answered_as_it_says(monkeypatch, tmp_path):
+    """Its commands and its Python block run, and print what stands there, except line breaks."""
+    typer_testing = pytest.importorskip("typer.testing")
+    from pounding_risk.cli import app
+
+    monkeypatch.chdir(tmp_path)
+    text = README.read_text("utf-8")
+    (scene,), (code,), (printed,) = (blocks(text, language) for language in ("toml", "python", "text"))
+    Path("scene.toml").write_text(scene, "utf-8")
+    (commands,) = (block for block in blocks(text, "sh") if block.startswith("pounding-risk scan scene.toml"))
+    for command in commands.splitlines():
+        run = typer_testing.CliRunner().invoke(app, shlex.split(command)[1:], env={"COLUMNS": "400"})
+        assert run.exit_code == 0, run.output
+    output = " ".join(run.output.split())
+    for part in printed.split("...\n"):
+        assert " ".join(part.split()) in output
+    exec(compile(code, "README.md", "exec"), {})
+    assert Path("report.html").exists()
 
 
 EXAMPLES = """
