@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
@@ -247,6 +248,28 @@ def test_the_scene_of_the_readme_is_answered_as_it_says(monkeypatch, tmp_path):
         assert " ".join(part.split()) in output
     exec(compile(code, "README.md", "exec"), {})
     assert Path("report.html").exists()
+
+
+def test_the_page_of_the_architecture_names_the_layers_and_what_is_there():
+    """Layers in their order; on the two ways every file, function and name of the value; folders to add to."""
+    text = (DOCS / "architecture.md").read_text("utf-8")
+    parts = dict(zip(["", *re.findall(r"^## (.+)$", text, re.M)], re.split(r"^## .+$", text, flags=re.M), strict=True))
+    project = tomllib.loads((DOCS.parent / "pyproject.toml").read_text("utf-8"))
+    contract = next(found for found in project["tool"]["importlinter"]["contracts"] if found["type"] == "layers")
+    layers = [layer.removeprefix("pounding_risk.") for layer in contract["layers"]]
+    assert re.findall(r"^\| `(\w+)` \|", parts["Layers"], re.M) == layers
+    package = Path(pounding_risk.__file__).parent
+    for way, most in (("The way of a gap", 28), ("The way of a record", 13)):
+        steps = re.findall(r"^\| \d+ \| `(\S+)` \| `(\w+)` \| (.+?) \|", parts[way], re.M)
+        assert 0 < len(steps) < most
+        for file, name, values in steps:
+            path = package / file
+            code = "".join(found.read_text("utf-8") for found in ([path] if path.suffix else path.glob("*.py")))
+            assert re.search(rf"^(def|class) {name}\b", code, re.M), (file, name)
+            for value in re.findall(r"`([^`]+)`", values):
+                assert value.rpartition(".")[2] in code, (file, value)
+    for places in re.findall(r"^\| a.+? \| (.+?) \|$", parts["Where to add something"], re.M):
+        assert all((package / place).exists() for place in re.findall(r"`([a-z_/.]+)`", places) if "toml" not in place)
 
 
 EXAMPLES = """
