@@ -347,6 +347,19 @@ def test_a_docstring_keeps_its_formulas_and_examples(generate):
     )
 
 
+def test_the_sections_of_a_docstring_are_lists(generate):
+    from generation.markdown import docstring
+
+    told = docstring(
+        "First.\n\nParameters\n----------\na, b : float\n    Masses [kg],\n    both.\nc : {'x', 'y'}, optional\n\n"
+        "Returns\n-------\ndict\n    By name.\n\nNotes\n-----\nAs\n\n    a = b\n"
+    )
+    assert told == (
+        "First.\n\n**Parameters**\n\n- `a`, `b` (float): Masses \\[kg\\], both.\n- `c` ({'x', 'y'}, optional)\n\n"
+        "**Returns**\n\n- `dict`: By name.\n\n**Notes**\n\nAs\n\n```text\na = b\n```\n"
+    )
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     """Every cross reference is found, and pages load nothing from elsewhere, equations neither."""
