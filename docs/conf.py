@@ -1,4 +1,4 @@
-"""Sphinx: ``sphinx-build -W -n docs build/docs``. What can be read off the package is generated at each build."""
+"""Sphinx configuration: ``sphinx-build -W -n docs build/docs``. `generate` writes the generated pages at each build."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ myst_enable_extensions = ["dollarmath"]
 smartquotes = False
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
-# Pieces that pages take in; no pages by themselves.
+# Files that pages include.
 exclude_patterns = ["generated/pieces"]
 source_suffix = {".md": "markdown"}
 nitpicky = True
@@ -41,5 +41,5 @@ def _generate(app: Any) -> None:
 
 
 def setup(app: Any) -> None:
-    """Generate before anything is read."""
+    """Connect the generation of pages to the start of a build."""
     app.connect("builder-inited", _generate)

@@ -1,7 +1,7 @@
-"""Pages that are read off the package: what it says of itself is what the site says.
+"""Generated pages: the reference, from the objects of the package, the benchmarks and the tutorials.
 
-``python docs/generate.py`` writes them to docs/generated; ``conf.py`` does so at every build. With the environment's
-RUN_NOTEBOOKS=1 the notebooks are run, which takes minutes, and their figures stand in the tutorials.
+``python docs/generate.py`` writes them to docs/generated, as ``conf.py`` does at every build. With RUN_NOTEBOOKS=1 in
+the environment the notebooks are run, which takes minutes, and the tutorials have their figures.
 """
 
 from __future__ import annotations
@@ -30,13 +30,10 @@ from generation.rules import rules_page  # noqa: E402
 from generation.scenes import outputs_page, scene_page  # noqa: E402
 from generation.typologies import typologies_page  # noqa: E402
 
-# The site has better for these, and a reader of the site has no use for them.
-UNUSED = ("Test it", "Your own contact law", "Effects, only where a scene names them", "Where to go next")
-
 
 def pages(run: bool = False) -> dict[str, str | bytes]:
-    """Every generated page by its file, and with ``run`` the pictures that the notebooks draw."""
-    found: dict[str, str | bytes] = {
+    """Content of every generated file by its path; with ``run`` the notebooks are run."""
+    files: dict[str, str | bytes] = {
         "scene.md": scene_page(),
         "outputs.md": outputs_page(smallest_dataset()),
         "commands.md": commands_page(),
@@ -50,21 +47,17 @@ def pages(run: bool = False) -> dict[str, str | bytes]:
         "checks.md": checks_page(),
         "separations.md": rules_page(),
         "assessment.md": assessment_page(),
-        "benchmarks.md": _from_here((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
+        "benchmarks.md": _with_site_links((ROOT / "benchmarks" / "README.md").read_text("utf-8")),
     }
-    sections, elsewhere = readme_sections(), taken()
-    found |= {f"pieces/{slug(name)}.md": text for name, text in sections.items()}
-    rest = [name for name in sections if slug(name) not in elsewhere]
-    found["pieces/start.md"] = "".join(f"## {name}\n{sections[name]}" for name in rest)
-    found |= isolated_impacts()
+    files |= isolated_impacts()
     for path in notebooks():
-        found |= notebook_pages(path, run)
-    found["pieces/tutorials.md"] = tutorials(notebooks())
-    return found
+        files |= notebook_pages(path, run)
+    files["pieces/tutorials.md"] = tutorials(notebooks())
+    return files
 
 
 def write(folder: Path, run: bool = False) -> None:
-    """Write every page that has changed, and remove those that are no more."""
+    """Write the files whose content has changed, and remove those that are no longer generated."""
     wanted = {name: text.encode() if isinstance(text, str) else text for name, text in pages(run).items()}
     for old in folder.rglob("*.*"):
         if old.is_file() and old.relative_to(folder).as_posix() not in wanted:
@@ -77,59 +70,41 @@ def write(folder: Path, run: bool = False) -> None:
 
 
 def asked() -> bool:
-    """Whether the notebooks are to be run."""
+    """True if the environment asks for the notebooks to be run."""
     return os.environ.get("RUN_NOTEBOOKS", "0") not in ("", "0")
 
 
-def slug(heading: str) -> str:
-    """The file name of a heading: "Hard cases" is hard-cases."""
-    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
-
-
-def readme_sections() -> dict[str, str]:
-    """The README's sections by heading, with its pictures where they are from here."""
-    text = (ROOT / "README.md").read_text("utf-8")
-    parts = re.split(r"^## (.+)\n", text, flags=re.M)
-    return {heading: _from_here(body) for heading, body in zip(parts[1::2], parts[2::2], strict=True)}
-
-
-def taken() -> set[str]:
-    """Sections of the README that a page of their subject takes in, and those that no page does."""
-    pages = " ".join(path.read_text("utf-8") for path in HERE.rglob("*.md") if "generated" not in path.parts)
-    return {*re.findall(r"generated/pieces/([a-z0-9-]+)\.md", pages), *map(slug, UNUSED)}
-
-
-def _from_here(text: str) -> str:
-    """Pictures from the docs' own folder; a file of the repository is named and not linked."""
+def _with_site_links(text: str) -> str:
+    """Markdown with pictures from the docs folder; links to files of the repository become their names."""
     text = re.sub(r"\]\((?:\.\./)?docs/images/", "](/images/", text)
-    return re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:|/|#)[^)]+\)", lambda found: f"`{found[1].strip('`')}`", text)
+    return re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:|/|#)[^)]+\)", lambda link: f"`{link[1].strip('`')}`", text)
 
 
 def notebooks() -> list[Path]:
-    """The notebooks of the repository, in the order in which they are best read."""
+    """The notebooks of the repository, in reading order."""
     return sorted((ROOT / "notebooks").glob("*.ipynb"), key=reading_order)
 
 
-# A third of a second without contact.
+# A scan of 0.3 s without contact.
 SMALLEST = """
 import json
 import pounding_risk as pr
 scene = pr.read_scene({scene!r}, ['records.window=["0 s", "0.3 s"]', 'interface.gap="1 m"'])
-found = pr.scan(scene, check_fraction=1.0)
+dataset = pr.scan(scene, check_fraction=1.0)
 def about(variables):
-    return {{name: [list(map(str, one.dims)), one.attrs.get("units", ""), one.attrs.get("long_name", "")]
-            for name, one in variables.items()}}
-print(json.dumps({{"variables": about(found.data_vars), "coordinates": about(found.coords),
-                  "attributes": {{name: str(value) for name, value in found.attrs.items()}}}}))
+    return {{name: [list(map(str, variable.dims)), variable.attrs.get("units", ""), variable.attrs.get("long_name", "")]
+            for name, variable in variables.items()}}
+print(json.dumps({{"variables": about(dataset.data_vars), "coordinates": about(dataset.coords),
+                  "attributes": {{name: str(value) for name, value in dataset.attrs.items()}}}}))
 """
 
 
 @lru_cache(maxsize=1)
 def smallest_dataset() -> dict[str, dict]:
-    """Variables, coordinates and attributes of a scan, from the smallest one that there is."""
+    """Variables, coordinates and attributes of a scan's dataset, from a short one."""
     scene = ROOT / "pounding_risk" / "scene" / "shipped" / "paper.toml"
-    told = interpreted("-c", SMALLEST.format(scene=str(scene)))
-    return json.loads(told.splitlines()[-1])
+    printed = interpreted("-c", SMALLEST.format(scene=str(scene)))
+    return json.loads(printed.splitlines()[-1])
 
 
 IMPACT = (
@@ -137,23 +112,23 @@ IMPACT = (
     *("--law jankowski", "--law viscous_elastoplastic", '--stiffness "9.35e7 N/m"', '--stiffness "2.75e9 N/m^1.5"'),
     *('--yield-force "70 kN"',),
 )
-LAWS_SHOWN = "Contact force against time and against penetration under six contact laws"
+IMPACT_CAPTION = "Contact force against time and against penetration under six contact laws"
 
 
 def isolated_impacts() -> dict[str, str | bytes]:
-    """One impact under six laws: the command, what it prints and the figure that it draws."""
+    """One impact under six laws: the command, its output and its figure."""
     with TemporaryDirectory() as folder:
         target = Path(folder) / "laws.png"
         printed = interpreted("-m", "pounding_risk", "impact", *shlex.split(" ".join(IMPACT)), "--figure", str(target))
         picture = target.read_bytes()
     command = " \\\n    ".join(["pounding-risk impact", *IMPACT, "--figure laws.png"])
     table = printed.rpartition("written:")[0]
-    text = f"{fence(command, 'sh')}\n{fence(table)}\n![{LAWS_SHOWN}](/generated/laws.png)\n"
+    text = f"{fence(command, 'sh')}\n{fence(table)}\n![{IMPACT_CAPTION}](/generated/laws.png)\n"
     return {"laws.png": picture, "pieces/isolated-impacts.md": text}
 
 
 def interpreted(*arguments: str) -> str:
-    """What Python prints with these arguments, nothing compiled: it would take longer than it saves."""
+    """Output of Python with these arguments, without compilation, which would take longer than it saves."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "Agg"}
     command = [sys.executable, *arguments]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)

@@ -1,12 +1,14 @@
-"""The site: no key, output, command or model is missing from its page, examples run, Sphinx has no complaint."""
+"""README and site: every key, output, command and model has its entry, examples run, and Sphinx gives no warning."""
 
 from __future__ import annotations
 
 import importlib
 import os
 import re
+import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
@@ -36,42 +38,42 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 @pytest.fixture(scope="module")
 def generate() -> Iterator[ModuleType]:
     """docs/generate.py."""
-    kept = list(sys.path)
+    path = list(sys.path)
     sys.path.insert(0, str(DOCS))
     yield importlib.import_module("generate")
-    sys.path[:] = kept
+    sys.path[:] = path
 
 
 @pytest.fixture(scope="module")
 def pages(generate) -> dict[str, Any]:
-    """Every generated page and picture."""
+    """Content of every generated page and picture by its path."""
     return generate.pages()
 
 
 def words_of(page: str) -> set[str]:
-    """What stands between backticks, each as a whole and piece by piece."""
-    found = re.findall(r"`([^`\n]+)`", page)
-    return {*found, *(piece for each in found for piece in re.split(r"[\s,]+", each))}
+    """Texts between backticks, and the words of each."""
+    codes = re.findall(r"`([^`\n]+)`", page)
+    return {*codes, *(word for code in codes for word in re.split(r"[\s,]+", code))}
 
 
 def headings_of(page: str) -> set[str]:
-    """The headings, as they read."""
-    return {re.sub(r"\\(.)", r"\1", found) for found in re.findall(r"^#+ (.+)$", page, re.M)}
+    """The headings, without the escapes of Markdown."""
+    return {re.sub(r"\\(.)", r"\1", heading) for heading in re.findall(r"^#+ (.+)$", page, re.M)}
 
 
 def test_every_scene_key_is_on_its_page(pages):
-    told = words_of(pages["scene.md"])
-    assert {key for keys in KEYS.values() for key in keys} <= told
+    words = words_of(pages["scene.md"])
+    assert {key for keys in KEYS.values() for key in keys} <= words
     assert set(EFFECTS) <= headings_of(pages["scene.md"])
-    assert {option for kind in EFFECTS.values() for option in kind.options} <= told
+    assert {option for kind in EFFECTS.values() for option in kind.options} <= words
     assert "greater than 0 kg and finite" in pages["scene.md"]
 
 
 def test_every_output_is_on_its_page(generate, pages):
-    told = words_of(pages["outputs.md"])
-    assert {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)} <= told
+    words = words_of(pages["outputs.md"])
+    assert {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)} <= words
     dataset = generate.smallest_dataset()
-    assert {name for part in dataset.values() for name in part} <= told
+    assert {name for part in dataset.values() for name in part} <= words
 
 
 def test_every_command_and_option_is_on_its_page(pages):
@@ -83,11 +85,11 @@ def test_every_command_and_option_is_on_its_page(pages):
             yield f"{path}{name}", inner
             yield from walk(inner, f"{path}{name} ")
 
-    headings, told = headings_of(pages["commands.md"]), words_of(pages["commands.md"])
+    headings, words = headings_of(pages["commands.md"]), words_of(pages["commands.md"])
     commands = dict(walk(typer.main.get_command(app), ""))
     assert {"scan", "records list"} <= set(commands) <= headings
     assert {flag for each in commands.values() for option in each.params for flag in option.opts if flag[0] == "-"} <= {
-        *told,
+        *words,
         "--help",
     }
 
@@ -157,58 +159,119 @@ def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_pat
         "print(6 * 7)", drawn + shown, "'a value'",
     ])]  # fmt: skip
     nbformat.write(nbformat.v4.new_notebook(cells=cells), tmp_path / "some.ipynb")
-    found = notebook_pages(tmp_path / "some.ipynb", run=True)
-    page = found["notebooks/some.md"]
+    files = notebook_pages(tmp_path / "some.ipynb", run=True)
+    page = files["notebooks/some.md"]
     assert page.startswith("# Title\n")
     assert "```text\n42\n```" in page
     assert "```text\n'a value'\n```" in page
     assert "](/generated/notebooks/some-1.png)" in page
-    assert found["notebooks/some-1.png"].startswith(b"\x89PNG")
+    assert files["notebooks/some-1.png"].startswith(b"\x89PNG")
 
 
-def test_pages_are_written_where_they_changed_and_removed_where_they_are_no_more(generate, monkeypatch, tmp_path):
+def test_changed_pages_are_written_and_old_ones_removed(generate, monkeypatch, tmp_path):
     monkeypatch.setattr(generate, "pages", lambda run: {"a.md": "one\n", "in/b.md": "two\n"})
     generate.write(tmp_path)
     old = (tmp_path / "a.md").stat().st_mtime_ns
     (tmp_path / "gone.md").write_text("three\n")
     (tmp_path / "in" / "b.md").write_text("changed by hand\n")
     generate.write(tmp_path)
-    found = {path.relative_to(tmp_path).as_posix(): path.read_text() for path in tmp_path.rglob("*.md")}
-    assert found == {"a.md": "one\n", "in/b.md": "two\n"}
+    written = {path.relative_to(tmp_path).as_posix(): path.read_text() for path in tmp_path.rglob("*.md")}
+    assert written == {"a.md": "one\n", "in/b.md": "two\n"}
     assert (tmp_path / "a.md").stat().st_mtime_ns == old
 
 
-def test_what_pages_take_in_and_show_is_there(pages):
-    """The README's parts by their headings, and pictures: a heading that is renamed fails here, not in the build."""
+def test_included_files_and_pictures_exist(pages):
+    """Included files and pictures: one that is renamed fails here, not in the build."""
     files = [path for path in DOCS.rglob("*.md") if "generated" not in path.parts]
     own = {path.relative_to(DOCS).as_posix(): path.read_text("utf-8") for path in files}
     whole = {**own, **{f"generated/{name}": text for name, text in pages.items()}}
     for name, text in ((name, text) for name, text in whole.items() if isinstance(text, str)):
         folder = (DOCS / name).parent
         for target in re.findall(r"^```\{include\} (\S+)$", text, re.M):
-            place = os.path.relpath(folder / target, DOCS)
-            there = place in whole if place.startswith("generated/") else (DOCS / place).exists()
-            assert there, f"{name} takes in {target}, which is not there"
+            path = os.path.relpath(folder / target, DOCS)
+            there = path in whole if path.startswith("generated/") else (DOCS / path).exists()
+            assert there, f"{name} includes {target}, which does not exist"
         for picture in re.findall(r"!\[[^\]]+\]\((?!https?:)([^)]+)\)", text):
-            place = picture.lstrip("/")
-            assert place in whole if place.startswith("generated/") else (DOCS / place).exists(), (
-                f"{name} shows {picture}, which is not there"
+            path = picture.lstrip("/")
+            assert path in whole if path.startswith("generated/") else (DOCS / path).exists(), (
+                f"{name} shows {picture}, which does not exist"
             )
 
 
-def test_what_of_the_readme_no_page_takes_in_stands_at_the_start(generate, pages):
-    start = headings_of(pages["pieces/start.md"])
-    assert {"Run it", "A scene"} <= start
-    assert not {"Hard cases", "Records", "Test it"} & start
-    taken = {name for name in generate.readme_sections() if generate.slug(name) in generate.taken()}
-    assert taken | start >= set(generate.readme_sections())
-
-
-def test_no_page_stands_in_no_list_of_pages():
+def test_every_page_is_in_a_toctree():
     listed = " ".join(path.read_text("utf-8") for path in DOCS.rglob("*.md") if "generated" not in path.parts)
     for path in DOCS.rglob("*.md"):
         if path.stem != "index" and "generated" not in path.parts:
             assert re.search(rf"^(theory/)?{path.stem}$", listed, re.M), path.name
+
+
+README = DOCS.parent / "README.md"
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """The fenced blocks of a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page, re.M | re.S)
+
+
+@pytest.mark.parametrize("path", [README, *sorted(DOCS.glob("*.md"))], ids=lambda path: path.stem)
+def test_commands_and_options_on_the_pages_are_real(path):
+    typer = pytest.importorskip("typer")
+    from pounding_risk.cli import app
+
+    text = path.read_text("utf-8")
+    lines = [line for block in blocks(text, "sh") for line in re.split(r"(?<!\\)\n", block)]
+    lines += [code for code in re.findall(r"`(pounding-risk [^`\n]+)`", text)]
+    calls = [re.split(r"[\s\"']+", call) for line in lines for call in re.findall(r"\bpounding-risk ([^|&;#]+)", line)]
+    for call in calls:
+        command = typer.main.get_command(app)
+        assert call[0] in command.commands, call
+        for word in call:
+            command = getattr(command, "commands", {}).get(word, command)
+        known = {flag for option in command.params for flag in option.opts}
+        assert {word for word in call if re.match(r"--?[a-z]", word)} <= known, call
+
+
+@pytest.mark.slow
+def test_the_scene_of_the_readme_is_answered_as_it_says(monkeypatch, tmp_path):
+    """Its commands and its Python block run, and the output contains the quoted one, apart from line breaks."""
+    typer_testing = pytest.importorskip("typer.testing")
+    from pounding_risk.cli import app
+
+    monkeypatch.chdir(tmp_path)
+    text = README.read_text("utf-8")
+    (scene,), (code,), (printed,) = (blocks(text, language) for language in ("toml", "python", "text"))
+    Path("scene.toml").write_text(scene, "utf-8")
+    (commands,) = (block for block in blocks(text, "sh") if block.startswith("pounding-risk scan scene.toml"))
+    for command in commands.splitlines():
+        run = typer_testing.CliRunner().invoke(app, shlex.split(command)[1:], env={"COLUMNS": "400"})
+        assert run.exit_code == 0, run.output
+    output = " ".join(run.output.split())
+    for part in printed.split("...\n"):
+        assert " ".join(part.split()) in output
+    exec(compile(code, "README.md", "exec"), {})
+    assert Path("report.html").exists()
+
+
+def test_the_page_of_the_architecture_names_existing_layers_files_and_functions():
+    """The layers in their order; each file, function and name on the two ways; the folders to add to."""
+    text = (DOCS / "architecture.md").read_text("utf-8")
+    parts = dict(zip(["", *re.findall(r"^## (.+)$", text, re.M)], re.split(r"^## .+$", text, flags=re.M), strict=True))
+    project = tomllib.loads((DOCS.parent / "pyproject.toml").read_text("utf-8"))
+    contract = next(each for each in project["tool"]["importlinter"]["contracts"] if each["type"] == "layers")
+    layers = [layer.removeprefix("pounding_risk.") for layer in contract["layers"]]
+    assert re.findall(r"^\| `(\w+)` \|", parts["Layers"], re.M) == layers
+    package = Path(pounding_risk.__file__).parent
+    for way, most in (("The way of a gap", 28), ("The way of a record", 13)):
+        steps = re.findall(r"^\| \d+ \| `(\S+)` \| `(\w+)` \| (.+?) \|", parts[way], re.M)
+        assert 0 < len(steps) < most
+        for place, name, values in steps:
+            path = package / place
+            code = "".join(file.read_text("utf-8") for file in ([path] if path.suffix else path.glob("*.py")))
+            assert re.search(rf"^(def|class) {name}\b", code, re.M), (place, name)
+            for value in re.findall(r"`([^`]+)`", values):
+                assert value.rpartition(".")[2] in code, (place, value)
+    for places in re.findall(r"^\| a.+? \| (.+?) \|$", parts["Where to add something"], re.M):
+        assert all((package / place).exists() for place in re.findall(r"`([a-z_/.]+)`", places) if "toml" not in place)
 
 
 EXAMPLES = """
@@ -225,7 +288,7 @@ for heading, body in zip(parts[1::2], parts[2::2], strict=True):
 
 
 def test_the_examples_of_extending_run(tmp_path):
-    """Interpreted, as compiling a law takes ten seconds; in a process of their own, as they add to registries."""
+    """Without compilation, which takes ten seconds for a law; in a process of their own, as they add to registries."""
     (tmp_path / "scene.toml").write_text(
         (resources.files("pounding_risk.scene") / "shipped" / "paper.toml").read_text("utf-8")
     )
@@ -243,7 +306,7 @@ def test_the_examples_of_extending_run(tmp_path):
 
 
 def test_the_table_of_restitution_is_that_of_the_closed_forms():
-    """To the three digits that it prints."""
+    """To the three digits of the table."""
     achieved = {
         "kelvin_voigt": lambda e: e,
         "kelvin_voigt_tension_cut": lambda e: forms.kelvin_voigt_cut_restitution(forms.kelvin_voigt_ratio(e)),
@@ -257,8 +320,8 @@ def test_the_table_of_restitution_is_that_of_the_closed_forms():
     text = (DOCS / "theory" / "restitution.md").read_text("utf-8")
     rows = re.findall(r"^\| `(\w+)` \| (\S+) \| (\S+) \| (\S+) \|$", text, re.M)
     assert [name for name, *_ in rows] == list(achieved)
-    for name, *told in rows:
-        assert told == [f"{achieved[name](e):.3f}" for e in (0.4, 0.65, 0.9)], name
+    for name, *digits in rows:
+        assert digits == [f"{achieved[name](e):.3f}" for e in (0.4, 0.65, 0.9)], name
 
 
 @pytest.mark.parametrize(
@@ -270,7 +333,7 @@ def test_the_table_of_restitution_is_that_of_the_closed_forms():
         ("two\n    lines", "two lines"),
     ],
 )
-def test_text_is_shown_as_it_stands(generate, text, shown):
+def test_special_characters_are_escaped(generate, text, shown):
     from generation.markdown import plain
 
     assert plain(text) == shown
@@ -279,16 +342,29 @@ def test_text_is_shown_as_it_stands(generate, text, shown):
 def test_a_docstring_keeps_its_formulas_and_examples(generate):
     from generation.markdown import docstring
 
-    told = docstring("First.\n\n    a = b\n    c = d_e\n\nThen [m]:\n    e = f\n>>> 1\n1\n")
+    text = docstring("First.\n\n    a = b\n    c = d_e\n\nThen [m]:\n    e = f\n>>> 1\n1\n")
     assert (
-        told
+        text
         == "First.\n\n```text\na = b\nc = d_e\n```\n\nThen \\[m\\]:\n\n```text\ne = f\n```\n\n```pycon\n>>> 1\n1\n```\n"
+    )
+
+
+def test_the_sections_of_a_docstring_are_lists(generate):
+    from generation.markdown import docstring
+
+    text = docstring(
+        "First.\n\nParameters\n----------\na, b : float\n    Masses [kg],\n    both.\nc : {'x', 'y'}, optional\n\n"
+        "Returns\n-------\ndict\n    By name.\n\nNotes\n-----\nAs\n\n    a = b\n"
+    )
+    assert text == (
+        "First.\n\n**Parameters**\n\n- `a`, `b` (float): Masses \\[kg\\], both.\n- `c` ({'x', 'y'}, optional)\n\n"
+        "**Returns**\n\n- `dict`: By name.\n\n**Notes**\n\nAs\n\n```text\na = b\n```\n"
     )
 
 
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
-    """Every cross reference is found, and pages load nothing from elsewhere, equations neither."""
+    """Every cross reference is resolved, and pages load nothing from the network."""
     for needed in ("sphinx", "furo", "myst_parser", "latex2mathml"):
         pytest.importorskip(needed)
     environment = {**os.environ, "PYTHONPATH": str(DOCS.parent)}
@@ -299,6 +375,6 @@ def test_the_site_builds_without_a_warning(tmp_path):
     assert "<math " in (site / "theory" / "contact.html").read_text("utf-8")
     for page in site.rglob("*.html"):
         text = page.read_text("utf-8")
-        # Links may lead elsewhere; what a page loads may not.
+        # Links may lead to the network; scripts, styles and pictures may not.
         assert not re.search(r"<(script|link|img)[^>]+(src|href)=\"https?:", text), page.name
-        assert "$$" not in re.sub(r"<pre.*?</pre>", "", text, flags=re.S), f"{page.name}: an equation was not read"
+        assert "$$" not in re.sub(r"<pre.*?</pre>", "", text, flags=re.S), f"{page.name}: an equation was not converted"

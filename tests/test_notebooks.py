@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom, in a copy, with the interpreter that runs the tests."""
+"""Every notebook runs from top to bottom, in a copy, with the interpreter of the tests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-# What a notebook runs over is cut down for the test, where it is many motions: its code is the same for fewer.
+# Replacements that reduce the number of motions or gaps of a notebook in the test.
 FEWER = {
     "accuracy_against_time": [("cases=6, budget=0.5", "cases=2, budget=0.2"), ("num = 31", "num = 7")],
     "city_block": [('["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]', '["RSN6-180"]')],

@@ -1,4 +1,4 @@
-"""Equations as MathML: they are read without a network and without JavaScript, by every browser of today."""
+"""Sphinx extension: equations as MathML, which browsers show without JavaScript or a network."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from sphinx.errors import ExtensionError
 
 
 def _mathml(node: Any, display: str) -> str:
-    found = convert(node.astext(), display=display)
-    # What the converter does not know it prints as it stands.
-    unknown = re.search(r"\\[A-Za-z]+|&#x0005C;[A-Za-z]*", found)
+    equation = convert(node.astext(), display=display)
+    # The converter copies commands that it does not know.
+    unknown = re.search(r"\\[A-Za-z]+|&#x0005C;[A-Za-z]*", equation)
     if unknown:
         raise ExtensionError(f"{node.source}: {unknown[0]} of an equation has no MathML: {node.astext()}")
-    return found
+    return equation
 
 
 def _inline(translator: Any, node: Any) -> None:
@@ -30,6 +30,6 @@ def _block(translator: Any, node: Any) -> None:
 
 
 def setup(app: Any) -> dict[str, Any]:
-    """Make it known to Sphinx."""
+    """Register the renderer with Sphinx."""
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}

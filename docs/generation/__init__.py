@@ -1,1 +1,1 @@
-"""The pages that `generate` writes, one module a subject."""
+"""Generated pages, one module for each subject."""

@@ -1,4 +1,4 @@
-"""Notebooks as pages: their text and cells, and with ``run`` what the cells print and draw."""
+"""Pages of the notebooks: text and code cells and, if they are run, outputs and figures."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from typing import Any
 
 from generation.markdown import fence
 
-# Others come after these.
+# The order of the tutorials; other notebooks follow.
 FIRST = ("paper", "gap_adequacy", "comparing_models", "city_block", "rows_study", "accuracy_against_time")
 TIME_LIMIT = 900  # s a cell: the first run of a law compiles it
 
 
 def reading_order(path: Path) -> tuple[int, str]:
-    """What to sort notebooks by."""
+    """Sort key of a notebook."""
     return FIRST.index(path.stem) if path.stem in FIRST else len(FIRST), path.stem
 
 
 def tutorials(paths: Sequence[Path]) -> str:
-    """Each notebook by its title and its first paragraph."""
-    told = []
+    """List of the notebooks with title, link and first paragraph."""
+    entries = []
     for path in paths:
         title, _, rest = "".join(_cells(path)[0]["source"]).partition("\n")
         first = rest.strip().partition("\n\n")[0]
-        told.append(f"## [{title.lstrip('# ')}](generated/notebooks/{path.stem}.md)\n\n{first}\n")
+        entries.append(f"## [{title.lstrip('# ')}](generated/notebooks/{path.stem}.md)\n\n{first}\n")
     listed = "\n".join(f"generated/notebooks/{path.stem}" for path in paths)
-    return "\n".join([*told, f"```{{toctree}}\n:hidden:\n\n{listed}\n```\n"])
+    return "\n".join([*entries, f"```{{toctree}}\n:hidden:\n\n{listed}\n```\n"])
 
 
 def notebook_pages(path: Path, run: bool = False) -> dict[str, str | bytes]:
-    """The page of a notebook by its file, and its pictures by theirs. It is stored without results."""
+    """The page and the pictures of a notebook by their paths. Notebooks are stored without outputs."""
     cells = _executed(path) if run else _cells(path)
     pictures: dict[str, str | bytes] = {}
     body = [_cell(cell, path.stem, pictures) for cell in cells]
-    told = f"This is `notebooks/{path.name}` of the repository{'' if run else ', without what it prints and draws'}.\n"
+    source = f"This is `notebooks/{path.name}` of the repository{'' if run else ', without outputs'}.\n"
     title, rest = body[0].split("\n", 1)
-    return {f"notebooks/{path.stem}.md": "\n\n".join([title, told, rest, *body[1:]]), **pictures}
+    return {f"notebooks/{path.stem}.md": "\n\n".join([title, source, rest, *body[1:]]), **pictures}
 
 
 def _cells(path: Path) -> list[Any]:
@@ -51,7 +51,7 @@ def _executed(path: Path) -> list[Any]:
     from nbclient import NotebookClient
 
     notebook = nbformat.read(path, as_version=4)
-    with TemporaryDirectory() as folder:  # for what its cells write
+    with TemporaryDirectory() as folder:  # for files that its cells write
         where = {"metadata": {"path": folder}}
         return NotebookClient(notebook, timeout=TIME_LIMIT, kernel_name="python3", resources=where).execute().cells
 
@@ -60,12 +60,12 @@ def _cell(cell: Any, stem: str, pictures: dict[str, str | bytes]) -> str:
     source = "".join(cell["source"])
     if cell["cell_type"] == "markdown":
         return source + "\n"
-    outputs = (_output(each, stem, pictures) for each in cell["outputs"])
+    outputs = (_output(output, stem, pictures) for output in cell["outputs"])
     return "\n".join([fence(source, "python"), *filter(None, outputs)])
 
 
 def _output(output: Any, stem: str, pictures: dict[str, str | bytes]) -> str:
-    """What a cell printed or drew, as Markdown; a picture is kept by its file."""
+    """Output of a cell as Markdown; a picture is added to ``pictures``."""
     if output["output_type"] == "stream":
         return fence("".join(output["text"]))
     data = output.get("data", {})

@@ -13,23 +13,23 @@ from pounding_risk.solver.pair.outputs import BUILDING, RUN
 SCENE = """# Scene keys
 
 A scene is one TOML file. Quantities are text with a unit, of any size: `"44.36 t"`, `"0.208 s"`, `"0.5 g"`. Any unit of
-the right dimension will do; the column *unit* is the one in which numbers are kept. A key that is not listed here is an
-error that names the nearest one. Every fault of a file is told at once, with its line.
+the right dimension is accepted; the column *unit* is the one used internally. A key that is not listed here is an error
+that names the nearest one. All errors of a file are reported at once, with their lines.
 
 `--set interface.gap="20 mm"` of a command replaces a value. `pounding_risk.scene.reader.scene_schema()` gives this page
-as a JSON schema, with which an editor completes keys.
+as a JSON schema, from which editors complete keys.
 
 """
-HEADS = ("key", "what", "unit and range", "example", "where it is left out")
+HEADS = ("key", "meaning", "unit and range", "example", "default")
 
 
 def scene_page() -> str:
     """Every key of a scene, from the schema."""
     schema = scene_schema()
     text = SCENE
-    for section, found in schema["properties"].items():
-        keys = _table_of(schema, found)
-        text += f"## {plain(found['title'])}\n\n"
+    for section, declared in schema["properties"].items():
+        keys = _table_of(schema, declared)
+        text += f"## {plain(declared['title'])}\n\n"
         text += _effects(keys) if section == "effects" else table(HEADS, _rows(keys)) + "\n"
         if section == "interface":
             inner = schema["$defs"]["EqualTermsTable"]["properties"]
@@ -37,10 +37,10 @@ def scene_page() -> str:
     return text
 
 
-def _table_of(schema: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:
+def _table_of(schema: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
     """The keys of a section, which is a table or a list of tables."""
-    place = found.get("$ref") or found["items"]["$ref"]
-    return schema["$defs"][place.rpartition("/")[2]]["properties"]
+    reference = section.get("$ref") or section["items"]["$ref"]
+    return schema["$defs"][reference.rpartition("/")[2]]["properties"]
 
 
 def _rows(keys: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -61,8 +61,8 @@ def _range(key: dict[str, Any]) -> str:
 
 
 def _effects(keys: dict[str, Any]) -> str:
-    """One part an effect."""
-    text = "None acts unless the scene names it. [What each does](effects.md).\n\n"
+    """A heading and a table of options for each effect."""
+    text = "An effect acts only if the scene names it. [Description of each](effects.md).\n\n"
     for name, key in keys.items():
         text += f"### {plain(name)}\n\n{plain(key['description'])}\n\n"
         text += table(HEADS, _rows(key["properties"])) + "\n" if EFFECTS[name].options else f"`{name} = {{}}`\n\n"
@@ -71,35 +71,35 @@ def _effects(keys: dict[str, Any]) -> str:
 
 OUTPUTS = """# Results
 
-`scan` writes one netCDF file, an xarray dataset. SI units throughout. Where a run failed its numbers are NaN and its
-counts −1, and `status` says why: such a run is never counted as one without contact.
+`scan` writes one netCDF file, an xarray dataset. Units are SI. A failed run has NaN in its
+numbers and −1 in its counts, and `status` gives the reason; it is never counted as a run without contact.
 
 """
 
 
 def outputs_page(dataset: dict[str, dict[str, Any]]) -> str:
     """Every variable, coordinate and attribute of a scan."""
-    heads = ("variable", "unit", "what")
+    heads = ("variable", "unit", "meaning")
     run = [(f"`{name}`", plain(each.unit), plain(each.words + _whole(each))) for name, each in RUN.items()]
     buildings = [
-        (f"`{name}`, `{name}_free`", plain(unit), plain(f"{words}; `_free` is the same without contact"))
+        (f"`{name}`, `{name}_free`", plain(unit), plain(f"{words}; `_free` is the value without contact"))
         for name, (unit, words, _) in BUILDING.items()
     ]
     known = {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)}
     more = {name: about for name, about in dataset["variables"].items() if name not in known}
     attributes = [(f"`{name}`", f"`{_short(value)}`" if value else "") for name, value in dataset["attributes"].items()]
     return (
-        f"{OUTPUTS}## Of every run\n\nAlong every dimension but `building`.\n\n{table(heads, run)}\n"
-        f"## Of every building\n\nAlong every dimension; those without contact only along those of the motion.\n\n"
+        f"{OUTPUTS}## Variables of a run\n\nAlong all dimensions except `building`.\n\n{table(heads, run)}\n"
+        "## Variables of a building\n\nAlong all dimensions; those without contact only along those of the motion.\n\n"
         f"{table(heads, buildings)}\n"
-        f"## About the runs and the motions\n\n`change_` and `sensitive` are there where `--check-fraction` is above 0."
+        f"## Further variables of runs and motions\n\n`change_` and `sensitive` exist if `--check-fraction` is above 0."
         f"\n\n{_labels(more)}\n"
-        f"## How a run may end\n\n{table(('status', 'what it says'), _endings())}\n"
-        "## Dimensions and labels\n\n`pga` is a dimension where a scene has several.\n\n"
+        f"## Status of a run\n\n{table(('status', 'meaning'), _endings())}\n"
+        "## Dimensions and coordinates\n\n`pga` is a dimension if a scene has several amplitudes.\n\n"
         f"{_labels(dataset['coordinates'])}\n"
-        f"## Attributes\n\nEnough to run the study again. As in a scan of the paper's pair:\n\n"
-        f"{table(('attribute', 'for example'), attributes)}\n"
-        f"## Jumps\n\n{docstring(_jumps())}"
+        f"## Attributes\n\nThey contain all that is needed to repeat the scan. Those of a scan of the paper's pair:\n\n"
+        f"{table(('attribute', 'example'), attributes)}\n"
+        f"## Instant impacts\n\n{docstring(_jumps())}"
     )
 
 
@@ -108,16 +108,16 @@ def _endings() -> list[tuple[str, str]]:
 
 
 def _whole(each: Any) -> str:
-    return "; a whole number" if each.whole else ""
+    return "; an integer" if each.whole else ""
 
 
-def _labels(found: dict[str, Any]) -> str:
-    rows = [(f"`{name}`", plain(unit), plain(words), _along(dims)) for name, (dims, unit, words) in found.items()]
-    return table(("name", "unit", "what", "along"), rows)
+def _labels(variables: dict[str, Any]) -> str:
+    rows = [(f"`{name}`", plain(unit), plain(words), _along(dims)) for name, (dims, unit, words) in variables.items()]
+    return table(("name", "unit", "meaning", "along"), rows)
 
 
 def _along(dims: list[str]) -> str:
-    """The dimensions of a variable; those of a run are not listed."""
+    """The dimensions of a variable; "every run" if it has those of a run."""
     return "every run" if {"gap", "yield_force"} < set(dims) else ", ".join(f"`{dim}`" for dim in dims)
 
 
@@ -127,7 +127,7 @@ def _short(value: str) -> str:
 
 
 def _jumps() -> str:
-    """What the module says of models whose velocities jump, its second part."""
+    """The paragraphs on instant impacts from the docstring of the module of outputs."""
     from pounding_risk.solver.pair import outputs
 
     return (outputs.__doc__ or "").partition("\n\n")[2].partition("\n\n")[2]

@@ -9,7 +9,7 @@ from pounding_risk.models.structures.typologies import TYPOLOGIES
 
 
 def typologies_page() -> str:
-    """Every kind of building: period, mode shape, yield accelerations, whether the clause was verified."""
+    """Every typology: period, mode shape, yield accelerations, and whether its clause was verified."""
     heads = ("typology", "what", "T [s], h in m", "mode shape", "yields at [g]", "verified", "clause")
     rows = [
         (

@@ -1,4 +1,4 @@
-"""A contact law of the user's own: the README's example as it stands, what is refused, and never an old number."""
+"""A contact law of the user's own: the example of docs/own_law.md, what is refused, and never an old number."""
 
 from __future__ import annotations
 
@@ -25,8 +25,6 @@ from pounding_risk.models.contact.relation import name_of
 from pounding_risk.scene.reader import parse_scene, scene_schema
 from pounding_risk.solver.pair.stages import depth_of
 
-HEADING = "Your own contact law"
-
 
 @pytest.fixture(autouse=True)
 def laws() -> Iterator[None]:
@@ -46,20 +44,18 @@ def python(code: str, folder: Path, **more: str) -> str:
     return run.stdout
 
 
-def fenced(root: Path, heading: str, language: str) -> str:
-    """The block of a language under a heading of the README."""
-    section = (root / "README.md").read_text("utf-8").partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
-    (block,) = re.findall(rf"^```{language}\n(.*?)^```$", section, re.S | re.M)
-    return block
+def fenced(root: Path, page: str, language: str) -> str:
+    """The first block of a language on a page of the docs."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", (root / "docs" / page).read_text("utf-8"), re.S | re.M)[0]
 
 
 @pytest.mark.slow
-def test_the_example_of_the_readme(root, tmp_path):
-    """As it stands there, on the README's own scene, and its class defined again with twice the damping.
+def test_the_example_of_the_page(root, tmp_path):
+    """As it stands there, on the scene of docs/start.md, and its class defined again with twice the damping.
 
     Both e by the closed form of their damping, to the solver's 1e-9.
     """
-    (tmp_path / "scene.toml").write_text(fenced(root, "A scene", "toml"), "utf-8")
+    (tmp_path / "scene.toml").write_text(fenced(root, "start.md", "toml"), "utf-8")
     asked = (
         "\nimport json\nchosen = dict(gap=0.0, polarity='as recorded', yield_force=4.5e5, record='RSN6-180')\n"
         "forces = results.peak_contact_force.sel(chosen)\n"
@@ -67,7 +63,7 @@ def test_the_example_of_the_readme(root, tmp_path):
         "print(json.dumps([alone.law, alone.restitution, json.loads(run.outputs)['peak_contact_force'], own, other,"
         " run.status, sorted(set(results.status.values.ravel().tolist())), results.references, again.restitution]))"
     )
-    example = fenced(root, HEADING, "python")
+    example = fenced(root, "own_law.md", "python")
     assert example.count("1.5 * (1.0 - e)") == 1
     again = example.replace("1.5 * (1.0 - e)", "3.0 * (1.0 - e)").partition("scene = ")[0].replace("alone", "again")
     told = json.loads(python(example + again + asked, tmp_path))
@@ -82,7 +78,7 @@ def test_the_example_of_the_readme(root, tmp_path):
 
 def test_the_example_has_ten_lines_and_its_laws_source(root):
     """From the decorator to the last verb; the verbs may be read, and the six are there."""
-    body = fenced(root, HEADING, "python").partition("@pr.contact_law")[2].partition("\n\n")[0]
+    body = fenced(root, "own_law.md", "python").partition("@pr.contact_law")[2].partition("\n\n")[0]
     assert body.count("\n") <= 10
     assert all(re.search(rf"\b{verb}\b", body) for verb in vars(contact.ContactLaw) if not verb.startswith("_"))
 

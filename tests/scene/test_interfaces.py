@@ -261,8 +261,8 @@ def test_commands_of_a_pair_refuse_a_row():
     ]
 
 
-def test_the_row_of_the_readme_is_read(root):
-    text = (root / "README.md").read_text(encoding="utf-8").partition("## Rows")[2]
+def test_the_row_of_the_docs_is_read(root):
+    text = (root / "docs" / "rows.md").read_text(encoding="utf-8")
     found = parse_scene(text.partition("```toml\n")[2].partition("```")[0])
     assert found.interface_gaps(0.04) == (0.03, 0.04)
     # Floors of the offices at 3.6, 7.2 and 10.8 m, of the flats at 3, 6, 9 and 12 m.
