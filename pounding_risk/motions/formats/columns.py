@@ -23,13 +23,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from obspy import Stream, Trace, UTCDateTime
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions.formats import Format, one_trace
-from pounding_risk.motions.formats._columns_head import Head, Statement, head_of, parts
-from pounding_risk.motions.formats._columns_times import TIGHTEST, column, step_of_times
 from pounding_risk.motions.formats._text import (
+    LONGEST_LINE,
     NEWLINE,
     check_count,
     check_step,
@@ -41,6 +41,248 @@ from pounding_risk.motions.formats._text import (
 )
 from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
+
+COMMENTS = "#%!"
+MOST_COLUMNS = 2
+# What a comment may state, by the names it may use.
+KEYS = {
+    **{name: "unit" for name in ("unit", "units")},
+    **{name: "dt" for name in ("dt", "delta", "time step", "timestep", "sampling interval")},
+    **{name: "samples" for name in ("samples", "npts")},
+    **{name: name for name in ("state", "starttime", "processing", "event", "date", "station", "component")},
+    **{name: name for name in ("magnitude", "distance_km", "azimuth", "low_corner", "high_corner")},
+}
+REPEATED = "processing"  # a history has a line a step
+
+_TIME = re.compile(r"t|times?\b.*", re.IGNORECASE)
+_ACCELERATION = re.compile(r"a|acc\w*\b.*|.*\bacc(eleration)?s?", re.IGNORECASE)
+
+
+class Title(NamedTuple):
+    """The head of a column: its name, and the unit in brackets after it, None where there is none."""
+
+    name: str
+    unit: str | None
+
+    def is_time(self) -> bool:
+        """True where the name is that of a time."""
+        return _TIME.fullmatch(self.name) is not None
+
+    def is_acceleration(self) -> bool:
+        """True where the name is that of an acceleration, or where any name has a unit, which is then read."""
+        return not self.is_time() and (self.unit is not None or _ACCELERATION.fullmatch(self.name) is not None)
+
+
+class Statement(NamedTuple):
+    """What a comment states, and the line it stands in."""
+
+    value: str
+    line: int  # counted from 1
+
+
+class Head(NamedTuple):
+    """The lines above the samples, and how the first line of samples is laid out."""
+
+    first: int  # index of the first line of samples
+    columns: int
+    separator: str | None  # None: blanks or tabs
+    decimal_comma: bool
+    statements: dict[str, Statement]
+    titles: tuple[Title, ...]  # none, or one a column
+    title_line: int  # counted from 1
+    history: tuple[str, ...]
+
+
+def parts(line: str, separator: str | None, decimal_comma: bool = False) -> list[str]:
+    """The words of a line of samples, with decimal points."""
+    if decimal_comma:
+        line = line.replace(",", ".")
+    return line.split() if separator is None else [word.strip() for word in line.split(separator)]
+
+
+def layout(line: str) -> tuple[int, str | None] | None:
+    """How many columns a line of numbers has, and their separator; None for any other line.
+
+    Semicolon, comma or blanks part the columns. A decimal comma is read where semicolons do: nowhere else is it sure.
+    """
+    separator = next((each for each in ";," if each in line), None)
+    words = parts(line, separator, separator == ";" and "," in line)
+    if not words or any(number(word) is None for word in words):
+        return None
+    return len(words), separator
+
+
+def head_of(name: str, lines: Sequence[str]) -> Head:
+    """Everything above the first line of samples.
+
+    Raises RecordError, naming the line, for a line that is no comment, no head of columns and no sample, for more than
+    two columns, for heads that fit neither, and where there are no samples.
+    """
+    statements: dict[str, Statement] = {}
+    history: list[str] = []
+    titled = 0
+    for at, line in enumerate(lines):
+        text = line.strip()
+        if not text:
+            continue
+        _check_length(f"{name}, line {at + 1}", text)
+        if text[0] in COMMENTS:
+            _take_statement(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), at + 1, statements, history)
+            continue
+        found = layout(text)
+        if found is None:
+            if titled or not (text[0].isalpha() or text[0] == '"'):
+                raise _strange(f"{name}, line {at + 1}", text)
+            titled = at + 1
+            continue
+        columns, separator = found
+        _check_columns(f"{name}, line {at + 1}", columns)
+        titles = _titles(f"{name}, line {titled}", lines[titled - 1], columns) if titled else ()
+        comma = separator == ";" and any("," in line for line in lines[at:])
+        return Head(at, columns, separator, comma, statements, titles, titled, tuple(history))
+    if titled:
+        raise _strange(f"{name}, line {titled}", lines[titled - 1])
+    raise RecordError(f"{name}: has no samples, every line is blank or a comment; fetch the record again")
+
+
+def _check_length(place: str, text: str) -> None:
+    """Raise RecordError for a line that is longer than any head or sample; looking for words in it takes its square."""
+    if len(text) > LONGEST_LINE:
+        raise RecordError(
+            f"{place}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line ends, or fetch "
+            "the file again"
+        )
+
+
+def _strange(place: str, text: str) -> RecordError:
+    hint = ""
+    if re.search(r"\d,\d", text):
+        hint = " (a decimal comma is read only where semicolons part the columns)"
+    return RecordError(
+        f"{place}: {quoted(text)} is neither numbers nor the heads of columns{hint}; a file of plain columns has one "
+        "column, acceleration, or two, time and acceleration, under comments after # and at most one line of heads "
+        'such as "time [s], acceleration [g]": repair that line'
+    )
+
+
+def _check_columns(place: str, columns: int) -> None:
+    if columns > MOST_COLUMNS:
+        raise RecordError(
+            f"{place}: has {columns} columns; one, acceleration, or two, time and acceleration, are read: keep one "
+            "component a file, with one sample a line"
+        )
+
+
+def _take_statement(place: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
+    """Take over what a comment states; one that states nothing known is a comment."""
+    before, *after = re.split("[=:]", text, maxsplit=1)
+    key = KEYS.get(" ".join(before.split()).lower())
+    if key is None or not after:
+        return
+    value = after[0].strip()
+    if key == REPEATED:
+        history.append(value)
+    elif key in statements and statements[key].value != value:
+        raise RecordError(
+            f"{place}: states {key} {quoted(value)}, line {statements[key].line} states "
+            f"{quoted(statements[key].value)}; keep one"
+        )
+    else:
+        statements[key] = Statement(value, line)
+
+
+def _titles(place: str, line: str, columns: int) -> tuple[Title, ...]:
+    """The head of each column."""
+    text = line.strip()
+    pieces = re.split(r"[,;\t]", text)
+    if len(pieces) < columns:
+        pieces = re.split(r"(?<=[\])])\s+|\s{2,}", text)
+    if len(pieces) < columns:
+        pieces = text.split()
+    titles = tuple(title for piece in pieces if (title := _title(piece.strip().strip('"').strip())))
+    named = len(titles) == len(pieces) == columns and titles[-1].is_acceleration()
+    if not named or (columns == MOST_COLUMNS and not titles[0].is_time()):
+        raise _strange(place, text)
+    return titles
+
+
+def _title(text: str) -> Title | None:
+    """Name and unit of one head, such as "acceleration [g]" or "Acc (m/s2)"."""
+    if not text[:1].isalpha():
+        return None
+    opening = re.search(r"[\[(]", text)
+    if opening is None:
+        return Title(text, None)
+    if text[-1] != {"[": "]", "(": ")"}[opening[0]]:
+        return None
+    return Title(text[: opening.start()].strip(), text[opening.end() : -1].strip())
+
+
+LOOSEST, TIGHTEST = 0.1, 1e-3  # of the time step: how far off a time may be at most, and may always be
+
+
+def column(name: str, first: int, words: list[str]) -> NDArray[np.float64]:
+    """The numbers of a column; ``first`` is the index of the line that its first word stands in.
+
+    Raises RecordError, naming the line, for a word that is no finite number.
+    """
+    values = [number(word) for word in words]
+    for at, value in enumerate(values):
+        if value is None:
+            raise RecordError(
+                f"{name}, line {first + at + 1}: {quoted(words[at])} is not a finite number; every line after the head "
+                "must hold plain numbers such as -0.0123: repair that line, or fetch the file again"
+            )
+    return np.array(values, dtype=np.float64)
+
+
+def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float]:
+    """The time step [s] of a column of times [s], and how far off the last of them may be [s].
+
+    Times rise in equal steps where each is off its place on the line from the first to the last by no more than one
+    unit of the last digit printed (of the most decimals, or of the most significant digits, whichever is coarser) and
+    no more than a tenth of the step; a thousandth of it is always allowed. The step is the decimal of fewest digits
+    that fits. Raises RecordError, naming the line, where they do not.
+    """
+    times = column(name, first, words)
+    rises = np.diff(times)
+    flat = np.flatnonzero(~(rises > 0.0))
+    if len(flat):
+        at = int(flat[0]) + 1
+        raise RecordError(
+            f"{name}, line {first + at + 1}: the time {words[at]} is not after the {words[at - 1]} of the line before; "
+            "write times that rise, with enough digits to tell them apart"
+        )
+    steps = len(times) - 1
+    step = float(times[-1] - times[0]) / steps
+    check_step(f"{name}, line {first + 1}", step, f"{step:g}", "the step of the times")
+    off = np.clip(_last_digit(times, words), TIGHTEST * step, LOOSEST * step)
+    if (np.abs(times - (times[0] + np.arange(steps + 1) * step)) > off).any():
+        usual = float(np.median(rises))
+        at = int(np.argmax(np.abs(rises - usual))) + 1
+        raise RecordError(
+            f"{name}, line {first + at + 1}: the times do not rise in equal steps, by {rises[at - 1]:.6g} s here and "
+            f"by {usual:.6g} s elsewhere; restore missing lines, print more digits, or resample to equal steps"
+        )
+    return _shortest(step, float(off[-1]) / steps), float(off[-1])
+
+
+def _last_digit(times: NDArray[np.float64], words: list[str]) -> NDArray[np.float64]:
+    """One unit of the last digit printed of each time [s]."""
+    decimals, digits = 0, 1
+    for word in words:
+        mantissa, _, exponent = word.lower().replace("d", "e").partition("e")
+        whole, _, fraction = mantissa.lstrip("+-").partition(".")
+        decimals = max(decimals, len(fraction) - int(exponent or 0))
+        digits = max(digits, len((whole + fraction).lstrip("0")))
+    leading = np.floor(np.log10(np.maximum(np.abs(times), 1e-12))) + 1.0
+    return np.asarray(10.0 ** np.maximum(-min(decimals, 20), leading - digits), dtype=np.float64)
+
+
+def _shortest(value: float, off: float) -> float:
+    """The decimal of fewest digits within ``off`` of ``value``: 0.01 and not 0.010000000000000002."""
+    return next((short for digits in range(16) if abs((short := round(value, digits)) - value) <= off), value)
+
 
 KIND = "plain columns"
 STATES = ("raw", "processed")

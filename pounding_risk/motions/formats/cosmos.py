@@ -28,9 +28,22 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._lines import END, Columns, Lines, channel_code, columns_of, counted, tell_missing
 from pounding_risk.motions.formats._peaks import check_peak, stated_peak
-from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+from pounding_risk.motions.formats._text import (
+    END,
+    NEWLINE,
+    Columns,
+    Lines,
+    channel_code,
+    check_step,
+    columns_of,
+    counted,
+    quoted,
+    start_of,
+    tell_missing,
+    text_of,
+    told,
+)
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "COSMOS"

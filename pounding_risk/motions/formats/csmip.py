@@ -27,19 +27,24 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._lines import (
+from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
+from pounding_risk.motions.formats._text import (
     END,
+    NEWLINE,
     Columns,
     Even,
     Lines,
     channel_code,
+    check_step,
     columns_of,
     counted,
     evened,
+    quoted,
+    start_of,
     tell_missing,
+    text_of,
+    told,
 )
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "CSMIP"

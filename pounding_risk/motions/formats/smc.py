@@ -26,9 +26,20 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._lines import Columns, Even, Lines, channel_code, evened
 from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+from pounding_risk.motions.formats._text import (
+    NEWLINE,
+    Columns,
+    Even,
+    Lines,
+    channel_code,
+    check_step,
+    evened,
+    quoted,
+    start_of,
+    text_of,
+    told,
+)
 
 KIND = "SMC"
 TEXT_LINES = 11

@@ -15,10 +15,16 @@ from typing import Any
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house
-from pounding_risk.scene.street.distances import close_pairs
-from pounding_risk.scene.street.footprints import Array, length, local, middle
-from pounding_risk.scene.street.lines import FINEST_GAP, BlockRow, Street
-from pounding_risk.scene.street.pairs import NEIGHBOURS, STREETS, ClosePair, neighbours_csv
+from pounding_risk.scene.street.footprints import Array, close_pairs, length, local, middle
+from pounding_risk.scene.street.neighbours import (
+    FINEST_GAP,
+    NEIGHBOURS,
+    STREETS,
+    BlockRow,
+    ClosePair,
+    Street,
+    neighbours_csv,
+)
 from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
 from pounding_risk.scene.street.table import BlockError, Entry, read_table, repeated
 from pounding_risk.units import GAP, say

@@ -17,8 +17,7 @@ from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, 
 
 if TYPE_CHECKING:
     from pounding_risk.scene.street.defaults import Filled, House
-    from pounding_risk.scene.street.lines import BlockRow
-    from pounding_risk.scene.street.pairs import ClosePair
+    from pounding_risk.scene.street.neighbours import BlockRow, ClosePair
 
 FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "solver")
