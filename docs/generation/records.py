@@ -7,7 +7,7 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.motions.formats import formats
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, MODULES, STEPS
+from pounding_risk.motions.processing import DEFAULT_CHAIN, known_steps
 from pounding_risk.motions.quality import CHECKS
 from pounding_risk.units import Quantity, bounds
 
@@ -44,8 +44,7 @@ def steps_page() -> str:
         f'`processing = "auto"` does {chain} to a raw record and nothing to a processed one. In a scene: '
         '`processing = [{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]`.\n\n'
     )
-    kinds = [module.__name__ for module in MODULES]
-    for name, known in sorted(STEPS.items(), key=lambda entry: kinds.index(entry[1].function.__module__)):
+    for name, known in known_steps().items():
         text += f"## {plain(name)}\n\n{docstring(known.function)}\n"
         rows = [(f"`{key}`", *_option(allowed)) for key, allowed in known.options.items()]
         text += table(("option", "what", "unit and range"), rows) + "\n" if rows else "It has no option.\n\n"

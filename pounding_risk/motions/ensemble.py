@@ -19,11 +19,10 @@ from pounding_risk.motions.copies import Copy, copies
 from pounding_risk.motions.formats import is_record
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN
+from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
 from pounding_risk.motions.read import processed
-from pounding_risk.motions.record import RAW, Source
-from pounding_risk.motions.recordings import STATED, recording, recording_words
+from pounding_risk.motions.record import RAW, STATED, Source, recording, recording_words
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.source import components, file_name, is_vertical, open_source, parted

@@ -12,8 +12,8 @@ import numpy as np
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.amplitude import asked, scale_samples_to
-from pounding_risk.motions.processing.chain import Done
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.motions.processing.window import cut, doubts, extended, turned_round
 from pounding_risk.motions.request import AS_RECORDED, REVERSED

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.basic import SHORTEST_PRE_EVENT
 from pounding_risk.motions.processing.noise import BAND, LEAST_RATIO, signal_to_noise
-from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.signals import Samples, quiet_before, velocity_displacement
 from pounding_risk.motions.record import PROCESSED, RAW
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion, later, span_of
+from pounding_risk.motions.processing import DEFAULT_CHAIN, Done, Step, read_steps
 from pounding_risk.motions.processing.amplitude import asked, unit_doubts
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, Done, Step, read_steps
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.motions.record import RAW, Source
@@ -48,7 +48,7 @@ def read_motion(
     several components one is named after "#": "quake.V2A#N28W"), or an ObsPy trace in m/s². ``unit`` ("cm/s^2") and
     ``dt`` [s] are for files that do not state theirs. ``processing`` "auto" filters and corrects a raw record and
     leaves a processed one as it is; "none" leaves both; a list of tables names the steps
-    (`pounding_risk.motions.processing.chain`).
+    (`pounding_risk.motions.processing`).
     After that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
     and ``scale`` (factor), and ``tail`` [s] of zeros. Numbers are SI; text has its unit ("6 s", "0.5 g").
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 RAW, PROCESSED = "raw", "processed"
 
@@ -15,3 +19,45 @@ class Source(NamedTuple):
     record: dict[str, Any]
     units: str
     doubts: tuple[str, ...] = ()  # about how it was read, a sentence each
+
+
+STATED = "recording"  # key of a record's facts: the recording it was found to be of, where its own facts do not tell
+
+
+def recording(record: Mapping[str, Any], name: str) -> Hashable:
+    """What the components of one recording share; the ``name`` itself where nothing is told of the station.
+
+    Where no event is told, the minute in which a record starts stands for it: two earthquakes of a day are two. What
+    `copies` found goes before all of it.
+    """
+    if record.get(STATED):
+        return str(record[STATED])
+    if record.get("rsn"):
+        return record["rsn"]
+    event = record.get("event") or str(record.get("start") or "")[:16]
+    told = (event, *(record.get(key) or "" for key in ("date", "station", "sensor")))
+    return told if told[2] else name
+
+
+def recording_words(key: Hashable) -> str:
+    """A recording as text, for `STATED`."""
+    return ", ".join(str(part) for part in key if part) if isinstance(key, tuple) else str(key)
+
+
+def recording_numbers(facts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> NDArray[np.int64]:
+    """Numbers from 0, equal for the records of one recording, in the order in which the recordings come.
+
+    Parameters
+    ----------
+    facts : sequence of mapping
+        What is known of each record.
+    names : sequence of str
+        Its name, which stands for its recording where nothing is known.
+
+    Returns
+    -------
+    array of int, shape (records,)
+    """
+    numbers: dict[Hashable, int] = {}
+    keys = (recording(each, name) for each, name in zip(facts, names, strict=True))
+    return np.array([numbers.setdefault(key, len(numbers)) for key in keys], dtype=np.int64)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.chain import STEPS
+from pounding_risk.motions.processing import known_steps
 from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, STEP, TAIL, TIME, Quantity, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
@@ -44,7 +44,7 @@ class StepTable(Mapping[str, Any]):
 
     def written(self) -> dict[str, Any]:
         """The table as a scene file has it: quantities as text, exact."""
-        options = STEPS[self["step"]].options
+        options = known_steps()[self["step"]].options
         kinds = {key: options.get(key) for key in self}
         return {
             key: exact(value, kind) if isinstance(kind := kinds[key], Quantity) else value

@@ -30,7 +30,7 @@ from pounding_risk.motions.copies import copies
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, asked
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.scaling import by_factor, period_range, spectral_accelerations
 from pounding_risk.motions.source import is_vertical, lowest_usable

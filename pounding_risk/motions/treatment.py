@@ -12,7 +12,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import scaling
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.window import cut, doubts
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral
 from pounding_risk.motions.source import check_shaking
 

@@ -16,7 +16,7 @@ from pounding_risk.motions.ensemble import gather
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.manifest import write_manifest
 from pounding_risk.motions.read import read_motion
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.selection import select

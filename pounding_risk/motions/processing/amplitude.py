@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import Done
+from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import STANDARD_GRAVITY, QuantityError, si
 

@@ -1,5 +1,5 @@
 """Baseline correction of the processing chain, by a polynomial or by offsets in acceleration; see
-`pounding_risk.motions.processing.chain`.
+`pounding_risk.motions.processing`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK, ORDER, Done, step, whole
+from pounding_risk.motions.processing import DRIFT_OF_PEAK, ORDER, Done, step, whole
 from pounding_risk.motions.processing.signals import Samples, energy_time, quiet_before, velocity_displacement
 from pounding_risk.units import TIME
 

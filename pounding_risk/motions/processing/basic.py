@@ -1,4 +1,4 @@
-"""Steps that cut, level and taper a record; see `pounding_risk.motions.processing.chain`."""
+"""Steps that cut, level and taper a record; see `pounding_risk.motions.processing`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import ceil, floor, inf
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import ORDER, Done, step, whole
+from pounding_risk.motions.processing import ORDER, Done, step, whole
 from pounding_risk.motions.processing.signals import Samples, cosine_rise, quiet_before
 from pounding_risk.units import TIME
 

@@ -1,4 +1,4 @@
-"""The band-pass filter of the processing chain; see `pounding_risk.motions.processing.chain`."""
+"""The band-pass filter of the processing chain; see `pounding_risk.motions.processing`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from math import inf
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import ORDER, Done, step
 from pounding_risk.motions.processing.noise import Corners, corners_from_noise, default_corners
-from pounding_risk.motions.processing.registry import ORDER, Done, step
 from pounding_risk.motions.processing.signals import Samples, filtered
 from pounding_risk.units import TIME, Quantity, say
 

@@ -1,4 +1,4 @@
-"""A record at another time step; see `pounding_risk.motions.processing.chain`."""
+"""A record at another time step; see `pounding_risk.motions.processing`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import ceil, inf
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import Done, step
+from pounding_risk.motions.processing import Done, step
 from pounding_risk.motions.processing.signals import Samples, band_limited, butterworth
 from pounding_risk.units import Quantity
 

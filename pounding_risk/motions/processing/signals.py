@@ -1,6 +1,6 @@
 """Numerics of a sampled acceleration: integrals, the arrival of an earthquake, a filter's response.
 
-Arrays in, arrays out; the steps of `pounding_risk.motions.processing.chain` put them to use.
+Arrays in, arrays out; the steps of `pounding_risk.motions.processing` put them to use.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.basic import window
-from pounding_risk.motions.processing.registry import Done
 from pounding_risk.motions.processing.resample import MOST
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
