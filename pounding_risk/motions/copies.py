@@ -99,14 +99,14 @@ def copies(records: Sequence[tuple[Samples, float]]) -> tuple[Copy, ...]:
         One for each record that is a copy; ``original`` is the first of its kind.
     """
     seen = [_Record(samples, dt) for samples, dt in records]
-    found: dict[int, Copy] = {}
-    for original, place in combinations(range(len(seen)), 2):
-        if place in found or original in found:
+    copy_of: dict[int, Copy] = {}
+    for original, number in combinations(range(len(seen)), 2):
+        if number in copy_of or original in copy_of:
             continue
-        copy = _copy(seen[original], seen[place])
+        copy = _copy(seen[original], seen[number])
         if copy is not None:
-            found[place] = Copy(place, original, *copy)
-    return tuple(found[place] for place in sorted(found))
+            copy_of[number] = Copy(number, original, *copy)
+    return tuple(copy_of[number] for number in sorted(copy_of))
 
 
 def _copy(one: _Record, other: _Record) -> tuple[float, bool] | None:
@@ -149,4 +149,4 @@ def _unlike(first: Samples, second: Samples) -> float:
 def _is_quiet_outside(one: _Record, other: _Record) -> bool:
     """Whether the longer of two records that start together holds no shaking after the shorter ends."""
     count = min(len(one.samples), len(other.samples))
-    return all(float(np.sum(each.samples[count:] ** 2)) <= ROUNDING * each.energy for each in (one, other))
+    return all(float(np.sum(record.samples[count:] ** 2)) <= ROUNDING * record.energy for record in (one, other))

@@ -67,9 +67,9 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
     chosen = list(_of_manifest(request, folder) if request.manifest else _of_sources(request, folder, left_out))
     one_size = not scaled or request.pga is not None or request.sa is not None
     chosen, repeated, copied = _each_once(chosen, one_size)
-    groups: list[tuple[Source, ...]] = [(each.source,) for each in chosen]
+    groups: list[tuple[Source, ...]] = [(record.source,) for record in chosen]
     if request.direction is not None:
-        groups = pairs([each.source for each in chosen], repeated)
+        groups = pairs([record.source for record in chosen], repeated)
     motions = []
     for number, group in enumerate(groups, start=1):
         motion = _in_direction(request, group)
@@ -84,12 +84,12 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
     """Every record that the request names; a sentence in ``left_out`` for each that is not taken."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.set:
-        found = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
+        sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
     else:
-        found = [open_source(name, **stated) for name in request.names]
+        sources = [open_source(name, **stated) for name in request.names]
     for pattern in request.files:
-        found += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
-    once = {(source.record["file"], source.name): source for source in found}
+        sources += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
+    once = {(source.record["file"], source.name): source for source in sources}
     return (_Chosen(source) for source in once.values())
 
 
@@ -99,17 +99,17 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
     With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
     ``one_size`` where all motions are scaled to one amplitude, so that their own counts for nothing.
     """
-    found = copies([(each.source.trace.data * each.factor, each.source.trace.stats.delta) for each in chosen])
-    repeated = [copy for copy in found if copy.is_same_motion(any_size=one_size)]
+    same = copies([(record.source.trace.data * record.factor, record.source.trace.stats.delta) for record in chosen])
+    repeated = [copy for copy in same if copy.is_same_motion(any_size=one_size)]
     left_out = [_repetition(copy, chosen) for copy in repeated]
-    sentences = [_in_one_recording(copy, chosen) for copy in found if copy not in repeated]
+    sentences = [_in_one_recording(copy, chosen) for copy in same if copy not in repeated]
     gone = {copy.place for copy in repeated}
-    return [each for place, each in enumerate(chosen) if place not in gone], left_out, sentences
+    return [record for number, record in enumerate(chosen) if number not in gone], left_out, sentences
 
 
 def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
     """A copy that is left out, in words."""
-    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    one, other = (chosen[number].source for number in (copy.original, copy.place))
     same_file = one.record["file"] != other.record["file"] and one.record["sha256"] == other.record["sha256"]
     words = "is a copy of the file" if same_file else "holds the same motion as"
     return f"{other.name} {words} {one.name}, which is used once"
@@ -174,15 +174,15 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
     if not rows:
         raise RecordError(f"{path}: names no record; choose again")
     for number, row in enumerate(rows, start=2):
-        place = f"{path}, line {number}"
-        _check_row(place, row)
+        where = f"{path}, line {number}"
+        _check_row(where, row)
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
-                f"{place}: {row['name']} has another checksum than the manifest says: the file was "
+                f"{where}: {row['name']} has another checksum than the manifest says: the file was "
                 "changed; fetch it again, or choose again"
             )
-        yield _Chosen(source, row, place)
+        yield _Chosen(source, row, where)
 
 
 def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
@@ -199,13 +199,13 @@ def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
     return motion
 
 
-def _check_row(place: str, row: Mapping[str, Any]) -> None:
+def _check_row(where: str, row: Mapping[str, Any]) -> None:
     """Refuse a row of a manifest without a name or a PGA, or with a factor that scales nothing."""
     empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
     if empty:
-        raise RecordError(f"{place}: {' and '.join(empty)} left empty; choose again")
+        raise RecordError(f"{where}: {' and '.join(empty)} left empty; choose again")
     if not (isfinite(row["factor"]) and row["factor"] > 0.0):
-        raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
+        raise RecordError(f"{where}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
 
 
 def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
@@ -216,15 +216,15 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
-    for found in recordings.values():
-        if len(found) != 2:
-            listed = ", ".join(file_name(source) for source in found)
+    for parts in recordings.values():
+        if len(parts) != 2:
+            listed = ", ".join(file_name(source) for source in parts)
             without = f"; left out: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
-                f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
+                f"direction: of {_recording(parts[0])} there is {listed}; a row's direction takes the two "
                 f"horizontal components of each recording: name both, or leave direction out{without}"
             )
-    return [tuple(found) for found in recordings.values()]
+    return [tuple(parts) for parts in recordings.values()]
 
 
 def _recording(source: Source) -> str:
@@ -261,13 +261,13 @@ def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str
     With a sentence that says why the corners are where they are, and doubts.
     """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
-    at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
+    at = next(number for number, step in enumerate(steps) if step["step"] == "bandpass")
     before = [processed(source, steps[:at]) for source in pair]
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
-    found = shared_corners([motion.acceleration for motion in before], before[0].dt)
-    steps[at] |= {"low": found.low, "high": found.high}
-    return steps, (f"corners of the band-pass: {found.words}",), found.flags
+    corners = shared_corners([motion.acceleration for motion in before], before[0].dt)
+    steps[at] |= {"low": corners.low, "high": corners.high}
+    return steps, (f"corners of the band-pass: {corners.words}",), corners.flags
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:

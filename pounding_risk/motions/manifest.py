@@ -98,8 +98,8 @@ def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
             f"{row['name']}: no source is named, as the motion was in memory or made of two; write it to a file and "
             "choose from the files"
         )
-    place = folder / row["source"]
-    return place if parted(place)[0].is_file() else str(row["source"])
+    file = folder / row["source"]
+    return file if parted(file)[0].is_file() else str(row["source"])
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:
@@ -129,11 +129,11 @@ def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
     Compared are the names, and for each record the checksum of its file, dt, the number of samples, PGA and the
     processing.
     """
-    told, found = _by_name(read_manifest(path)), _by_name(manifest(motions))
-    faults = [f"{name} is not there" for name in told if name not in found]
-    faults += [f"{name} is not in the manifest" for name in found if name not in told]
-    for name in (name for name in told if name in found):
-        faults += [f"{name}: {words}" for words in _differences(told[name], found[name])]
+    stated, rows = _by_name(read_manifest(path)), _by_name(manifest(motions))
+    faults = [f"{name} is not there" for name in stated if name not in rows]
+    faults += [f"{name} is not in the manifest" for name in rows if name not in stated]
+    for name in (name for name in stated if name in rows):
+        faults += [f"{name}: {words}" for words in _differences(stated[name], rows[name])]
     if faults:
         count = f"{len(faults)} difference{'s' if len(faults) > 1 else ''}"
         raise RecordError(f"{path}: {count} from the records: {'; '.join(faults)}")
@@ -141,13 +141,13 @@ def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
 
 def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Rows by the names of their records; a record may be there again, reversed or scaled otherwise."""
-    found: dict[str, dict[str, Any]] = {}
+    by_name: dict[str, dict[str, Any]] = {}
     times: Counter[str] = Counter()
     for row in rows:
         times[row["name"]] += 1
         again = f" ({times[row['name']]})" if times[row["name"]] > 1 else ""
-        found[f"{row['name']}{again}"] = row
-    return found
+        by_name[f"{row['name']}{again}"] = row
+    return by_name
 
 
 def _value(value: Any) -> Any:
@@ -157,22 +157,22 @@ def _value(value: Any) -> Any:
 def _read(source: Path, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
     if None in row or None in row.values():
         raise RecordError(f"{source}: line {number} has not one value a column; write the manifest again")
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, (_, kind) in COLUMNS.items():
         try:
-            found[name] = kind(row[name]) if row[name] else None
+            values[name] = kind(row[name]) if row[name] else None
         except ValueError:
             raise RecordError(
                 f'{source}: line {number}, {name}: "{row[name]}" is no number; write the manifest again'
             ) from None
-    return found
+    return values
 
 
-def _differences(told: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+def _differences(stated: Mapping[str, Any], actual: Mapping[str, Any]) -> list[str]:
     """What differs between two rows, in words."""
     words = []
     for key in CHECKED:
-        one, other = told[key], found[key]
+        one, other = stated[key], actual[key]
         numbers = isinstance(one, float) and isinstance(other, float)
         if one == other or (numbers and isclose(one, other, rel_tol=SAME)):
             continue

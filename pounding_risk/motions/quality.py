@@ -129,12 +129,12 @@ def quality(
         return (Finding("motion", "every sample is the same", "a motion", False),)
     asked = CHECKS if checks is None else checks
     findings = (CHECKS[name].function(seen) for name in asked if state in CHECKS[name].states)
-    return tuple(found for found in findings if found is not None)
+    return tuple(finding for finding in findings if finding is not None)
 
 
 def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:
     """One sentence for each check that is not met."""
-    return tuple(found.sentence for found in findings if not found.passed)
+    return tuple(finding.sentence for finding in findings if not finding.passed)
 
 
 @check("time step")
@@ -204,10 +204,10 @@ def _spikes(seen: Seen) -> tuple[str, str, bool]:
     118 good records have none above 3.5 times, sharp arrivals near the source among them; a jump of a part of the range
     alone, gmprocess' test, takes records of 50 samples a second for spiked.
     """
-    place = _sharpest(seen.samples, seen.dt)
-    if place is None:
+    index = _sharpest(seen.samples, seen.dt)
+    if index is None:
         return "none", "none", True
-    return f"a single sample sticks out at {place * seen.dt:.4g} s", "none", False
+    return f"a single sample sticks out at {index * seen.dt:.4g} s", "none", False
 
 
 @check("offset")
@@ -289,5 +289,5 @@ def _sharpest(samples: Samples, dt: float) -> int | None:
     around = sliding_window_view(np.pad(bends, reach + 1), reach).max(axis=1)
     others = np.maximum(around[: len(bends)], around[reach + 3 : reach + 3 + len(bends)])
     excess = np.where(out > SPIKE_OF_RANGE * np.ptp(samples), out - SPIKE_OF_OTHERS * others, 0.0)
-    place = int(np.argmax(excess))
-    return place + 1 if excess[place] > 0.0 else None
+    index = int(np.argmax(excess))
+    return index + 1 if excess[index] > 0.0 else None

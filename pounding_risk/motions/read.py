@@ -130,15 +130,15 @@ def _treatment(
 class _Log:
     """Samples on their way through the steps, with the sentence and the doubts of each."""
 
-    def __init__(self, found: Source):
-        self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
-        self.dt = float(found.trace.stats.delta)
+    def __init__(self, source: Source):
+        self.samples: Samples = np.array(source.trace.data, dtype=np.float64)
+        self.dt = float(source.trace.stats.delta)
         self.start = 0.0
-        self.flags = [*found.doubts, *unit_doubts(found.record["pga_recorded"], "as recorded")]
+        self.flags = [*source.doubts, *unit_doubts(source.record["pga_recorded"], "as recorded")]
         self.factor, self.band = 1.0, (0.0, inf)
-        self.raw = found.record["state"] == RAW
-        self._record = found.record
-        self.sentences = [*found.trace.stats.get("processing", []), found.units]
+        self.raw = source.record["state"] == RAW
+        self._record = source.record
+        self.sentences = [*source.trace.stats.get("processing", []), source.units]
 
     def add(self, done: Done) -> None:
         """Take over what a step gave."""

@@ -35,8 +35,8 @@ def recording(record: Mapping[str, Any], name: str) -> Hashable:
     if record.get("rsn"):
         return record["rsn"]
     event = record.get("event") or str(record.get("start") or "")[:16]
-    told = (event, *(record.get(key) or "" for key in ("date", "station", "sensor")))
-    return told if told[2] else name
+    facts = (event, *(record.get(key) or "" for key in ("date", "station", "sensor")))
+    return facts if facts[2] else name
 
 
 def recording_words(key: Hashable) -> str:
@@ -59,5 +59,5 @@ def recording_numbers(facts: Sequence[Mapping[str, Any]], names: Sequence[str]) 
     array of int, shape (records,)
     """
     numbers: dict[Hashable, int] = {}
-    keys = (recording(each, name) for each, name in zip(facts, names, strict=True))
+    keys = (recording(record, name) for record, name in zip(facts, names, strict=True))
     return np.array([numbers.setdefault(key, len(numbers)) for key in keys], dtype=np.int64)

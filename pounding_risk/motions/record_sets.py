@@ -173,15 +173,15 @@ def carried_spectra(name: str) -> CarriedSpectra:
     Displacements were kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
     second order: they differ from the exact ones by up to 6 (dt/T)².
     """
-    found = members(name)
+    components = members(name)
     tables = {file: _spectra(file) for file in _files(name)}
-    rows = [tables[member.file][member.number, member.letter] for member in found]
+    rows = [tables[member.file][member.number, member.letter] for member in components]
     periods = rows[0][0]
-    for member, row in zip(found, rows, strict=True):
+    for member, row in zip(components, rows, strict=True):
         if not np.array_equal(row[0], periods):
             raise RecordError(f"{member.file.name}: the spectrum of {member.id} is at other periods; {_repair()}")
     values = np.array([row[1] for row in rows]) * STANDARD_GRAVITY
-    return CarriedSpectra(tuple(member.id for member in found), periods, values)
+    return CarriedSpectra(tuple(member.id for member in components), periods, values)
 
 
 def missing() -> list[str]:
@@ -212,16 +212,16 @@ def _path(file: SetFile) -> Path:
         )
     spec = find_spec(NEEDED[PACKAGE])
     folders = list(spec.submodule_search_locations or ()) if spec else []
-    place = Path(folders[0]) / file.name if folders else Path(file.name)
-    if not place.is_file():
-        raise RecordError(f"{place}: no such file; {_repair()}")
-    digest = sha256(place.read_bytes()).hexdigest()
+    path = Path(folders[0]) / file.name if folders else Path(file.name)
+    if not path.is_file():
+        raise RecordError(f"{path}: no such file; {_repair()}")
+    digest = sha256(path.read_bytes()).hexdigest()
     if digest != file.sha256:
         raise RecordError(
-            f"{place} has sha256 {digest[:12]}..., version {VERSION} of {PACKAGE} has {file.sha256[:12]}..., and "
+            f"{path} has sha256 {digest[:12]}..., version {VERSION} of {PACKAGE} has {file.sha256[:12]}..., and "
             f"{_installed()} is installed; {_repair()}"
         )
-    return place
+    return path
 
 
 def _installed() -> str:
@@ -233,11 +233,11 @@ def _installed() -> str:
 
 def _opened(file: SetFile) -> Any:
     """The file, open; h5py and hdf5plugin are of an extra, and are imported when a set is read."""
-    place = _path(file)
+    path = _path(file)
     import h5py
     import hdf5plugin  # noqa: F401 (loading it teaches h5py the compression)
 
-    return h5py.File(place, "r")
+    return h5py.File(path, "r")
 
 
 @cache
@@ -300,8 +300,8 @@ def _columns(table: Any) -> dict[str, Any]:
         if rows[field].ndim == 1:
             columns[field] = rows[field]
             continue
-        for place, name in enumerate(_COLUMN.findall(bytes(table.attrs[f"{field}_kind"]))):
-            columns[name.decode()] = rows[field][:, place]
+        for column, name in enumerate(_COLUMN.findall(bytes(table.attrs[f"{field}_kind"]))):
+            columns[name.decode()] = rows[field][:, column]
     return columns
 
 
@@ -309,12 +309,12 @@ def _spectra(file: SetFile) -> dict[tuple[int, str], tuple[Samples, Samples]]:
     """Periods [s] and pseudo-acceleration [g] of each component, in rising periods."""
     with _opened(file) as opened:
         columns = _columns(opened["spectra/table"])
-    found = {}
+    by_component = {}
     for member in _members(file):
         own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
         order = np.argsort(columns["period"][own])
-        found[member.number, member.letter] = (
+        by_component[member.number, member.letter] = (
             columns["period"][own][order],
             columns["pseudo_accel"][own][order],
         )
-    return found
+    return by_component

@@ -161,8 +161,8 @@ def matching(folder: Path, pattern: str) -> list[Path]:
     if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
         return [literal]
     _check_width(folder, pattern)
-    found = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
-    return sorted(path for path in found if path.is_file())
+    files = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
+    return sorted(path for path in files if path.is_file())
 
 
 def _check_width(folder: Path, pattern: str) -> None:

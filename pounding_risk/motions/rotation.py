@@ -104,16 +104,16 @@ def _is_number(value: Any) -> bool:
 
 def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
     """Where both components point [degrees]; None where neither is known."""
-    found = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
-    if found == (None, None):
+    azimuth_pair = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
+    if azimuth_pair == (None, None):
         return None
-    for motion, azimuth in zip((first, second), found, strict=True):
+    for motion, azimuth in zip((first, second), azimuth_pair, strict=True):
         if not _is_number(azimuth):
             raise RecordError(
                 f"{motion.name}: its azimuth is {shown(azimuth)}; give both, such as azimuths = (0.0, 90.0), in "
                 "degrees clockwise from north (a vertical component has none)"
             )
-    return float(found[0]), float(found[1])  # type: ignore[arg-type]
+    return float(azimuth_pair[0]), float(azimuth_pair[1])  # type: ignore[arg-type]
 
 
 def _weights(direction: float, one: float, other: float) -> tuple[tuple[float, float], float]:
@@ -135,15 +135,15 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
     shift = round(later)
     starts = (max(0, shift), max(0, -shift))
     both = [motion.acceleration[start:] for motion, start in zip((first, second), starts, strict=True)]
-    count = min(len(each) for each in both)
+    count = min(len(part) for part in both)
     if count < 2:
         raise RecordError(
             f"{first.name} and {second.name} share {count} samples: {_span(first)} and {_span(second)}; take two "
             "components of one recording"
         )
     words = []
-    for motion, start, each in zip((first, second), starts, both, strict=True):
-        end = len(each) - count
+    for motion, start, part in zip((first, second), starts, both, strict=True):
+        end = len(part) - count
         if start or end:
             words.append(
                 f"cut: {start * motion.dt:g} s from the start, {end * motion.dt:g} s from the end of {motion.name}"
@@ -185,13 +185,13 @@ def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, A
     one, other = first.record, second.record
     record = {key: one[key] for key in KEPT if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):
-        parts = dict.fromkeys(str(each[key]) for each in (one, other) if each.get(key))
+        parts = dict.fromkeys(str(facts[key]) for facts in (one, other) if facts.get(key))
         if parts:
             record[key] = " + ".join(parts)
     if one.get("start") and other.get("start"):
         record["start"] = max(one["start"], other["start"])
     for key, stricter in NARROWER.items():
-        corners = [each[key] for each in (one, other) if each.get(key)]
+        corners = [facts[key] for facts in (one, other) if facts.get(key)]
         if corners:
             record[key] = stricter(corners)
     return {**record, "azimuth": None if azimuth is None else azimuth % 360.0}

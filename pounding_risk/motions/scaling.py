@@ -53,8 +53,8 @@ def to_spectral_acceleration(motion: Motion, value: float | str, period: float |
     """
     target, at = asked("value", value, PGA), asked("period", period, PERIOD)
     aim = f"Sa({at:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    found = spectral_accelerations([motion], [at], damping)[0, 0]
-    return by_factor(motion, _ratio(target, found, motion.name), aim)
+    spectral = spectral_accelerations([motion], [at], damping)[0, 0]
+    return by_factor(motion, _ratio(target, spectral, motion.name), aim)
 
 
 def to_mean_spectral_acceleration(
@@ -68,8 +68,8 @@ def to_mean_spectral_acceleration(
     target = asked("value", value, PGA)
     low, high = period_range(periods)
     aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    found = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
-    return by_factor(motion, _ratio(target, _geometric_mean(found), motion.name), aim)
+    spectra = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
+    return by_factor(motion, _ratio(target, _geometric_mean(spectra), motion.name), aim)
 
 
 def to_median(
@@ -124,8 +124,8 @@ def measured(
         )
     from pounding_risk.motions.intensity import measure as measure_all
 
-    found = [getattr(measure_all(motion.acceleration, motion.dt), name) for motion in motions]
-    return found, "Arias intensity" if name == "arias" else name.upper()
+    values = [getattr(measure_all(motion.acceleration, motion.dt), name) for motion in motions]
+    return values, "Arias intensity" if name == "arias" else name.upper()
 
 
 def spectral_accelerations(motions: Sequence[Motion], periods: Any, damping: float = 0.05) -> Samples:
@@ -148,11 +148,11 @@ def period_range(periods: Any) -> tuple[float, float]:
     return low, high
 
 
-def _ratio(target: float, found: float, name: str) -> float:
-    """The factor from ``found`` to ``target``."""
-    if not (isfinite(found) and found > 0.0):
-        raise RecordError(f"{name}: what is to be scaled is {found:g}, which no factor scales; check record and window")
-    return target / float(found)
+def _ratio(target: float, value: float, name: str) -> float:
+    """The factor from a measured ``value`` to ``target``."""
+    if not (isfinite(value) and value > 0.0):
+        raise RecordError(f"{name}: what is to be scaled is {value:g}, which no factor scales; check record and window")
+    return target / float(value)
 
 
 def _geometric_mean(values: Any) -> float:

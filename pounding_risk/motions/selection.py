@@ -132,8 +132,8 @@ class Selection:
 
         Sa [m/s²], shape (rows, periods).
         """
-        found = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
-        return found * np.array([row.factor for row in self.rows])[:, None]
+        spectra = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
+        return spectra * np.array([row.factor for row in self.rows])[:, None]
 
     @property
     def median_ratio(self) -> Samples:
@@ -152,7 +152,7 @@ class Selection:
     def words(self) -> tuple[str, ...]:
         """The choice in sentences."""
         low, high = self.wanted.periods
-        left = ", ".join(f"{count} for {why}" for why, count in self.left_out.items()) or "none"
+        left_out = ", ".join(f"{count} for {why}" for why, count in self.left_out.items()) or "none"
         factors, misfits = [[getattr(row, key) for row in self.rows] for key in ("factor", "misfit")]
         limited = sum(row.limited for row in self.rows)
         median, mean = self.median_ratio, self.least_mean_ratio
@@ -163,7 +163,7 @@ class Selection:
             )
         return (
             f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} asked for",
-            f"left out: {left}",
+            f"left out: {left_out}",
             f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
             f"median: {median.min():.3g} to {median.max():.3g} of {self.target.name} from {low:g} to {high:g} s",
@@ -206,24 +206,24 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     wanted = _wanted(choices)
     periods = np.geomspace(*wanted.periods, NODES)
     goal = target.at(periods)
-    left: Counter[str] = Counter()
-    candidates = _candidates(list(motions), wanted, left)
-    considered = len(candidates) + sum(left.values())
-    candidates = [each for each in candidates if _passes(each, wanted, left)]
+    left_out: Counter[str] = Counter()
+    candidates = _candidates(list(motions), wanted, left_out)
+    considered = len(candidates) + sum(left_out.values())
+    candidates = [candidate for candidate in candidates if _passes(candidate, wanted, left_out)]
     spectra = SPECTRA[wanted.spectrum](candidates, periods, target.damping) if candidates else np.empty((0, NODES))
     rows = []
     for parts, spectrum in zip(candidates, spectra, strict=True):
         if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):
-            left["a spectrum of zero"] += 1
+            left_out["a spectrum of zero"] += 1
             continue
         best = fit(spectrum, goal, wanted.limits)
         rows.append(Row(parts, best.factor, best.misfit, best.limited, spectrum, _doubts(parts, wanted)))
     rows.sort(key=lambda row: (row.misfit, row.name))
-    chosen = _first(rows, wanted, left)
+    chosen = _first(rows, wanted, left_out)
     if not chosen:
-        why = ", ".join(f"{count} for {reason}" for reason, count in left.items()) or "none was given"
+        why = ", ".join(f"{count} for {reason}" for reason, count in left_out.items()) or "none was given"
         raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
-    return Selection(target, wanted, periods, tuple(chosen), considered, dict(left))
+    return Selection(target, wanted, periods, tuple(chosen), considered, dict(left_out))
 
 
 def _wanted(choices: dict[str, Any]) -> Wanted:
@@ -238,21 +238,21 @@ def _wanted(choices: dict[str, Any]) -> Wanted:
 def _check_bounds(key: str, bounds: Any) -> None:
     if bounds is None:
         return
-    numbers = isinstance(bounds, Sequence) and all(isinstance(each, int | float) for each in bounds)
+    numbers = isinstance(bounds, Sequence) and all(isinstance(bound, int | float) for bound in bounds)
     if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
         raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
 
 
-def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> list[tuple[Motion, ...]]:
+def _candidates(motions: list[Motion], wanted: Wanted, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
     """Components, or pairs of them, in an order that does not depend on the one given."""
     level = [motion for motion in motions if not is_vertical(motion.record)]
     if len(level) < len(motions):
-        left["being vertical"] += len(motions) - len(level)
+        left_out["being vertical"] += len(motions) - len(level)
     level.sort(key=lambda motion: motion.name)
     again = {copy.place for copy in copies([(motion.acceleration, motion.dt) for motion in level])}
     if again:
-        left["being a copy of another candidate"] += len(again)
-    level = [motion for place, motion in enumerate(level) if place not in again]
+        left_out["being a copy of another candidate"] += len(again)
+    level = [motion for number, motion in enumerate(level) if number not in again]
     if wanted.spectrum == "component":
         return [(motion,) for motion in level]
     groups: dict[Any, list[Motion]] = {}
@@ -260,7 +260,7 @@ def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> li
         groups.setdefault(recording(motion.record, motion.name), []).append(motion)
     for group in groups.values():
         if len(group) != 2:
-            left[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
+            left_out[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
     return [(group[0], group[1]) for group in groups.values() if len(group) == 2]
 
 
@@ -270,7 +270,7 @@ def _known(parts: tuple[Motion, ...], key: str) -> Any:
     return next((motion.record[key] for motion in parts if motion.record.get(key) not in (None, "")), None)
 
 
-def _passes(parts: tuple[Motion, ...], wanted: Wanted, left: Counter[str]) -> bool:
+def _passes(parts: tuple[Motion, ...], wanted: Wanted, left_out: Counter[str]) -> bool:
     """True for a candidate that every filter lets through; the first that does not is counted."""
     for key in FILTERS:
         bounds = getattr(wanted, key)
@@ -278,18 +278,18 @@ def _passes(parts: tuple[Motion, ...], wanted: Wanted, left: Counter[str]) -> bo
             continue
         value = _known(parts, key)
         if value is None or not isfinite(float(value)):
-            left[f"{key} unknown"] += 1
+            left_out[f"{key} unknown"] += 1
             return False
         if not bounds[0] <= float(value) <= bounds[1]:
-            left[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
+            left_out[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
             return False
     if wanted.per_event is not None and _known(parts, "event") is None:
-        left["event unknown"] += 1
+        left_out["event unknown"] += 1
         return False
     return True
 
 
-def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
+def _first(rows: list[Row], wanted: Wanted, left_out: Counter[str]) -> list[Row]:
     """The closest, at most so many of one earthquake."""
     chosen: list[Row] = []
     events: Counter[tuple[Any, Any]] = Counter()
@@ -298,7 +298,7 @@ def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
         if len(chosen) == wanted.count:
             break
         if wanted.per_event is not None and events[event] >= wanted.per_event:
-            left[f"more than {wanted.per_event} of one event"] += 1
+            left_out[f"more than {wanted.per_event} of one event"] += 1
         else:
             chosen.append(row)
             events[event] += 1
@@ -336,14 +336,14 @@ def _of_direction(percentile: float) -> Callable[[list[tuple[Motion, ...]], Samp
     def spectra(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
         from pounding_risk.motions.intensity import rotated_spectra
 
-        found = []
+        ordinates = []
         for first, second in candidates:
             # Turned to the first component and across it: aligned, of one length, and perpendicular.
             along = float(first.record.get("azimuth") or 0.0)
             both = [rotated(first, second, along + turn) for turn in (0.0, 90.0)]
             turned = rotated_spectra((both[0].acceleration, both[1].acceleration), first.dt, periods, damping)
-            found.append(turned.rotd(percentile))
-        return np.array(found)
+            ordinates.append(turned.rotd(percentile))
+        return np.array(ordinates)
 
     return spectra
 

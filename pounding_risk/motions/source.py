@@ -35,15 +35,15 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
     an ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
     """
     if isinstance(source, Source):
-        found = source
+        opened = source
     elif isinstance(source, str) and _is_id(source):
-        found = _of_id(source)
+        opened = _of_id(source)
     elif isinstance(source, str | Path):
         path, component = parted(source)
-        found = _of_file(path, read_file(path, component, unit=unit, dt=dt))
+        opened = _of_file(path, read_file(path, component, unit=unit, dt=dt))
     else:
-        found = _of_trace(source)
-    return _checked(found, unit, dt)
+        opened = _of_trace(source)
+    return _checked(opened, unit, dt)
 
 
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
@@ -78,50 +78,50 @@ def lowest_usable(record: Mapping[str, Any]) -> float | None:
     return record.get("lowest_usable_frequency") or USABLE * float(record.get("low_corner") or 0.0) or None
 
 
-def _checked(found: Source, unit: str | None, dt: float | None) -> Source:
+def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
     """A source with samples that a run can use, their peak among its facts, and what of ``unit``, ``dt`` is unused."""
-    check_samples(found.trace.data, found.trace.stats.delta, found.name)
-    samples = np.asarray(found.trace.data, dtype=np.float64)
-    if found.record["format"] != IN_MEMORY:
-        found.record["source"] = found.name
-    offset = samples.mean() if found.record["state"] == RAW else 0.0
-    found.record["pga_recorded"] = float(np.abs(samples - offset).max())
-    return found._replace(doubts=(*found.doubts, *_unused(found, unit, dt)))
+    check_samples(source.trace.data, source.trace.stats.delta, source.name)
+    samples = np.asarray(source.trace.data, dtype=np.float64)
+    if source.record["format"] != IN_MEMORY:
+        source.record["source"] = source.name
+    offset = samples.mean() if source.record["state"] == RAW else 0.0
+    source.record["pga_recorded"] = float(np.abs(samples - offset).max())
+    return source._replace(doubts=(*source.doubts, *_unused(source, unit, dt)))
 
 
-def _unused(found: Source, unit: str | None, dt: float | None) -> tuple[str, ...]:
+def _unused(source: Source, unit: str | None, dt: float | None) -> tuple[str, ...]:
     """A sentence where a ``unit`` or time step ``dt`` [s] that the user gives is not what the record is read with."""
-    told = []
-    if unit is not None and not found.units.startswith(sentence(unit, size_of(unit, "unit"))):
-        own = found.units.partition(";")[0].removeprefix("units: ")
-        told.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({own})')
-    if dt is not None and dt != found.trace.stats.delta:
-        own = f"{found.trace.stats.delta:g} s"
-        told.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({own})")
-    return tuple(told)
+    sentences = []
+    if unit is not None and not source.units.startswith(sentence(unit, size_of(unit, "unit"))):
+        own = source.units.partition(";")[0].removeprefix("units: ")
+        sentences.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({own})')
+    if dt is not None and dt != source.trace.stats.delta:
+        own = f"{source.trace.stats.delta:g} s"
+        sentences.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({own})")
+    return tuple(sentences)
 
 
 def _is_id(source: str) -> bool:
     """True for an id of the catalogue, and for a word that looks like one rather than like a path."""
-    if any(found.id == source for found in catalogue.entries()):
+    if any(entry.id == source for entry in catalogue.entries()):
         return True
     return not (Path(source).suffix or "/" in source or "\\" in source or Path(source).exists())
 
 
 def _of_id(id: str) -> Source:
     """The record of the catalogue, or else the member of a published set."""
-    member = None if any(found.id == id for found in catalogue.entries()) else record_sets.find(id)
+    member = None if any(entry.id == id for entry in catalogue.entries()) else record_sets.find(id)
     return record_sets.load(member) if member else _of_catalogue(id)
 
 
 def _of_catalogue(id: str) -> Source:
-    found = catalogue.entry(id, record_sets.similar(id))
+    entry = catalogue.entry(id, record_sets.similar(id))
     trace = catalogue.load(id)[0]
     keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
     more = ("package", "version", "sha256", "origin", "terms", "note")
-    record = {key: getattr(found, key) for key in (*keys, *more)}
-    units = f"counts, divided by {found.sensitivity:.10g} counts per m/s²"
-    if found.format == "PEER_AT2":
+    record = {key: getattr(entry, key) for key in (*keys, *more)}
+    units = f"counts, divided by {entry.sensitivity:.10g} counts per m/s²"
+    if entry.format == "PEER_AT2":
         units = "g, times 9.80665 m/s²"
     else:
         record["start"] = trace.stats.starttime.isoformat()
@@ -130,11 +130,11 @@ def _of_catalogue(id: str) -> Source:
 
 def _of_file(path: Path, read: FileRead) -> Source:
     name = f"{path}{COMPONENT}{read.component}" if read.component else str(path)
-    told = _told(read.trace)
+    facts = _told(read.trace)
     id = f"{path.stem}{COMPONENT}{read.component}" if read.component else path.stem
-    if path.suffix and path.suffix[1:].lower() == str(told["component"] or "").lower():
+    if path.suffix and path.suffix[1:].lower() == str(facts["component"] or "").lower():
         id = path.name  # K-NET names its files by their components
-    record = {**told, "id": id, "state": read.state, "format": read.format}
+    record = {**facts, "id": id, "state": read.state, "format": read.format}
     record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
     return Source(name, read.trace, record, read.units)
 
@@ -214,7 +214,7 @@ def check_shaking(samples: Samples, name: str, repair: str) -> None:
     if half_range >= LEAST_SHAKING:
         return
     if half_range == 0.0:
-        found = f"every sample is {samples[0]:g} m/s²"
+        variation = f"every sample is {samples[0]:g} m/s²"
     else:
-        found = f"its samples vary by {half_range:.2g} m/s² about their middle, less than an instrument resolves"
-    raise RecordError(f"{name}: {found}: the record holds no motion; check {repair}")
+        variation = f"its samples vary by {half_range:.2g} m/s² about their middle, less than an instrument resolves"
+    raise RecordError(f"{name}: {variation}: the record holds no motion; check {repair}")

@@ -257,20 +257,20 @@ def _file(path: Path, damping: float) -> Target:
 
 def _units(path: Path, head: list[str]) -> tuple[float, float]:
     """What one of each column is in SI."""
-    found = []
+    sizes = []
     quantities: tuple[Quantity, Quantity] = (PERIOD, PGA)
     for words, quantity in zip(head, quantities, strict=False):
         unit = _HEADER.fullmatch(words)
         try:
-            found.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
+            sizes.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
         except QuantityError as error:
             raise RecordError(f'{path}: the column "{words.strip()}": {error}') from None
-    if len(head) != 2 or 0.0 in found:
+    if len(head) != 2 or 0.0 in sizes:
         raise RecordError(
             f'{path}: the first line is "{", ".join(words.strip() for words in head)}"; it must name two columns with '
             "their units in brackets, such as period [s], Sa [g]: units are not guessed"
         )
-    return found[0], found[1]
+    return sizes[0], sizes[1]
 
 
 def _row(path: Path, number: int, words: list[str]) -> tuple[float, float]:

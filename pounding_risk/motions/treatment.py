@@ -68,11 +68,11 @@ def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
 
 def _before_scaling(motion: Motion, how: Treatment) -> Motion:
     """The part of a motion that is kept, in the polarity that is asked for; it must hold some shaking."""
-    place, repair = str(motion.record.get("source") or motion.name), "its processing"
+    where, repair = str(motion.record.get("source") or motion.name), "its processing"
     if how.window is not None:
         motion = motion.after(cut(motion.acceleration, motion.dt, how.window))
-        place, repair = f"{place}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
-    check_shaking(motion.acceleration, place, repair)
+        where, repair = f"{where}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
+    check_shaking(motion.acceleration, where, repair)
     return motion.reversed() if how.polarity == REVERSED else motion
 
 

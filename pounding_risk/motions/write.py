@@ -58,10 +58,10 @@ def _at2(motion: Motion) -> Iterator[str]:
 def _american(day: object) -> str:
     """Month/day/year, as PEER writes a date; what is none is left as it is."""
     try:
-        found = date.fromisoformat(str(day))
+        day_found = date.fromisoformat(str(day))
     except ValueError:
         return str(day or "")
-    return f"{found.month}/{found.day}/{found.year}"
+    return f"{day_found.month}/{day_found.day}/{day_found.year}"
 
 
 def _line(words: object) -> str:

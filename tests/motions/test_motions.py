@@ -399,7 +399,7 @@ REFUSED = [
         lambda: "RSN6-180",
         {"processing": [{"step": "bandpas"}]},
         'processing, step 1: "bandpas" is not a step (did you mean "bandpass"?); it may be '
-        "window, mean, trend, taper, bandpass, baseline, resample",
+        "bandpass, baseline, mean, resample, taper, trend, window",
     ),
     (
         lambda: "RSN6-180",

@@ -68,8 +68,8 @@ def _names(trace: Trace, name: str) -> tuple[str, str]:
 
 def _beside(trace: Trace, name: str, folder: Path | None) -> Path | None:
     """The StationXML of a trace, where there is one."""
-    place = Path(name).parent if folder is None else folder
-    return next((place / each for each in _names(trace, name) if (place / each).is_file()), None)
+    beside = Path(name).parent if folder is None else folder
+    return next((beside / file_name for file_name in _names(trace, name) if (beside / file_name).is_file()), None)
 
 
 def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:

@@ -51,9 +51,9 @@ def told(*, state: str, units: str, **facts: Any) -> AttribDict:
 def start_of(file: Any, size: int = START) -> str:
     """The first characters of a path or of an open file, whose position is left where it was."""
     if hasattr(file, "read"):
-        place = file.tell()
+        position = file.tell()
         start = file.read(size)
-        file.seek(place)
+        file.seek(position)
     else:
         with Path(file).open("rb") as opened:
             start = opened.read(size)
@@ -115,9 +115,9 @@ def fixed_numbers(
     values = _plain_columns(lines, width)
     if values is None:
         words = (
-            (at, line[place : place + width].strip())
+            (at, line[column : column + width].strip())
             for at, line in enumerate(lines)
-            for place in range(0, len(line), width)
+            for column in range(0, len(line), width)
         )
         values = _numbers(name, words, first, example, what)
     return values
@@ -155,19 +155,19 @@ def _numbers(
     return np.array(values, dtype=np.float64)
 
 
-def check_count(place: str, promised: int, found: int, count_name: str) -> None:
+def check_count(where: str, promised: int, count: int, count_name: str) -> None:
     """Raise RecordError where a file has another number of samples than ``count_name`` of its header says."""
-    if found != promised:
+    if count != promised:
         cut = "the file is cut short: fetch it again"
-        repair = cut if found < promised else f"correct {count_name}, or fetch the file again"
-        raise RecordError(f"{place}: the header promises {promised} samples, {found} found; {repair}")
+        repair = cut if count < promised else f"correct {count_name}, or fetch the file again"
+        raise RecordError(f"{where}: the header promises {promised} samples, {count} found; {repair}")
 
 
-def check_step(place: str, dt: float | None, word: str, name: str = "DT") -> float:
+def check_step(where: str, dt: float | None, word: str, name: str = "DT") -> float:
     """The time step [s]; raises RecordError where it is no number in range."""
     if dt is None or not SHORTEST_STEP <= dt <= LONGEST_STEP:
         raise RecordError(
-            f"{place}: {name} is {quoted(word)}; the time step must be a number of seconds greater than 0, "
+            f"{where}: {name} is {quoted(word)}; the time step must be a number of seconds greater than 0, "
             f"from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s: restore that line, or fetch the file again"
         )
     return dt
@@ -198,8 +198,8 @@ class Columns(NamedTuple):
 
 def columns_of(text: str) -> Columns | None:
     """The columns that a format in parentheses, such as (8F10.5) or (1E15.6), stands for; None for no such format."""
-    found = _COLUMNS.search(text)
-    columns = Columns(int(found[1]), int(found[2])) if found else None
+    match = _COLUMNS.search(text)
+    columns = Columns(int(match[1]), int(match[2])) if match else None
     return columns if columns and min(columns) > 0 else None
 
 
@@ -347,7 +347,7 @@ class Even(NamedTuple):
     digitised: NDArray[np.float64]  # the samples of the file itself, at whatever times
 
 
-def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
+def evened(where: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
     """Samples of pairs of time [s] and value, as records of film have them.
 
     Times that are even but for the ``rounding`` [s] of their digits, of each or of all, are taken as even. Others are
@@ -360,22 +360,22 @@ def evened(place: str, pairs: NDArray[np.float64], dt: float | None, rounding: f
     worst = int(np.argmin(steps)) if steps.min() < 0.0 else int(np.argmax(steps))
     if steps.min() < 0.0 or not 0.0 < steps[worst] <= LONGEST_GAP:
         raise RecordError(
-            f"{place}: after the time {times[worst]:g} s comes {times[worst + 1]:g} s; times must rise, by at most "
+            f"{where}: after the time {times[worst]:g} s comes {times[worst + 1]:g} s; times must rise, by at most "
             f"{LONGEST_GAP:g} s: take the corrected file of this record, or cut it there and hand it over in columns"
         )
     mean = float(times[-1] - times[0]) / len(steps)
     if np.all(np.abs(times - times[0] - mean * np.arange(len(times))) <= rounding):
-        return Even(values, check_step(place, mean, f"{mean:g}", "the step of the times"), "", values)
+        return Even(values, check_step(where, mean, f"{mean:g}", "the step of the times"), "", values)
     if dt is None:
         raise RecordError(
-            f"{place}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
+            f"{where}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
             'give the even step at which to read them: records.dt = "0.005 s" in a scene, dt=0.005 in Python, '
             '--dt "0.005 s" on the command line, or take the corrected file of this record'
         )
-    check_step(place, dt, f"{dt:g}", "dt as given")
+    check_step(where, dt, f"{dt:g}", "dt as given")
     count = int((times[-1] - times[0]) / dt * (1.0 + 1e-12)) + 1
     if count < 2:
-        raise RecordError(f"{place}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
+        raise RecordError(f"{where}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
     last = np.append(steps > 0.0, True)
     even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
     return Even(even, dt, f", uneven times read at every {dt:g} s", values)

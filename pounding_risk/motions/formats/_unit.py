@@ -22,8 +22,8 @@ def known(unit: str) -> float | None:
     return _USUAL.get(spelling)
 
 
-def size_of(unit: object, place: str) -> float:
-    """How many m/s² one ``unit`` is; ``place`` begins the message.
+def size_of(unit: object, where: str) -> float:
+    """How many m/s² one ``unit`` is; ``where`` begins the message.
 
     Raises RecordError for what is no unit of acceleration, "" and counts too.
     """
@@ -37,7 +37,7 @@ def size_of(unit: object, place: str) -> float:
     except QuantityError:
         shown = "".join(letter if letter.isprintable() else "?" for letter in str(unit)[:40])
         raise RecordError(
-            f'{place}: "{shown}" is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
+            f'{where}: "{shown}" is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
         ) from None
 
 

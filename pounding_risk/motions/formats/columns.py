@@ -105,7 +105,7 @@ def layout(line: str) -> tuple[int, str | None] | None:
 
     Semicolon, comma or blanks part the columns. A decimal comma is read where semicolons do: nowhere else is it sure.
     """
-    separator = next((each for each in ";," if each in line), None)
+    separator = next((mark for mark in ";," if mark in line), None)
     words = parts(line, separator, separator == ";" and "," in line)
     if not words or any(number(word) is None for word in words):
         return None
@@ -129,13 +129,13 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
         if text[0] in COMMENTS:
             _take_statement(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), at + 1, statements, history)
             continue
-        found = layout(text)
-        if found is None:
+        laid_out = layout(text)
+        if laid_out is None:
             if titled or not (text[0].isalpha() or text[0] == '"'):
                 raise _strange(f"{name}, line {at + 1}", text)
             titled = at + 1
             continue
-        columns, separator = found
+        columns, separator = laid_out
         _check_columns(f"{name}, line {at + 1}", columns)
         titles = _titles(f"{name}, line {titled}", lines[titled - 1], columns) if titled else ()
         comma = separator == ";" and any("," in line for line in lines[at:])
@@ -145,35 +145,35 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
     raise RecordError(f"{name}: has no samples, every line is blank or a comment; fetch the record again")
 
 
-def _check_length(place: str, text: str) -> None:
+def _check_length(where: str, text: str) -> None:
     """Raise RecordError for a line that is longer than any head or sample; looking for words in it takes its square."""
     if len(text) > LONGEST_LINE:
         raise RecordError(
-            f"{place}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line ends, or fetch "
+            f"{where}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line ends, or fetch "
             "the file again"
         )
 
 
-def _strange(place: str, text: str) -> RecordError:
+def _strange(where: str, text: str) -> RecordError:
     hint = ""
     if re.search(r"\d,\d", text):
         hint = " (a decimal comma is read only where semicolons part the columns)"
     return RecordError(
-        f"{place}: {quoted(text)} is neither numbers nor the heads of columns{hint}; a file of plain columns has one "
+        f"{where}: {quoted(text)} is neither numbers nor the heads of columns{hint}; a file of plain columns has one "
         "column, acceleration, or two, time and acceleration, under comments after # and at most one line of heads "
         'such as "time [s], acceleration [g]": repair that line'
     )
 
 
-def _check_columns(place: str, columns: int) -> None:
+def _check_columns(where: str, columns: int) -> None:
     if columns > MOST_COLUMNS:
         raise RecordError(
-            f"{place}: has {columns} columns; one, acceleration, or two, time and acceleration, are read: keep one "
+            f"{where}: has {columns} columns; one, acceleration, or two, time and acceleration, are read: keep one "
             "component a file, with one sample a line"
         )
 
 
-def _take_statement(place: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
+def _take_statement(where: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
     """Take over what a comment states; one that states nothing known is a comment."""
     before, *after = re.split("[=:]", text, maxsplit=1)
     key = KEYS.get(" ".join(before.split()).lower())
@@ -184,14 +184,14 @@ def _take_statement(place: str, text: str, line: int, statements: dict[str, Stat
         history.append(value)
     elif key in statements and statements[key].value != value:
         raise RecordError(
-            f"{place}: states {key} {quoted(value)}, line {statements[key].line} states "
+            f"{where}: states {key} {quoted(value)}, line {statements[key].line} states "
             f"{quoted(statements[key].value)}; keep one"
         )
     else:
         statements[key] = Statement(value, line)
 
 
-def _titles(place: str, line: str, columns: int) -> tuple[Title, ...]:
+def _titles(where: str, line: str, columns: int) -> tuple[Title, ...]:
     """The head of each column."""
     text = line.strip()
     pieces = re.split(r"[,;\t]", text)
@@ -202,7 +202,7 @@ def _titles(place: str, line: str, columns: int) -> tuple[Title, ...]:
     titles = tuple(title for piece in pieces if (title := _title(piece.strip().strip('"').strip())))
     named = len(titles) == len(pieces) == columns and titles[-1].is_acceleration()
     if not named or (columns == MOST_COLUMNS and not titles[0].is_time()):
-        raise _strange(place, text)
+        raise _strange(where, text)
     return titles
 
 
@@ -418,33 +418,35 @@ def _unstated(name: str, *missing: str) -> RecordError:
 
 
 def _state(name: str, head: Head) -> str:
-    found = head.statements.get("state")
-    if found is None:
+    statement = head.statements.get("state")
+    if statement is None:
         return "processed"
-    if found.value not in STATES:
-        raise RecordError(f'{name}, line {found.line}: state is {quoted(found.value)}; it may be "raw" or "processed"')
-    return found.value
+    if statement.value not in STATES:
+        raise RecordError(
+            f'{name}, line {statement.line}: state is {quoted(statement.value)}; it may be "raw" or "processed"'
+        )
+    return statement.value
 
 
 def _stated_step(name: str, head: Head) -> _Said | None:
     """The time step that a comment states [s]; a number without a unit is in seconds, as in every format."""
-    found = head.statements.get("dt")
-    if found is None:
+    statement = head.statements.get("dt")
+    if statement is None:
         return None
-    place, step = f"{name}, line {found.line}", number(found.value)
+    where, step = f"{name}, line {statement.line}", number(statement.value)
     if step is None:
         try:
-            step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", found.value), STEP)
+            step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", statement.value), STEP)
         except QuantityError:
             step = None
-    return _Said(check_step(place, step, found.value, "dt"), place)
+    return _Said(check_step(where, step, statement.value, "dt"), where)
 
 
-def _check_samples(name: str, stated: Statement, found: int) -> None:
-    place, word = f"{name}, line {stated.line}", stated.value
+def _check_samples(name: str, stated: Statement, count: int) -> None:
+    where, word = f"{name}, line {stated.line}", stated.value
     if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
-        raise RecordError(f"{place}: samples is {quoted(word)}; it must be a whole number, how many there are")
-    check_count(place, int(word), found, "samples")
+        raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
+    check_count(where, int(word), count, "samples")
 
 
 def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
@@ -489,9 +491,9 @@ def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
                 "write one of the two throughout"
             )
         if len(row) != head.columns or not row[0]:
-            found = f"{quoted(lines[at])} has {len(row)}" if lines[at].strip() else "is blank"
+            contents = f"{quoted(lines[at])} has {len(row)}" if lines[at].strip() else "is blank"
             raise RecordError(
-                f"{name}, line {at + 1}: {found}, where the first line of samples has {head.columns} "
+                f"{name}, line {at + 1}: {contents}, where the first line of samples has {head.columns} "
                 f"column{'s' if head.columns > 1 else ''}; repair that line, or fetch the file again"
             )
     if len(rows) < 2:

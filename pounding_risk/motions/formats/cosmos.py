@@ -152,7 +152,7 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
         raise RecordError(
             f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
         )
-    numbers = [found[1] if (found := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
+    numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
     traces = [_trace(channel) for channel in wanted]
     tell_missing(traces, channels[0].text[6], len(channels))
     return Stream(counted(traces, numbers))
@@ -165,14 +165,14 @@ def _of_acceleration(channel: Channel) -> bool:
 def _channels(lines: Lines, headonly: bool) -> list[Channel]:
     """The series under the next headers: one as a rule, or acceleration, velocity and displacement in turn."""
     text = _text(lines)
-    place = f"{lines.name}, line {lines.at + 1}"
+    where = f"{lines.name}, line {lines.at + 1}"
     codes, _, _ = _header(lines, "integer", "-999")
-    stage = _stage(place, text, codes)
+    stage = _stage(where, text, codes)
     reals, columns, at = _header(lines, "real", "-999.000000")
     peak = lines.word(at, columns, PEAK)
     comments = _comments(lines)
-    found: list[Channel] = []
-    while not found or _SAMPLES.match(lines.ahead):
+    channels: list[Channel] = []
+    while not channels or _SAMPLES.match(lines.ahead):
         (line,) = lines.take(1, "the line that says how many samples follow")
         words, count, columns = _promise(lines, line, codes)
         if headonly:
@@ -180,25 +180,25 @@ def _channels(lines: Lines, headonly: bool) -> list[Channel]:
             samples = np.empty(0)
         else:
             samples = lines.table(count, columns, "-.12345", "samples")
-        found.append(Channel(place, stage, text, codes, reals, comments, words, count, samples, peak))
+        channels.append(Channel(where, stage, text, codes, reals, comments, words, count, samples, peak))
     _end(lines)
-    return found
+    return channels
 
 
 def _text(lines: Lines) -> list[str]:
     (title,) = lines.take(1, 'a first line with "(Format v01.20 with 13 text lines)"')
-    found = _TITLE.match(title)
-    if not found:
+    match = _TITLE.match(title)
+    if not match:
         raise RecordError(
             f'{lines.place}: {quoted(title)} is no first line of a COSMOS channel, which says "(Format v01.20 with 13 '
             'text lines)"; check that this is one, or fetch the file again'
         )
-    if found[2] != VERSION or int(found[3]) < TEXT_LINES:
+    if match[2] != VERSION or int(match[3]) < TEXT_LINES:
         raise RecordError(
-            f"{lines.place}: says version {found[2]} with {found[3]} text lines; version {VERSION} with at least "
+            f"{lines.place}: says version {match[2]} with {match[3]} text lines; version {VERSION} with at least "
             f"{TEXT_LINES} is read: fetch the record in that version"
         )
-    return [title, *lines.take(int(found[3]) - 1, "the lines of text of its header")]
+    return [title, *lines.take(int(match[3]) - 1, "the lines of text of its header")]
 
 
 def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64], Columns, int]:
@@ -207,35 +207,35 @@ def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64],
     More than a hundred are allowed, and not used.
     """
     (line,) = lines.take(1, f"the {kind} header")
-    found, columns = _HEADER.match(line), columns_of(line)
-    if not found or found[2].lower() != kind or columns is None:
+    match, columns = _HEADER.match(line), columns_of(line)
+    if not match or match[2].lower() != kind or columns is None:
         sample = f"100 {kind.capitalize()}-header values follow on ... lines, Format= (...)"
         raise RecordError(
             f'{lines.place}: {quoted(line)} should be "{sample}"; restore that line, or fetch the file again'
         )
-    if int(found[1]) < HEADER:
+    if int(match[1]) < HEADER:
         raise RecordError(
-            f"{lines.place}: promises {found[1]} values of the {kind} header; the format has {HEADER}: fetch the file "
+            f"{lines.place}: promises {match[1]} values of the {kind} header; the format has {HEADER}: fetch the file "
             "again"
         )
     at = lines.at
-    return lines.table(int(found[1]), columns, example, f"values of the {kind} header"), columns, at
+    return lines.table(int(match[1]), columns, example, f"values of the {kind} header"), columns, at
 
 
 def _known(text: list[str], group: int, value: float) -> float | None:
     """A number of a header; None for the one that stands for what is not known, as line 13 of the text says."""
-    found = _UNKNOWN.search(text[12])
-    return None if value == (float(found[group]) if found else UNKNOWN) else float(value)
+    match = _UNKNOWN.search(text[12])
+    return None if value == (float(match[group]) if match else UNKNOWN) else float(value)
 
 
-def _stage(place: str, text: list[str], codes: NDArray[np.float64]) -> int:
+def _stage(where: str, text: list[str], codes: NDArray[np.float64]) -> int:
     """The stage of processing: the first whole number or, where that is not known, the first line in words."""
     stage = _known(text, 1, codes[0])
     if stage is None:
         stage = next((number for start, number in TITLES.items() if text[0].strip().lower().startswith(start)), None)
     if stage not in STATES:
         raise RecordError(
-            f"{place}: the first whole number, the stage of processing, is {codes[0]:g}; 0 (counts), 1 (uncorrected) "
+            f"{where}: the first whole number, the stage of processing, is {codes[0]:g}; 0 (counts), 1 (uncorrected) "
             "and 2 (corrected acceleration) are read: take such a file of this record"
         )
     return int(stage)
@@ -243,33 +243,33 @@ def _stage(place: str, text: list[str], codes: NDArray[np.float64]) -> int:
 
 def _comments(lines: Lines) -> list[str]:
     (line,) = lines.take(1, "the line that says how many comments follow")
-    found = _COMMENTS.match(line)
-    if not found:
+    match = _COMMENTS.match(line)
+    if not match:
         raise RecordError(
             f'{lines.place}: {quoted(line)} should be "... Comment line(s) follow"; restore that line, or fetch the '
             "file again"
         )
-    return lines.take(int(found[1]), "its comments")
+    return lines.take(int(match[1]), "its comments")
 
 
 def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, int, Columns]:
     """The quantity in words, the number of samples and their columns; the unit must be that of the header."""
-    found, columns = _SAMPLES.match(line), columns_of(line)
-    if not found or columns is None:
+    match, columns = _SAMPLES.match(line), columns_of(line)
+    if not match or columns is None:
         sample = "7000 acceleration pts, approx 70 secs, units=cm/sec2(04), Format=(8F10.5)"
         raise RecordError(
             f'{lines.place}: {quoted(line)} does not say what follows, as "{sample}" does; restore that line, or '
             "fetch the file again"
         )
-    count = int(found[1])
+    count = int(match[1])
     if count < 2:
         raise RecordError(f"{lines.place}: promises {count} samples; a record needs at least 2: fetch the file again")
-    if "acc" in found[2].lower() and found[4] and float(found[4]) != codes[2]:
+    if "acc" in match[2].lower() and match[4] and float(match[4]) != codes[2]:
         raise RecordError(
-            f"{lines.place}: says unit {int(found[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
+            f"{lines.place}: says unit {int(match[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
             "fetch the file again"
         )
-    return found[2].strip(), count, columns
+    return match[2].strip(), count, columns
 
 
 def _end(lines: Lines) -> None:
@@ -400,7 +400,7 @@ def _place(channel: Channel) -> dict[str, Any]:
 
 
 def _scnl(channel: Channel) -> re.Match[str] | None:
-    return next((found for found in map(_SCNL.search, channel.comments) if found), None)
+    return next((match for match in map(_SCNL.search, channel.comments) if match), None)
 
 
 def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]:

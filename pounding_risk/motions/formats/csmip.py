@@ -146,11 +146,11 @@ def _read_csmip(
 
 def _channel(lines: Lines, dt: float | None) -> Channel:
     volume = _volume(lines.ahead)
-    place = f"{lines.name}, line {lines.at + 1}"
+    where = f"{lines.name}, line {lines.at + 1}"
     if volume not in STATES:
         allowed = '"Uncorrected Accelerogram Data" (volume 1) or "Corrected accelerogram" (volume 2)'
         raise RecordError(
-            f"{place}: {quoted(lines.ahead)} is not the title of a channel of acceleration, {allowed}; take such a "
+            f"{where}: {quoted(lines.ahead)} is not the title of a channel of acceleration, {allowed}; take such a "
             "file of this record"
         )
     text = lines.take(TEXT_LINES[volume], "the lines of text of its header")[volume - 1 :]
@@ -165,7 +165,7 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
     while volume == CORRECTED and _SERIES.match(lines.ahead):  # velocity and displacement
         _series(lines, volume, text, reals)
     _end(lines)
-    return Channel(place, volume, text, reals, even, unit, peak)
+    return Channel(where, volume, text, reals, even, unit, peak)
 
 
 def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float64]) -> tuple[Even, str]:
@@ -192,35 +192,35 @@ def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tupl
             f'{lines.name}, line {lines.at + 1}: {quoted(lines.ahead)} does not say what follows, as "12000 points of '
             'accel data equally spaced at .005 sec, in cm/sec2" does; restore that line, or fetch the file again'
         )
-    place = f"{lines.name}, line {lines.at + 1}"
+    where = f"{lines.name}, line {lines.at + 1}"
     if int(count[1]) < 2:
-        raise RecordError(f"{place}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
-    even = evened(place, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
+        raise RecordError(f"{where}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
+    even = evened(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
     return even, unit[1]
 
 
-def _rounded(place: str, shown: str, finer: float | None) -> float:
+def _rounded(where: str, shown: str, finer: float | None) -> float:
     """The time step [s] of a line, or the one of the header where that has more digits of the same step."""
     half = 0.5 * 10.0 ** -len(shown.partition(".")[2])
     value = float(shown)
     if finer is not None and finer > 0.0:
         if abs(finer - value) > 1.001 * half:
             raise RecordError(
-                f"{place}: says a step of {shown} s, the 61st real number of the header {finer:g} s; correct the wrong "
+                f"{where}: says a step of {shown} s, the 61st real number of the header {finer:g} s; correct the wrong "
                 "one, or fetch the file again"
             )
         value = finer
-    return check_step(place, value, f"{value:g}", "the time step")
+    return check_step(where, value, f"{value:g}", "the time step")
 
 
-def _check_length(place: str, text: list[str], count: int, dt: float) -> None:
+def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
     """The stated length must bear out number and step to 1 %, enough to tell a wrong digit."""
     if count < 2:
-        raise RecordError(f"{place}: {count} samples are promised; a record needs at least 2: fetch the file again")
+        raise RecordError(f"{where}: {count} samples are promised; a record needs at least 2: fetch the file again")
     found = _LENGTH.search(text[10])
     if found and abs(float(found[1]) - count * dt) > dt + 0.01 * count * dt:
         raise RecordError(
-            f"{place}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {found[1]} s; correct the "
+            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {found[1]} s; correct the "
             "wrong one, or fetch the file again"
         )
 
@@ -281,16 +281,16 @@ def _unit(channel: Channel) -> tuple[str, float]:
 
 def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
     """What the header's peak may mean: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
-    word, place = channel.peak
+    word, where = channel.peak
     if channel.volume == CORRECTED:
-        return (stated_peak(word, *_CM, place),)
-    return tuple(stated_peak(word, *unit, place) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
+        return (stated_peak(word, *_CM, where),)
+    return tuple(stated_peak(word, *unit, where) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
 
 
 def _orientation(line: str) -> tuple[str, str, float | None]:
     """The channel's number, its direction in the file's words, and degrees from north where these are some."""
-    found = _CHANNEL.match(line)
-    number, words = (found[1], found[2]) if found else ("", line.strip())
+    match = _CHANNEL.match(line)
+    number, words = (match[1], match[2]) if match else ("", line.strip())
     degrees = re.match(r"(\d{1,3})\s*deg", words, re.I)
     if degrees and int(degrees[1]) <= 360:
         return number, degrees[1], float(degrees[1])
@@ -304,15 +304,15 @@ def _event(line: str) -> str:
 
 def _magnitude(line: str) -> float | None:
     """Moment, local or surface magnitude, in this order of choice."""
-    found = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
-    return next((found[kind] for kind in "WLS" if found.get(kind)), None)
+    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
+    return next((magnitudes[kind] for kind in "WLS" if magnitudes.get(kind)), None)
 
 
 def _station(text: list[str]) -> tuple[str, str]:
     """Network and station: of the record's id in later files, otherwise the station's number and, of CSMIP, CE."""
-    found = _NETWORK.match(text[3])
-    if found:
-        return found[1], found[2]
+    match = _NETWORK.match(text[3])
+    if match:
+        return match[1], match[2]
     network = "CE" if re.search(r"\b(CDMG|CGS)\b", text[0]) else ""
     return network, text[4][11:19].strip()
 
@@ -329,18 +329,18 @@ def _header_numbers(channel: Channel) -> dict[str, float | None]:
 
 def _start(channel: Channel) -> UTCDateTime | None:
     """The time of the first sample in UTC; None where the text has none with a zone."""
-    found = _START.search(channel.text[3])
-    if not found:
+    match = _START.search(channel.text[3])
+    if not match:
         return None
-    month, day, year, hour, minute = (int(found[group]) for group in range(1, 6))
+    month, day, year, hour, minute = (int(match[group]) for group in range(1, 6))
     if year < 100:
         year += 1900 if year >= CENTURY else 2000
     try:
-        local = UTCDateTime(year, month, day, hour, minute) + float(found[6] or 0.0)
-        return local + 3600.0 * ZONES[found[7].upper()]
+        local = UTCDateTime(year, month, day, hour, minute) + float(match[6] or 0.0)
+        return local + 3600.0 * ZONES[match[7].upper()]
     except ValueError:
         raise RecordError(
-            f"{channel.place}: the channel that starts here has no valid time in {quoted(found[0])}; correct that "
+            f"{channel.place}: the channel that starts here has no valid time in {quoted(match[0])}; correct that "
             "line, or remove the time where it is not known"
         ) from None
 

@@ -170,12 +170,12 @@ def _check_kind(header: Header, lines: list[str]) -> None:
 
 def _count(header: Header, dt: float) -> int:
     """NDATA, in accord with the duration where the header tells it."""
-    place, word = header.place("NDATA"), header["NDATA"]
+    where, word = header.place("NDATA"), header["NDATA"]
     if not re.fullmatch(r"\d{1,15}", word, re.ASCII):
-        raise RecordError(f"{place}: NDATA is {quoted(word)}; it must be a whole number of samples")
+        raise RecordError(f"{where}: NDATA is {quoted(word)}; it must be a whole number of samples")
     count = int(word)
     if count < 2:
-        raise RecordError(f"{place}: NDATA is {count}; a record needs at least 2 samples")
+        raise RecordError(f"{where}: NDATA is {count}; a record needs at least 2 samples")
     duration = header.number("DURATION_S")
     # Told as n dt or (n - 1) dt, to a thousandth of a second.
     if duration is not None and not (count - 1) * dt - 0.001 <= duration <= count * dt + 0.001:

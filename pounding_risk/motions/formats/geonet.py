@@ -178,23 +178,23 @@ def _check_text(places: list[str], text: list[str]) -> None:
             )
 
 
-def _table_row(place: str, line: str) -> list[float]:
+def _table_row(where: str, line: str) -> list[float]:
     """The ten numbers of a line of the heading, in columns of eight characters."""
     words = [line[column * WIDTH : (column + 1) * WIDTH].strip() for column in range(COLUMNS)]
     values = [value for value in map(number, words) if value is not None]
     if len(values) < COLUMNS or line[COLUMNS * WIDTH :].strip():
         raise RecordError(
-            f"{place}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
+            f"{where}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
             "that line of the heading, or fetch the file again"
         )
     return values
 
 
-def _check_whole(place: str, row: list[float]) -> None:
+def _check_whole(where: str, row: list[float]) -> None:
     broken = [value for value in row if value != int(value)]
     if broken:
         raise RecordError(
-            f"{place}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
+            f"{where}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
             "or fetch the file again"
         )
 
@@ -220,12 +220,12 @@ def _check_unit(name: str, text: list[str], at: int) -> None:
 def _counts(name: str, whole: list[int], at: int) -> tuple[int, int, int]:
     """How many samples of acceleration, velocity and displacement follow."""
     acceleration, velocity, displacement = whole[COUNTS]
-    place = f"{name}, line {at + TEXT_LINES + WHOLE_LINES}"
+    where = f"{name}, line {at + TEXT_LINES + WHOLE_LINES}"
     if acceleration < 2:
-        raise RecordError(f"{place}: the number of acceleration samples is {acceleration}; a record needs at least 2")
+        raise RecordError(f"{where}: the number of acceleration samples is {acceleration}; a record needs at least 2")
     if min(velocity, displacement, whole[PREPENDED]) < 0 or whole[PREPENDED] > acceleration:
         raise RecordError(
-            f"{place}: {velocity} samples of velocity, {displacement} of displacement and {whole[PREPENDED]} prepended "
+            f"{where}: {velocity} samples of velocity, {displacement} of displacement and {whole[PREPENDED]} prepended "
             f"ones do not go with {acceleration} of acceleration; restore that line, or fetch the file again"
         )
     return acceleration, velocity, displacement

@@ -36,8 +36,8 @@ def check_blocks(raw: bytes, name: str) -> None:
             reason = str(error) if isinstance(error, ValueError) else "its header leads out of the file"
             raise unreadable(name, KIND, f"block at byte {at}: {reason}") from None
         if at + length > len(raw):
-            told = f"the block at byte {at} has {length} bytes, {len(raw) - at} are left"
-            raise RecordError(f"{name}: is cut short, {told}; fetch the record again")
+            length_told = f"the block at byte {at} has {length} bytes, {len(raw) - at} are left"
+            raise RecordError(f"{name}: is cut short, {length_told}; fetch the record again")
         at += length
 
 

@@ -125,8 +125,8 @@ def _header(name: str, lines: list[str]) -> Header:
 
 
 def _check_unit(name: str, number: int, line: str) -> None:
-    found = _UNIT.search(line)
-    unit = found[1].rstrip(".") if found else ""
+    match = _UNIT.search(line)
+    unit = match[1].rstrip(".") if match else ""
     if "ACCELERATION" not in line.upper() or unit.upper() != "G":
         quantity = "acceleration" if "ACCELERATION" in line.upper() else "something other than acceleration"
         raise RecordError(
@@ -135,7 +135,7 @@ def _check_unit(name: str, number: int, line: str) -> None:
         )
 
 
-def _count_and_step(place: str, line: str) -> tuple[int, float]:
+def _count_and_step(where: str, line: str) -> tuple[int, float]:
     """NPTS and DT, in the words `NPTS= n, DT= dt` or `n dt NPTS, DT`."""
     bare = _BARE.match(line)
     if bare:
@@ -145,14 +145,14 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
         if not count_found or not step_found:
             missing = "NPTS" if not count_found else "DT"
             repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
-            raise RecordError(f"{place}: no {missing} in {quoted(line)}; {repair}")
+            raise RecordError(f"{where}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
-        raise RecordError(f"{place}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
+        raise RecordError(f"{where}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
     count = int(count_text)
     if count < 2:
-        raise RecordError(f"{place}: NPTS is {count}; a record needs at least 2 samples")
-    return count, check_step(place, number(step_text), step_text)
+        raise RecordError(f"{where}: NPTS is {count}; a record needs at least 2 samples")
+    return count, check_step(where, number(step_text), step_text)
 
 
 def _stats(header: Header) -> dict[str, Any]:

@@ -112,12 +112,12 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     header = Header(name, head, codes, reals, _peak(lines, at, reals))
     count = _count(header)
     _check_comments(lines, header)
-    place, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
+    where, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
     if rate is None:  # pairs of times and accelerations
         pairs = _samples(lines, count, spare=1)
-        even = evened(place, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+        even = evened(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
     else:
-        step = check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
+        step = check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
         # A header's count may be damaged, so that nothing is allocated for it.
         samples = np.broadcast_to(0.0, count) if headonly else _samples(lines, count)
         even = Even(samples, step, "", samples)
@@ -146,14 +146,14 @@ def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
 
 
 def _state(name: str, title: str) -> str:
-    found = " ".join(title.upper().split())
-    if found not in STATES:
-        allowed = " or ".join(f'"{each}"' for each in STATES)
+    words = " ".join(title.upper().split())
+    if words not in STATES:
+        allowed = " or ".join(f'"{title_known}"' for title_known in STATES)
         raise RecordError(
             f"{name}, line 1: the title is {quoted(title)}; an SMC file of acceleration has {allowed} there: take "
             "such a file of this record"
         )
-    return STATES[found]
+    return STATES[words]
 
 
 def _count(header: Header) -> int:

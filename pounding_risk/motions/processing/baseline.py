@@ -58,11 +58,11 @@ def baseline(
 
 def _polynomial(samples: Samples, dt: float, degree: int) -> Done:
     duration = (len(samples) - 1) * dt
-    place = np.linspace(0.0, 1.0, len(samples))
+    share = np.linspace(0.0, 1.0, len(samples))
     powers = np.arange(2, degree + 1)
     _, displacement = velocity_displacement(samples, dt)
-    fit = np.linalg.lstsq(place[:, None] ** powers, displacement, rcond=None)[0]
-    bend = (place[:, None] ** (powers - 2)) @ (fit * powers * (powers - 1)) / duration**2
+    fit = np.linalg.lstsq(share[:, None] ** powers, displacement, rcond=None)[0]
+    bend = (share[:, None] ** (powers - 2)) @ (fit * powers * (powers - 1)) / duration**2
     corrected = samples - bend
     sentence = f"baseline: subtracted the second derivative of an order-{degree} polynomial in displacement"
     words, flags = _ends(corrected, dt, ("velocity", "displacement"))
@@ -102,9 +102,9 @@ def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | No
         words = f"offsets of {middle:.4g} m/s² from {times[0]:.4g} to {times[1]:.4g} s and {line.slope:.4g} after"
         others = (shaking.arrival, shaking.settled)
     instead = samples - _offsets(len(samples), dt, line, others)
-    left, otherwise = (100.0 * _static(each, dt, shaking.settled) for each in (corrected, instead))
-    told = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
-    permanent = f"permanent displacement {left:.3g} cm ({told})"
+    displacement, otherwise = (100.0 * _static(trace, dt, shaking.settled) for trace in (corrected, instead))
+    other_words = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
+    permanent = f"permanent displacement {displacement:.3g} cm ({other_words})"
     ends, flags = _ends(corrected, dt, ("velocity",))
     fitted = f"fitted to the velocity after {shaking.settled:.4g} s"
     return Done(corrected, f"baseline: bilinear, {words}, {fitted}; {permanent}; {ends}", flags)
@@ -117,11 +117,11 @@ def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
     if not arrival < last > first:
         raise RecordError('the record has no shaking in which its baseline could shift; write scheme = "polynomial"')
     settled = max(last + SETTLING * (last - arrival), end or 0.0)
-    left = (len(samples) - 1) * dt - settled
-    if left < SHORTEST_END:
+    quiet = (len(samples) - 1) * dt - settled
+    if quiet < SHORTEST_END:
         raise RecordError(
             f"the bilinear scheme reads the offset from {SHORTEST_END:g} s or more of quiet after the shaking, the "
-            f'record ends {max(left, 0.0):.3g} s after it; take a longer record, or scheme = "polynomial"'
+            f'record ends {max(quiet, 0.0):.3g} s after it; take a longer record, or scheme = "polynomial"'
         )
     return _Shaking(arrival, (first, last), settled)
 

@@ -62,8 +62,8 @@ def trend(samples: Samples, dt: float, *, order: float = 1) -> Done:
     as a line.
     """
     degree = whole(order, "a trend", 1)
-    place = np.linspace(-1.0, 1.0, len(samples))
-    shapes = np.polynomial.legendre.legvander(place, degree)
+    position = np.linspace(-1.0, 1.0, len(samples))
+    shapes = np.polynomial.legendre.legvander(position, degree)
     fit = np.linalg.lstsq(shapes, samples, rcond=None)[0]
     if degree > 1:
         return Done(samples - shapes @ fit, f"trend: subtracted a polynomial of order {degree} in acceleration")

@@ -60,12 +60,12 @@ def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None
     low, high = given
     if low is not None and high is not None:
         return Corners(low, high, "")
-    found = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)
+    usual = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)
     if low is not None:
-        return Corners(low, found.high, f"the upper corner: {found.words}", found.flags)
+        return Corners(low, usual.high, f"the upper corner: {usual.words}", usual.flags)
     if high is not None:
-        return Corners(found.low, high, f"the lower corner: {found.words}", found.flags)
-    return found
+        return Corners(usual.low, high, f"the lower corner: {usual.words}", usual.flags)
+    return usual
 
 
 def _check(corners: Corners, dt: float, duration: float) -> None:

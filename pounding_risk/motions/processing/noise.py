@@ -121,11 +121,14 @@ def corners_from_noise(samples: Samples, dt: float) -> Corners:
 
 def shared_corners(components: Sequence[Samples], dt: float) -> Corners:
     """The stricter corners of components that belong together, such as both horizontals: one filter for all."""
-    each = [corners_from_noise(samples, dt) for samples in components]
-    low, high = max(each, key=lambda found: found.low), min(each, key=lambda found: found.high)
+    components_corners = [corners_from_noise(samples, dt) for samples in components]
+    low, high = (
+        max(components_corners, key=lambda corners: corners.low),
+        min(components_corners, key=lambda corners: corners.high),
+    )
     words = low.words if low is high or low.words == high.words else f"lower corner: {low.words}; upper: {high.words}"
-    flags = dict.fromkeys(flag for found in each for flag in found.flags)
-    return Corners(low.low, high.high, f"the stricter of {len(each)} components: {words}", tuple(flags))
+    flags = dict.fromkeys(flag for corners in components_corners for flag in corners.flags)
+    return Corners(low.low, high.high, f"the stricter of {len(components_corners)} components: {words}", tuple(flags))
 
 
 def default_corners(dt: float, words: str) -> Corners:
@@ -139,8 +142,8 @@ def _highest(dt: float) -> float:
 
 def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
     """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
-    place = np.linspace(0.0, 1.0, len(part))
-    weight = cosine_rise(place / TAPERED) * cosine_rise((1.0 - place) / TAPERED)
+    position = np.linspace(0.0, 1.0, len(part))
+    weight = cosine_rise(position / TAPERED) * cosine_rise((1.0 - position) / TAPERED)
     amplitudes: Samples = np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt
     return amplitudes
 
@@ -150,13 +153,13 @@ def _smoothed(amplitudes: Samples, dt: float, size: int, centres: Samples) -> Sa
     frequency = np.fft.rfftfreq(size, dt)
     reach = 10.0 ** (pi / BANDWIDTH)
     smooth = np.empty(len(centres))
-    for place, centre in enumerate(centres):
+    for number, centre in enumerate(centres):
         # At least the two frequencies beside the centre, of which the transform has few at the lowest.
         first = min(int(np.searchsorted(frequency, centre / reach)), int(np.searchsorted(frequency, centre)) - 1)
         last = max(int(np.searchsorted(frequency, centre * reach)), first + 2)
         near = np.maximum(frequency[first:last], 0.5 * frequency[1])
         weight = np.sinc(BANDWIDTH * np.log10(near / centre) / pi) ** 4
-        smooth[place] = weight @ amplitudes[first:last] / weight.sum()
+        smooth[number] = weight @ amplitudes[first:last] / weight.sum()
     return smooth
 
 
@@ -193,22 +196,22 @@ def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, t
     if lowest >= HIGHEST_LOW or len(coarse) <= DRIFT_ORDER + 1:
         return lowest, ()
     tries = np.geomspace(HIGHEST_LOW, lowest, 1 + round(TRIES_PER_DECADE * np.log10(HIGHEST_LOW / lowest)))
-    found = None
+    lowest_steady = None
     for corner in tries:
         if _drift(coarse, every * dt, float(corner)) > DRIFT:
             break
-        found = float(corner)
-    if found is None:
+        lowest_steady = float(corner)
+    if lowest_steady is None:
         flag = f"no lower corner up to {HIGHEST_LOW:g} Hz keeps the displacement from drifting"
         return max(lowest, LOW_CORNER), (flag,)
-    return found, ()
+    return lowest_steady, ()
 
 
 def _drift(samples: Samples, dt: float, corner: float) -> float:
     """The peak of a polynomial fitted to the displacement of the filtered motion, over the displacement's own."""
     passed, pad = filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
     displacement = velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
-    place = np.linspace(-1.0, 1.0, len(samples))
-    fit = np.polynomial.legendre.legval(place, np.polynomial.legendre.legfit(place, displacement, DRIFT_ORDER))
+    position = np.linspace(-1.0, 1.0, len(samples))
+    fit = np.polynomial.legendre.legval(position, np.polynomial.legendre.legfit(position, displacement, DRIFT_ORDER))
     peak = float(np.abs(displacement).max())
     return float(np.abs(fit).max()) / peak if peak > 0.0 else 0.0

@@ -45,17 +45,17 @@ def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: st
     corner = NYQUIST_SHARE * 0.5 / dt
     source = _low_pass(samples, dt_before, corner) if coarser else samples
     if method == FOURIER:
-        found = _band_limited(source, dt_before, dt)[:count]
+        resampled = _band_limited(source, dt_before, dt)[:count]
     else:
         # In units of the old step, so that old samples fall on whole numbers and come out as they were.
-        place = np.arange(count) * (dt / dt_before)
-        near = np.round(place)
-        place = np.where(np.abs(place - near) < 1e-9 * np.maximum(near, 1.0), near, place)
-        found = np.interp(place, np.arange(len(source)), source)
+        times = np.arange(count) * (dt / dt_before)
+        near = np.round(times)
+        times = np.where(np.abs(times - near) < 1e-9 * np.maximum(near, 1.0), near, times)
+        resampled = np.interp(times, np.arange(len(source)), source)
     words = f"resample: from {dt_before:g} s to {dt:g} s, {method}"
     if coarser:
         words += f", after an acausal low-pass at {corner:g} Hz"
-    return Done(found, words, _changed(samples, found), dt=dt)
+    return Done(resampled, words, _changed(samples, resampled), dt=dt)
 
 
 def _changed(before: Samples, after: Samples) -> tuple[str, ...]:

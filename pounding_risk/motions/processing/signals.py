@@ -60,8 +60,8 @@ def filtered(samples: Samples, dt: float, corners: tuple[float, float], order: f
     pad = ceil(0.75 * order / (low or high) / dt)
     size = 1 << (len(samples) + 2 * pad - 1).bit_length()  # more zeros still, and a fast transform
     gain = butterworth(np.fft.rfftfreq(size, dt), low, high, order)
-    found: Samples = np.fft.irfft(np.fft.rfft(np.pad(samples, pad), size) * gain, size)[: len(samples) + 2 * pad]
-    return found, pad
+    passed: Samples = np.fft.irfft(np.fft.rfft(np.pad(samples, pad), size) * gain, size)[: len(samples) + 2 * pad]
+    return passed, pad
 
 
 def band_limited(samples: Samples, numerator: int, denominator: int) -> Samples:
@@ -74,13 +74,13 @@ def band_limited(samples: Samples, numerator: int, denominator: int) -> Samples:
     size, grown = blocks * denominator, blocks * numerator
     spectrum = np.fft.rfft(samples, size)
     edge = min(size, grown) // 2
-    kept = np.zeros(grown // 2 + 1, dtype=complex)
-    kept[: edge + 1] = spectrum[: edge + 1]
+    coefficients = np.zeros(grown // 2 + 1, dtype=complex)
+    coefficients[: edge + 1] = spectrum[: edge + 1]
     # At the lower Nyquist frequency half of the amplitude belongs to the negative frequency; a coarser sampling
     # has none.
-    kept[edge] *= 0.5 if grown > size else float(grown == size)
-    found: Samples = np.fft.irfft(kept, grown) * (numerator / denominator)
-    return found
+    coefficients[edge] *= 0.5 if grown > size else float(grown == size)
+    resampled: Samples = np.fft.irfft(coefficients, grown) * (numerator / denominator)
+    return resampled
 
 
 def energy_time(samples: Samples, dt: float, share: float) -> float:
@@ -89,9 +89,9 @@ def energy_time(samples: Samples, dt: float, share: float) -> float:
     return float(np.searchsorted(energy, share * energy[-1])) * dt
 
 
-def cosine_rise(place: Samples) -> Samples:
+def cosine_rise(position: Samples) -> Samples:
     """Half a cosine from 0 at 0 to 1 at 1."""
-    return 0.5 - 0.5 * np.cos(np.pi * np.clip(place, 0.0, 1.0))
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(position, 0.0, 1.0))
 
 
 def _integral(samples: Samples, dt: float) -> Samples:

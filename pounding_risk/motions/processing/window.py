@@ -17,10 +17,10 @@ WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
     """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
     done = window(samples, dt, start=span[0], end=span[1])
-    peak, kept = float(np.abs(samples).max()), float(np.abs(done.samples).max())
-    if kept >= WEAK_WINDOW * peak:
+    peak, inside = float(np.abs(samples).max()), float(np.abs(done.samples).max())
+    if inside >= WEAK_WINDOW * peak:
         return done
-    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * kept / peak:.2g} % of the record's"
+    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * inside / peak:.2g} % of the record's"
     return done._replace(flags=(*done.flags, flag))
 
 

@@ -158,19 +158,19 @@ def facing(footprints: Sequence[Footprint], farthest: float, tolerance: float) -
     The clear distance is measured along u: the least, over all v that both reach, from the last wall of the left one
     to the first of the right one. Both are linear between corners, so that the least is at a corner of one of them.
     """
-    ends = np.array([_ends(each) for each in footprints])  # (n, 2 of low and high, 2 of u and v)
+    ends = np.array([_ends(facing_pair) for facing_pair in footprints])  # (n, 2 of low and high, 2 of u and v)
     low, high = ends[:, 0], ends[:, 1]
     over = np.minimum(high[:, None, 1], high[None, :, 1]) - np.maximum(low[:, None, 1], low[None, :, 1])
     apart = low[None, :, 0] - high[:, None, 0]  # from one to the next at larger u
     near = (over > tolerance) & (np.maximum(apart, apart.T) < farthest)
-    found = []
+    pairs_facing = []
     for one, other in zip(*np.nonzero(np.triu(near, 1)), strict=True):
         pairs = ((int(one), int(other)), (int(other), int(one)))
-        nearest = [Facing(*pair, clear_distance(*(footprints[place] for place in pair))) for pair in pairs]
-        best = max(nearest, key=lambda each: each.gap)
+        nearest = [Facing(*pair, clear_distance(*(footprints[number] for number in pair))) for pair in pairs]
+        best = max(nearest, key=lambda facing_pair: facing_pair.gap)
         if best.gap < farthest:
-            found.append(best)
-    return found
+            pairs_facing.append(best)
+    return pairs_facing
 
 
 def _ends(footprint: Footprint) -> tuple[Array, Array]:
@@ -237,30 +237,32 @@ def close_pairs(footprints: Sequence[Footprint], reach: float, metres: bool) -> 
     list of (first place, second place, clear distance [m])
         In the order of the places; 0 m where two footprints touch or overlap.
     """
-    found = []
+    close = []
     for one, other in sorted(_near_boxes(footprints, reach, metres)):
         pair = [footprints[one], footprints[other]]
         flat = pair if metres else local(pair, middle(pair))
         distance = clear_between(flat[0], flat[1], reach)
         if distance < reach:
-            found.append((one, other, distance))
-    return found
+            close.append((one, other, distance))
+    return close
 
 
 def _near_boxes(footprints: Sequence[Footprint], reach: float, metres: bool) -> Iterator[tuple[int, int]]:
     """Places of pairs, the smaller first, of which the boxes around all corners are within reach."""
     if not footprints:
         return
-    boxes = np.array([_box(each) for each in footprints])  # (n, low and high, 2)
+    boxes = np.array([_box(footprint) for footprint in footprints])  # (n, low and high, 2)
     margin = np.full((len(boxes), 2), reach)
     if not metres:
         highest = np.minimum(np.abs(boxes[:, :, 1]).max(axis=1), 89.0)
-        margin /= METRES_A_DEGREE * np.column_stack([[cos(radians(each)) for each in highest], np.ones(len(boxes))])
+        margin /= METRES_A_DEGREE * np.column_stack(
+            [[cos(radians(footprint)) for footprint in highest], np.ones(len(boxes))]
+        )
     low, high = boxes[:, 0], boxes[:, 1] + margin
     order = np.argsort(low[:, 1], kind="stable")
     ends = np.searchsorted(low[order, 1], high[order, 1], side="right")
-    for place, (one, end) in enumerate(zip(order, ends, strict=True)):
-        others = order[place + 1 : end]
+    for number, (one, end) in enumerate(zip(order, ends, strict=True)):
+        others = order[number + 1 : end]
         # Both margins, as a building farther from the equator has the larger one.
         beside = (low[others, 0] <= high[one, 0]) & (low[one, 0] <= high[others, 0])
         yield from ((min(int(one), int(other)), max(int(one), int(other))) for other in others[beside])

@@ -241,10 +241,10 @@ class Street(NamedTuple):
 
     def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
-        told = "; ".join(f"{each.left.name} and {each.right.name} {each.faced_words}" for each in pairs)
-        if told:
+        words = "; ".join(f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs)
+        if words:
             self.notes.doubts.append(
-                f"{told}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
+                f"{words}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
                 "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
             )
 

@@ -98,7 +98,7 @@ class Block(ShortRepr):
         """The name of each row's scene; a number tells apart those that would share one."""
         names = [slug(row.name) for row in self.rows]
         shared = set(repeated(names))
-        return [f"{name}-{place}.toml" if name in shared else f"{name}.toml" for place, name in enumerate(names, 1)]
+        return [f"{name}-{number}.toml" if name in shared else f"{name}.toml" for number, name in enumerate(names, 1)]
 
     def filled_of(self, row: BlockRow) -> list[Filled]:
         """What was filled in for the buildings of a row."""
@@ -146,14 +146,14 @@ def block(
     The table and ``rules`` are as for `read_block`; the others as for `write_block`. Nothing is written where the
     table has a fault.
     """
-    found = read_block(path, rules)
+    street = read_block(path, rules)
     if out is not None:
-        write_block(found, out, records=records, contact=contact, tables=tables)
-    return found
+        write_block(street, out, records=records, contact=contact, tables=tables)
+    return street
 
 
 def write_block(
-    found: Block,
+    street: Block,
     out: str | Path,
     *,
     records: Sequence[str] | None = None,
@@ -165,12 +165,12 @@ def write_block(
     ``records``, ``contact`` and ``tables`` are as for `Block.scenes`. Returns the files; raises BlockError where there
     is no row, SceneError where a scene would have a fault, and writes nothing then.
     """
-    found.check()
-    scenes = found.scenes(records, contact=contact, tables=tables)
+    street.check()
+    scenes = street.scenes(records, contact=contact, tables=tables)
     for name, text in scenes.items():
         parse_scene(text, source=name)  # so that no scene is written that cannot be read
-    pairs = neighbours_csv(((row.name, row.pairs) for row in found.rows), found.close)
-    texts = {**scenes, FILLED: filled_csv(found.filled), NEIGHBOURS: pairs}
+    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close)
+    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs}
     write_texts(Path(out), texts)
     return [Path(out) / name for name in texts]
 

@@ -52,14 +52,14 @@ class Share(NamedTuple):
 def shares(filled: Iterable[Filled]) -> list[Share]:
     """What was filled in, summed up by column and rule, in the order met."""
     groups: dict[tuple[str, str], list[str]] = {}
-    for each in filled:
-        groups.setdefault((each.column, each.rule), []).append(each.value)
-    found = []
+    for value in filled:
+        groups.setdefault((value.column, value.rule), []).append(value.value)
+    summary = []
     for (column, rule), values in groups.items():
         distinct = list(dict.fromkeys(values))
         more = f", ... ({len(distinct)} values)" if len(distinct) > TOLD else ""
-        found.append(Share(column, len(values), f"{', '.join(distinct[:TOLD])}{more}", rule))
-    return found
+        summary.append(Share(column, len(values), f"{', '.join(distinct[:TOLD])}{more}", rule))
+    return summary
 
 
 def filled_csv(filled: Iterable[Filled]) -> str:

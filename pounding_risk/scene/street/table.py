@@ -125,7 +125,7 @@ def _columns(
 
     ``tags`` are columns that have another name in the file.
     """
-    found: dict[str, tuple[str, str]] = {}
+    columns: dict[str, tuple[str, str]] = {}
     left_out = []
     for head in heads:
         parted = re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", head, re.DOTALL)
@@ -138,12 +138,12 @@ def _columns(
                 faults.append(f"{where}: {shown(head)} is no column{near}; it may be {', '.join(COLUMNS)}")
             elif name:
                 left_out.append(head)
-        elif name in (column for column, _ in found.values()):
+        elif name in (column for column, _ in columns.values()):
             faults.append(f"{where}: {shown(head)} stands twice; leave one of the two out")
         else:
-            found[head] = name, unit
+            columns[head] = name, unit
     verb = "is" if len(left_out) == 1 else "are"
-    return found, [f"{where}: {', '.join(map(shown, left_out))} {verb} not read"] if left_out else []
+    return columns, [f"{where}: {', '.join(map(shown, left_out))} {verb} not read"] if left_out else []
 
 
 def _read_csv(text: str, faults: list[str]) -> Table:
@@ -167,16 +167,16 @@ def _read_csv(text: str, faults: list[str]) -> Table:
         faults.append(f"line {at}: names no two columns of a street; {HEAD}")
     entries = []
     for at, cells in rows[1:]:
-        place = f"line {at}"
+        where = f"line {at}"
         if len(cells) != len(heads):
-            faults.append(f"{place}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
+            faults.append(f"{where}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
         else:
-            entries.append(Entry(place, _values(place, zip(heads, cells, strict=True), columns, faults)))
+            entries.append(Entry(where, _values(where, zip(heads, cells, strict=True), columns, faults)))
     return Table(entries, left_out)
 
 
 def _values(
-    place: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
+    where: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> dict[str, Any]:
     """What one building gives: SI values and words by column, without blanks."""
     values = {}
@@ -191,7 +191,7 @@ def _values(
                 )
             values[column] = _value(cell, unit, COLUMNS[column])
         except ValueError as error:
-            faults.append(f"{place}, {column}: {error}")
+            faults.append(f"{where}, {column}: {error}")
     return values
 
 
@@ -315,22 +315,22 @@ def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[st
 
 
 def _check_twins(
-    place: str, table: Mapping[str, Any], columns: Mapping[str, tuple[str, str]], faults: list[str]
+    where: str, table: Mapping[str, Any], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> None:
     """Walls have no place beside footprints, which say where they are."""
     for head in table:
         column = columns.get(head, ("", ""))[0]
         if column in ("left wall", "right wall") and table[head] is not None:
-            faults.append(f"{place}, {column}: the footprint says where the walls are; leave the property out")
+            faults.append(f"{where}, {column}: the footprint says where the walls are; leave the property out")
 
 
-def _footprint(place: str, geometry: Any, metres: bool, faults: list[str]) -> Footprint | None:
+def _footprint(where: str, geometry: Any, metres: bool, faults: list[str]) -> Footprint | None:
     """The outline of a feature; None, and a fault, where it has none."""
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     parts = geometry.get("coordinates") if isinstance(geometry, dict) else None
     if kind not in ("Polygon", "MultiPolygon") or not isinstance(parts, list) or not parts:
-        told = "no geometry" if kind is None else shown(kind)
-        faults.append(f"{place}: has {told}; a building needs its footprint, a Polygon or a MultiPolygon")
+        kind_words = "no geometry" if kind is None else shown(kind)
+        faults.append(f"{where}: has {kind_words}; a building needs its footprint, a Polygon or a MultiPolygon")
         return None
     polygons = [parts] if kind == "Polygon" else parts
     rings: list[Array] = []
@@ -339,7 +339,7 @@ def _footprint(place: str, geometry: Any, metres: bool, faults: list[str]) -> Fo
         for number, ring in enumerate(polygon if isinstance(polygon, list) and polygon else [None]):
             corners, wrong = _ring(ring, metres)
             if wrong:
-                faults.append(f"{place}: {wrong}")
+                faults.append(f"{where}: {wrong}")
                 return None
             (holes if number else rings).append(corners)
     return Footprint(tuple(rings), tuple(holes))
@@ -362,12 +362,12 @@ def _ring(ring: Any, metres: bool) -> tuple[Array, str]:
         )
     if not np.array_equal(corners[0], corners[-1]):
         return NONE, "a ring does not end where it starts; repeat its first position at its end"
-    kept = corners[:-1][np.any(corners[1:] != corners[:-1], axis=1)]
-    if len(kept) < 3 or ring_area(kept) == 0.0:
+    corners_distinct = corners[:-1][np.any(corners[1:] != corners[:-1], axis=1)]
+    if len(corners_distinct) < 3 or ring_area(corners_distinct) == 0.0:
         return NONE, "a ring has no area; draw the footprint again"
-    if crosses_itself(kept):
+    if crosses_itself(corners_distinct):
         return NONE, "a ring crosses itself; draw the footprint again, its corners in turn"
-    return kept, ""
+    return corners_distinct, ""
 
 
 def _is_number(value: Any) -> bool:
