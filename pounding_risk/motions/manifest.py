@@ -14,6 +14,7 @@ import csv
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from io import StringIO
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from typing import Any
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.source import parted
+from pounding_risk.motions.write import write_text
 
 SEPARATOR = " | "  # between the steps of the processing
 SAME = 1e-12  # numbers are written with every digit
@@ -66,19 +68,11 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     Sources that are files are written relative to the manifest, so that both can move together. The file appears under
     its name when it is whole. Raises RecordError where it cannot be written.
     """
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS)
-            writer.writeheader()
-            writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
-        os.replace(partial, target)
-    except OSError as error:
-        raise RecordError(f"{target}: cannot be written ({error.strerror}); check the folder") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
+    target, text = Path(path), StringIO(newline="")
+    writer = csv.DictWriter(text, COLUMNS)
+    writer.writeheader()
+    writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+    return write_text(target, text.getvalue().encode(), "check the folder")
 
 
 def _beside(source: str | None, folder: Path) -> str | None:

@@ -16,18 +16,16 @@ had read the record before, and filtering a processed record again is the common
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from obspy import Stream, Trace, UTCDateTime
 
-from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.motions.formats import Format, one_trace
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._text import (
     LONGEST_LINE,
     NEWLINE,
@@ -289,7 +287,7 @@ STATES = ("raw", "processed")
 SECONDS = ("s", "sec", "secs", "second", "seconds")
 WORDS, NUMBERS = ("event", "date", "station", "component"), ("magnitude", "distance_km", "azimuth")
 CORNERS = ("low_corner", "high_corner")
-HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")  # sentences of what leaves a raw record raw
+FACTS = (*WORDS, *NUMBERS, *CORNERS)  # what a comment may state of the recording
 TO_STATE = {
     "unit": (
         "the unit of its acceleration",
@@ -386,9 +384,6 @@ def _unicode(text: str) -> str:
         return text
 
 
-# --- what is stated ---------------------------------------------------------------------------------------
-
-
 def _unit(name: str, head: Head, given: str | None, dt: float | None) -> tuple[float, str]:
     """How many m/s² one unit of the samples is, with the sentence; the caller, a comment and a head must agree."""
     said: list[_Said] = []
@@ -478,9 +473,6 @@ def _instant(text: str) -> UTCDateTime:
     return UTCDateTime(text)
 
 
-# --- samples and times ------------------------------------------------------------------------------------
-
-
 def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
     """The words of every line of samples; each must have as many as the first."""
     rows = [parts(line, head.separator, head.decimal_comma) for line in lines[head.first :]]
@@ -531,69 +523,6 @@ def _check_seconds(name: str, head: Head) -> None:
             f"{name}, line {head.title_line}: the times are in {quoted(unit)}; write them in seconds, in a column "
             "headed time [s]"
         )
-
-
-# --- writing ----------------------------------------------------------------------------------------------
-
-
-def write_columns(source: Any, path: str | Path) -> Path:
-    """Write a `Motion` or an ObsPy trace in m/s² as two columns, which `_read_columns` reads back bit for bit.
-
-    The head states unit, time step, state, number of samples and what is known of the recording. The file appears under
-    its name when it is whole. Raises RecordError for samples no run could use, PoundingError where nothing can be
-    written.
-    """
-    samples, dt, facts, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
-    lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
-    lines += [f"# {key} = {_plain(value)}" for key, value in facts.items() if value not in (None, "")]
-    lines += [f"# processing: {_plain(step)}" for step in history]
-    lines += ["time [s], acceleration [m/s^2]"]
-    lines += [f"{at * dt!r}, {value!r}" for at, value in enumerate(samples)]
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("w", encoding="utf-8", newline="\n") as opened:
-            opened.write("\n".join(lines) + "\n")
-            opened.flush()
-            os.fsync(opened.fileno())
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
-
-
-def _plain(value: Any) -> str:
-    """A fact on one line."""
-    return " ".join("".join(letter if letter.isprintable() else " " for letter in str(value)).split())
-
-
-def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
-    """Samples, time step, facts and history of a motion; what was raw is processed once a step was taken.
-
-    A raw record that is cut, turned or scaled still has its offset and drift, and is still raw.
-    """
-    keys = (*WORDS, *NUMBERS, *CORNERS)
-    taken = [line for line in motion.processing if not line.startswith(HARMLESS)]
-    state = "processed" if taken else motion.record.get("state", "processed")
-    source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
-    facts = {"state": state, "starttime": motion.record.get("start"), **{key: motion.record.get(key) for key in keys}}
-    facts["source"] = ", ".join(source)
-    return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing
-
-
-def _of_trace(source: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
-    from pounding_risk.motions.source import open_source
-
-    found = open_source(one_trace(source))
-    stats = found.trace.stats
-    history = stats.get("processing", [])
-    state = "processed" if history else stats.get("record", {}).get("state", "processed")
-    keys = (*WORDS, *NUMBERS, *CORNERS)
-    facts = {"state": state, "starttime": stats.starttime, **{key: found.record.get(key) for key in keys}}
-    samples = np.asarray(found.trace.data, dtype=np.float64)
-    return samples.tolist(), float(stats.delta), facts, (*history, found.units)
 
 
 FORMAT = Format(

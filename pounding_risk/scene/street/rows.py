@@ -25,7 +25,7 @@ from pounding_risk.scene.street.neighbours import (
     Street,
     neighbours_csv,
 )
-from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
+from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
 from pounding_risk.scene.street.table import BlockError, Entry, read_table, repeated
 from pounding_risk.units import GAP, say
 
@@ -171,7 +171,8 @@ def write_block(
         parse_scene(text, source=name)  # so that no scene is written that cannot be read
     pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close)
     texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs}
-    write_texts(Path(out), texts)
+    for name, text in texts.items():
+        write_text(Path(out) / name, text)
     return [Path(out) / name for name in texts]
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk._common.files import write_whole
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
@@ -71,22 +71,13 @@ def filled_csv(filled: Iterable[Filled]) -> str:
     return text.getvalue()
 
 
-def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write files to a folder, which is made where it is not there; each appears under its name when it is whole.
-
-    Raises PoundingError where one cannot be written.
-    """
-    for name, text in texts.items():
-        target = folder / name
-        partial = target.with_name(f".{name}.{os.getpid()}.partial")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            os.replace(partial, target)
-        except OSError as error:
-            raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
-        finally:
-            partial.unlink(missing_ok=True)
+def write_text(target: Path, text: str) -> None:
+    """Write a whole file to a folder, which is made where it is missing; raises PoundingError where that fails."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(target, lambda file: file.write(text.encode()))
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def slug(name: str) -> str:
