@@ -2,7 +2,7 @@
 
 ``records/catalogue.toml`` names each with its origin and terms. Some files are shipped beside it; those whose
 terms allow no copy are read from the installed package that carries them. A file is used only if its sha256
-is the one of the catalogue, so a result can be traced to the very bytes.
+is the one of the catalogue, so that a result can be traced to the bytes of its records.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ PER = {"g": STANDARD_GRAVITY, "m/s^2": 1.0}  # m/s²
 
 @dataclass(frozen=True)
 class Entry:
-    """One component of one recording, and what its file must look like.
+    """A component of a recording in the catalogue, and what its file must hold.
 
     ``pga_g`` is max|a| as recorded [standard gravity]: of the samples where they are processed, of the
-    samples less their mean where they are raw. ``sensitivity`` is counts per m/s², 1 for a file of
+    samples less their mean where they are raw. ``sensitivity`` is in counts per m/s², 1 for a file of
     physical values.
     """
 
@@ -61,7 +61,7 @@ class Entry:
 
     @property
     def horizontal(self) -> bool:
-        """True for a horizontal component."""
+        """True for a horizontal component, which has an azimuth."""
         return self.azimuth is not None
 
     @property
@@ -92,12 +92,18 @@ def records_folder() -> Path:
 
 
 def entries() -> list[Entry]:
-    """Every record of the catalogue, in its order."""
+    """List the records of the catalogue.
+
+    Returns
+    -------
+    list of Entry
+        Every record, in the order of the catalogue.
+    """
     return list(_catalogue().values())
 
 
 def entry(id: str, also: Iterable[str] = ()) -> Entry:
-    """The record of that id; raises RecordError where there is none, naming the nearest ids, those of ``also`` too."""
+    """The record of an id; raises RecordError for another id, with the nearest ones, those of ``also`` included."""
     known = _catalogue()
     if id not in known:
         near = similar(id, also)
@@ -107,7 +113,7 @@ def entry(id: str, also: Iterable[str] = ()) -> Entry:
 
 
 def path(id: str) -> Path:
-    """Where the file of a record is.
+    """The path of the file of a record.
 
     Raises RecordError for an unknown id, a package that is not installed, and a missing file.
     """
@@ -132,7 +138,7 @@ def path(id: str) -> Path:
 
 
 def read_bytes(id: str) -> bytes:
-    """The file of a record, checked: raises RecordError where its sha256 is not the catalogue's."""
+    """The bytes of the file of a record; raises RecordError where their sha256 is not the catalogue's."""
     record, file = entry(id), path(id)
     raw = file.read_bytes()
     digest = sha256(raw).hexdigest()
@@ -168,7 +174,7 @@ def load(id: str) -> Stream:
 
 
 def _parsed(record: Entry, raw: bytes) -> Stream:
-    """The stream of a file's bytes, in its own units of amplitude."""
+    """The stream of a file's bytes, in the units of the file."""
     if record.format == "PEER_AT2":
         from pounding_risk.motions.formats.peer_at2 import _read_at2  # reads without the entry point, too
 
@@ -201,9 +207,9 @@ def _entry(facts: dict[str, Any]) -> Entry:
 
 
 def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
-    """Ids that may be meant, best first: of the same letters, then similar, then horizontals by earthquake or station.
+    """Ids near to the one asked for, best first: of the same letters, then similar, then by earthquake or station.
 
-    Of the same recording where there are such; ``also`` are ids beside those of the catalogue.
+    Ids of the same recording come alone where there are any; ``also`` are ids beside those of the catalogue.
     """
     known = [*_catalogue(), *also]
     same = [name for name in known if name.lower() == asked.lower()]
@@ -214,7 +220,7 @@ def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
 
 
 def _by_place(asked: str) -> list[str]:
-    """Horizontals whose earthquake or station has the letters that are asked for."""
+    """Horizontal records whose earthquake or station contains the letters asked for."""
     word = _letters(asked)
     if len(word) < SHORTEST_WORD:
         return []

@@ -1,7 +1,7 @@
-"""The ground motions of a scene: what names, files, folders and sets stand for, read, turned to the row and scaled.
+"""The ground motions of a scene: records named, found in files, folders, sets or a manifest, turned to the row, scaled.
 
-A file may hold several components and a folder may hold more than records. Verticals do not drive a row, so that a
-pattern, a folder and a file of several components stand for their horizontals; whatever is left out is told.
+A file may hold several components and a folder more than records. Verticals do not drive a row, so that a
+pattern, a folder and a file of several components stand for their horizontals; a sentence names what is left out.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
 
 
 class Gathered(NamedTuple):
-    """Motions, a sentence for each thing that was left out, and one for each record that is another's copy."""
+    """The motions of a request, a sentence for each record that was left out, and one for each copy of another."""
 
     motions: tuple[Motion, ...]
     left_out: tuple[str, ...]
@@ -40,7 +40,7 @@ class Gathered(NamedTuple):
 
 
 class _Chosen(NamedTuple):
-    """A record that is asked for, with what a manifest says of it and where."""
+    """A record of a request, with the row of a manifest that names it and the line of that row."""
 
     source: Source
     row: Mapping[str, Any] | None = None
@@ -48,18 +48,34 @@ class _Chosen(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """What the manifest multiplies the record by."""
+        """The factor of the manifest; 1 without one."""
         return 1.0 if self.row is None else float(self.row["factor"])
 
 
 def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None) -> Gathered:
-    """The motions that a request stands for, in its order, before polarity.
+    """Read, process and treat the motions of a request, in its order and in the polarity of the records.
 
-    ``folder`` is what files are relative to; without ``scaled`` the motions keep their amplitude, whatever the request
-    says of it. ``progress`` is called with (read, all).
+    Parameters
+    ----------
+    request : RecordRequest
+        Records and treatment.
+    folder : Path
+        Folder to which the paths of the request are relative.
+    scaled : bool
+        False keeps the amplitude of the records, whatever the request says of it.
+    progress : callable, optional
+        Called with the number of motions read and their total.
 
-    Raises RecordError for keys that exclude each other, a record that cannot be used, and a component without its
-    partner where the row has a direction.
+    Returns
+    -------
+    Gathered
+        Motions with distinct names, and what was left out.
+
+    Raises
+    ------
+    RecordError
+        For keys that exclude each other, a record that cannot be used, and a component without its partner where
+        the row has a direction.
     """
     for key, sentence in conflicts(request.given()):
         raise RecordError(f"records.{key}: {sentence}")
@@ -81,7 +97,7 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
 
 
 def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> Iterator[_Chosen]:
-    """Every record that the request names; a sentence in ``left_out`` for each that is not taken."""
+    """Every record that the request names; a sentence for each one left out is added to ``left_out``."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.set:
         sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
@@ -97,7 +113,7 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
     """The records without those that would drive the same runs as an earlier one.
 
     With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
-    ``one_size`` where all motions are scaled to one amplitude, so that their own counts for nothing.
+    ``one_size`` is True where all motions are scaled to one amplitude, so that their own does not tell them apart.
     """
     same = copies([(record.source.trace.data * record.factor, record.source.trace.stats.delta) for record in chosen])
     repeated = [copy for copy in same if copy.is_same_motion(any_size=one_size)]
@@ -108,7 +124,7 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
 
 
 def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
-    """A copy that is left out, in words."""
+    """The sentence for a copy that is left out."""
     one, other = (chosen[number].source for number in (copy.original, copy.place))
     same_file = one.record["file"] != other.record["file"] and one.record["sha256"] == other.record["sha256"]
     words = "is a copy of the file" if same_file else "holds the same motion as"
@@ -116,7 +132,7 @@ def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
 
 
 def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
-    """Put a copy, and what shares its recording, into the recording of its original; the sentence that tells it."""
+    """Assign a copy, and what shares its recording, to the recording of its original; returns the sentence about it."""
     one, other = (chosen[place].source for place in (copy.original, copy.place))
     keys = [recording(each.source.record, each.source.name) for each in chosen]
     stated = recording_words(keys[copy.original])
@@ -141,7 +157,8 @@ def sources_named(
 ) -> Iterator[Source]:
     """Every component of every file that a name, a pattern or a folder stands for.
 
-    What is no record is left out of a folder, and told in ``left_out``; with ``lenient`` a damaged record is too.
+    Files of a folder that are no records are left out, with a sentence in ``left_out``; with ``lenient`` damaged
+    records are too.
     """
     in_folder = (folder / pattern).is_dir()
     for path in matching(folder, pattern):
@@ -160,7 +177,7 @@ def sources_named(
 
 
 def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
-    """The records that may drive a row, or the one that there is, which was meant."""
+    """The horizontal components of several records; a single record is taken whatever its direction."""
     if len(sources) == 1:
         return sources
     left_out += [f"{source.record['id']} is vertical" for source in sources if is_vertical(source.record)]
@@ -168,7 +185,7 @@ def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
 
 
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
-    """The records of a manifest; raises RecordError where one is not the file that the manifest says."""
+    """The records of a manifest; raises RecordError where the checksum of one is not that of the manifest."""
     path = folder / request.manifest
     rows = read_manifest(path)
     if not rows:
@@ -186,7 +203,7 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
 
 
 def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
-    """A motion with its name and factor of a manifest; raises RecordError where it is not the one that was chosen."""
+    """A motion under its name and with its factor of a manifest; raises RecordError where its PGA is another one."""
     assert chosen.row is not None
     motion = replace(motion, name=chosen.row["name"])
     if chosen.factor != 1.0:
@@ -200,7 +217,7 @@ def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
 
 
 def _check_row(where: str, row: Mapping[str, Any]) -> None:
-    """Refuse a row of a manifest without a name or a PGA, or with a factor that scales nothing."""
+    """Raise RecordError for a row of a manifest without a name or a PGA, or with a factor that is not above zero."""
     empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
     if empty:
         raise RecordError(f"{where}: {' and '.join(empty)} left empty; choose again")
@@ -209,9 +226,9 @@ def _check_row(where: str, row: Mapping[str, Any]) -> None:
 
 
 def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
-    """The two horizontals of each recording; raises RecordError where there are not two.
+    """The two horizontals of each recording; raises RecordError for a recording with another number of components.
 
-    ``repeated`` are sentences about copies that are not among the sources any more.
+    ``repeated`` are sentences about copies that were left out before.
     """
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
@@ -243,7 +260,7 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
 
 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
-    """Both horizontals, processed alike, in the direction of the row."""
+    """Both horizontals, processed alike, turned to the direction of the row."""
     assert request.direction is not None
     processing: Any = request.processing
     words: tuple[str, ...] = ()
@@ -258,7 +275,7 @@ def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
 def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
     """The default chain with the stricter corners of both components, so that both keep the same frequencies.
 
-    With a sentence that says why the corners are where they are, and doubts.
+    Returns the steps, a sentence that says why the corners are where they are, and flags.
     """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     at = next(number for number, step in enumerate(steps) if step["step"] == "bandpass")
@@ -271,7 +288,7 @@ def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:
-    """Motions with names of their own: those that share one are named as their files, then with folders or numbers."""
+    """Motions with distinct names: where several share one, the file's, then with its folder, then with a number."""
     names = [motion.name for motion in motions]
     for longer in (_as_file, _in_folder):
         again = {name for name in names if names.count(name) > 1}

@@ -1,4 +1,4 @@
-"""A list of the records that a study used, one row each, as CSV: what they are, and whether they still are.
+"""The manifest of a study: its records as CSV, one row each, and the check that they are still the same.
 
 >>> import numpy as np
 >>> from pounding_risk.motions.manifest import manifest
@@ -58,15 +58,29 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 
 
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
-    """One row a motion, with the columns of ``COLUMNS``; None where a record does not say."""
+    """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value."""
     return [{name: _value(read(motion)) for name, (read, _) in COLUMNS.items()} for motion in motions]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
-    """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
+    """Write the manifest of motions as CSV in UTF-8, numbers with every digit.
 
-    Sources that are files are written relative to the manifest, so that both can move together. The file appears under
-    its name when it is whole. Raises RecordError where it cannot be written.
+    Parameters
+    ----------
+    motions : iterable of Motion
+        The records, in order.
+    path : str or Path
+        The file. Sources that are files are written relative to its folder, so that both can move together.
+
+    Returns
+    -------
+    Path
+        The file written; it appears under its name when it is whole.
+
+    Raises
+    ------
+    RecordError
+        Where the file cannot be written.
     """
     target, text = Path(path), StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS)
@@ -76,14 +90,14 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
 
 
 def _beside(source: str | None, folder: Path) -> str | None:
-    """A source relative to a folder, where it is a file; an id as it is."""
+    """The path of a source relative to a folder, where it is a file; an id as it is."""
     if source is None or not parted(source)[0].is_file():
         return source
     return Path(os.path.relpath(source, folder)).as_posix()
 
 
 def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
-    """What to read for a row of a manifest in ``folder``: an id, or a file with its component.
+    """The id, or the file with its component, that a row of a manifest in ``folder`` names.
 
     Raises RecordError for a motion that was in memory only, or made of two.
     """
@@ -97,9 +111,22 @@ def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:
-    """The rows of a file that `write_manifest` wrote, as `manifest` gave them.
+    """Read the rows of a file that `write_manifest` wrote.
 
-    Raises RecordError for a file that cannot be read, other columns, and a value that is no number where one belongs.
+    Parameters
+    ----------
+    path : str or Path
+        The manifest.
+
+    Returns
+    -------
+    list of dict
+        One row for each record by column: text, numbers in SI, None for an empty cell.
+
+    Raises
+    ------
+    RecordError
+        For a file that cannot be read, other columns, and a value that is no number where one belongs.
     """
     source = Path(path)
     try:
@@ -118,10 +145,19 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
 
 
 def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
-    """Raise RecordError, naming every difference, unless ``motions`` are those of the manifest at ``path``.
+    """Check that motions are those of a manifest.
 
-    Compared are the names, and for each record the checksum of its file, dt, the number of samples, PGA and the
-    processing.
+    Parameters
+    ----------
+    path : str or Path
+        The manifest.
+    motions : iterable of Motion
+        The motions; names, checksum of the file, dt, number of samples, PGA and processing are compared.
+
+    Raises
+    ------
+    RecordError
+        Where they differ; the sentence names every difference.
     """
     stated, rows = _by_name(read_manifest(path)), _by_name(manifest(motions))
     faults = [f"{name} is not there" for name in stated if name not in rows]
@@ -134,7 +170,7 @@ def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
 
 
 def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Rows by the names of their records; a record may be there again, reversed or scaled otherwise."""
+    """Rows by the names of their records, numbered where a record is there again, reversed or scaled otherwise."""
     by_name: dict[str, dict[str, Any]] = {}
     times: Counter[str] = Counter()
     for row in rows:
@@ -163,7 +199,7 @@ def _read(source: Path, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _differences(stated: Mapping[str, Any], actual: Mapping[str, Any]) -> list[str]:
-    """What differs between two rows, in words."""
+    """The differences between two rows, in words."""
     words = []
     for key in CHECKED:
         one, other = stated[key], actual[key]

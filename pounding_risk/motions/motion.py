@@ -1,4 +1,4 @@
-"""Ground motion as a run takes it: acceleration in m/s² at equal steps, and the history of how it got there."""
+"""Ground motion as a run takes it: acceleration in m/s² at equal steps, with the history of its processing."""
 
 from __future__ import annotations
 
@@ -23,15 +23,29 @@ from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, shown
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(ShortRepr):
-    """One component of ground motion, ready to drive a run.
+    """One component of ground motion, ready to drive a run. It never changes; its methods return new motions.
 
-    ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
-    ``record`` says where it is from: id, event, date, station, component, file, sha256 of the file, origin,
-    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), start, the time
-    of the first sample (UTC) where it is known, and cut_from_start [s] where a part before the first sample was cut.
-    ``processing`` has one sentence a step, ``flags`` one a doubt.
+    Parameters
+    ----------
+    name : str
+        Name, as in results.
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²], linear between the samples; kept as a read-only array.
+    dt : float
+        Time step [s].
+    record : dict
+        Facts of the record: id, event, date, station, component, file, sha256 of the file, origin, terms, state,
+        pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), start (time of the first
+        sample, UTC, where known), cut_from_start [s] (where a part before the first sample was cut).
+    processing : tuple of str
+        One sentence for each step that was applied.
+    flags : tuple of str
+        One sentence for each doubt.
 
-    Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
+    Raises
+    ------
+    RecordError
+        For fewer than two samples, samples that are not finite, and a time step that is not above zero.
     """
 
     name: str
@@ -42,7 +56,7 @@ class Motion(ShortRepr):
     flags: tuple[str, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """Where the motion is from, how long and how strong it is."""
+        """Where the motion is from, how long and how strong it is, for its display."""
         yield "name", self.name
         if self.record.get("event"):
             yield "event", str(self.record["event"])
@@ -70,16 +84,16 @@ class Motion(ShortRepr):
 
     @property
     def times(self) -> Samples:
-        """When each sample is [s], from zero, shape (n,)."""
+        """Times of the samples [s], from zero, shape (n,)."""
         return np.arange(len(self.acceleration)) * self.dt
 
     @property
     def digest(self) -> str:
-        """sha256 of what runs see: every sample [m/s²], then ``dt`` [s], as 8 bytes each, least significant first."""
+        """SHA-256 of what a run takes: every sample [m/s²], then ``dt`` [s], as little-endian numbers of 8 bytes."""
         return sha256(np.append(self.acceleration, self.dt).astype("<f8").tobytes()).hexdigest()
 
     def reversed(self) -> Motion:
-        """The motion with the other sign: a pair is not symmetric, so both directions are worth a run."""
+        """The motion with the opposite sign. A pair is not symmetric, so that both polarities are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
         turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
         return turned.after(turned_round(self.acceleration))
@@ -89,12 +103,12 @@ class Motion(ShortRepr):
         return self.after(scale_samples_to(self.acceleration, asked("pga", pga, PGA), self.name))
 
     def cut(self, start: float | str, end: float | str) -> Motion:
-        """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is not in it."""
+        """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is outside it."""
         part = self.after(cut(self.acceleration, self.dt, span_of((start, end))))
         return part.doubted(doubts(part.acceleration, self.dt))
 
     def with_tail(self, seconds: float | str) -> Motion:
-        """The motion with zeros of that duration [s] after it: the buildings swing freely."""
+        """The motion followed by zeros of that duration [s], in which the buildings vibrate freely."""
         return self.after(extended(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
@@ -102,7 +116,7 @@ class Motion(ShortRepr):
         return velocity_displacement(self.acceleration, self.dt)
 
     def after(self, done: Done) -> Motion:
-        """The motion with the samples of a step, its sentence and its doubts."""
+        """The motion with the result of a step: its samples, its sentence and its flags."""
         factor = self.record.get("factor", 1.0) * done.factor
         record = {**self.record, "factor": factor} if done.factor != 1.0 else self.record
         changed = replace(
@@ -114,18 +128,18 @@ class Motion(ShortRepr):
         return changed.doubted(done.flags)
 
     def doubted(self, flags: Sequence[str]) -> Motion:
-        """The motion with further doubts, each told once."""
+        """The motion with further flags; each sentence stands once."""
         return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
 
 
 def driven(motion: Motion, polarity: str, pga: float | None) -> Motion:
-    """A motion in one polarity, scaled to one amplitude of the grid."""
+    """A motion in one polarity, scaled to one amplitude of the grid [m/s²]; ``pga`` None keeps the amplitude."""
     turned = motion.reversed() if polarity == REVERSED else motion
     return turned if pga is None else turned.scaled_to(pga)
 
 
 def later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The facts of a record of which so much was cut from the start."""
+    """The facts of a record after so many ``seconds`` were cut from its start."""
     if not seconds:
         return record
     record = {**record, "cut_from_start": record.get("cut_from_start", 0.0) + seconds}

@@ -1,7 +1,4 @@
-"""Records read, processed, cut and scaled: `read_motion` is the one door.
-
-A record of the catalogue, a file or an ObsPy trace goes in, raw or processed.
-"""
+"""Reading records: from the catalogue, a file or an ObsPy trace to a motion that is processed, cut and scaled."""
 
 from __future__ import annotations
 
@@ -42,17 +39,45 @@ def read_motion(
     unit: str | None = None,
     dt: float | str | None = None,
 ) -> Motion:
-    """The ground motion of a record: read, processed, cut, scaled.
+    """Read the ground motion of a record; process, cut and scale it.
 
-    ``source`` is an id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of
-    several components one is named after "#": "quake.V2A#N28W"), or an ObsPy trace in m/s². ``unit`` ("cm/s^2") and
-    ``dt`` [s] are for files that do not state theirs. ``processing`` "auto" filters and corrects a raw record and
-    leaves a processed one as it is; "none" leaves both; a list of tables names the steps
-    (`pounding_risk.motions.processing`).
-    After that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
-    and ``scale`` (factor), and ``tail`` [s] of zeros. Numbers are SI; text has its unit ("6 s", "0.5 g").
+    Parameters
+    ----------
+    source : str, Path or obspy.Trace
+        An id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of several
+        components one is named after "#": "quake.V2A#N28W"), or a trace in m/s².
+    window : (start, end), optional
+        Part of the processed record that is kept [s].
+    pga : float or str, optional
+        Peak ground acceleration to which the motion is scaled [m/s², or text such as "0.5 g"].
+    scale : float or str, optional
+        Factor of the motion, in place of ``pga``.
+    processing : str or sequence of mapping
+        "auto" filters and corrects a raw record and leaves a processed one as it is, "none" leaves both; a list of
+        tables such as ``[{"step": "mean"}]`` names the steps (`pounding_risk.motions.processing`).
+    polarity : str
+        "as recorded" or "reversed".
+    tail : float or str
+        Duration of zeros after the motion [s].
+    unit : str, optional
+        Unit of the samples, such as "cm/s^2", of a file that does not state it.
+    dt : float or str, optional
+        Time step [s] of a file that does not state it.
 
-    Raises RecordError for what cannot be read or trusted, with the repair.
+    Returns
+    -------
+    Motion
+        Acceleration in m/s², with the facts of its record, a sentence for each step and one for each doubt.
+
+    Raises
+    ------
+    RecordError
+        For what cannot be read or trusted; the sentence says how to repair it.
+
+    Notes
+    -----
+    Window, polarity, amplitude and tail follow the processing, in this order. Numbers are in SI, text has its unit
+    ("6 s", "0.5 g").
     """
     how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
     opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
@@ -76,7 +101,24 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
 def read_trace(
     source: str | Path | Trace, *, unit: str | None = None, dt: float | str | None = None, **choices: Any
 ) -> Trace:
-    """As `read_motion`, as an ObsPy trace in m/s² whose ``stats.processing`` has the history."""
+    """Read a record as `read_motion` does, as an ObsPy trace.
+
+    Parameters
+    ----------
+    source : str, Path or obspy.Trace
+        As for `read_motion`.
+    unit : str, optional
+        As for `read_motion`.
+    dt : float or str, optional
+        As for `read_motion`.
+    **choices : dict
+        The other arguments of `read_motion`.
+
+    Returns
+    -------
+    obspy.Trace
+        Acceleration in m/s²; ``stats.processing`` has the history.
+    """
     opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
     motion = read_motion(opened, **choices)
     trace = opened.trace.copy()  # the one that was handed over stays as it was
@@ -89,9 +131,19 @@ def read_trace(
 
 
 def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
-    """As `read_trace`, of every component of a file or of an ObsPy stream, as an ObsPy stream.
+    """Read every component of a file, or of an ObsPy stream, as `read_trace` reads one.
 
-    Each is treated by itself; a stream in pieces is to be merged before.
+    Parameters
+    ----------
+    source : str, Path or obspy.Stream
+        A file with one or more components, a stream of traces in m/s² without gaps, or what `read_trace` takes.
+    **choices : dict
+        The arguments of `read_trace`; each component is processed by itself.
+
+    Returns
+    -------
+    obspy.Stream
+        One trace for each component, in m/s².
     """
     from obspy import Stream
 
@@ -112,7 +164,7 @@ def _treatment(
     polarity: str,
     tail: float | str,
 ) -> Treatment:
-    """What `read_motion` is asked to do after the processing, in SI; raises RecordError for what it cannot do."""
+    """The treatment that `read_motion` is asked for, in SI; raises RecordError for values out of range and rivals."""
     given = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
     for _, sentence in conflicts(given):
         raise RecordError(sentence)
@@ -128,7 +180,7 @@ def _treatment(
 
 
 class _Log:
-    """Samples on their way through the steps, with the sentence and the doubts of each."""
+    """The state of a record on its way through the steps: samples, and the sentence and the flags of each step."""
 
     def __init__(self, source: Source):
         self.samples: Samples = np.array(source.trace.data, dtype=np.float64)
@@ -141,7 +193,7 @@ class _Log:
         self.sentences = [*source.trace.stats.get("processing", []), source.units]
 
     def add(self, done: Done) -> None:
-        """Take over what a step gave."""
+        """Apply the result of a step."""
         self.samples, self.start = done.samples, self.start + done.cut * self.dt
         self.dt = self.dt if done.dt is None else done.dt
         self.factor *= done.factor
@@ -150,7 +202,7 @@ class _Log:
         self.flags += done.flags
 
     def corners(self) -> dict[str, float]:
-        """Facts of a record that a filter here has changed: its own corners, and those it came with, the narrower."""
+        """Corners of a record that was filtered here: the narrower of its own band and the one it came with."""
         (low, high), facts = self.band, {}
         if low > 0.0:
             low = max(low, self._record.get("low_corner") or 0.0)
@@ -162,7 +214,7 @@ class _Log:
 
 
 def _process(log: _Log, chain: Sequence[Step]) -> None:
-    """Every step of the chain; flagged where they change PGA by more than 2 %, or leave an offset."""
+    """Apply every step of the chain; flag a change of PGA of more than 2 %, and an offset that is left."""
     centred = log.samples - log.samples.mean() if log.raw else log.samples
     before = float(np.abs(centred).max())
     log.flags += failed(quality(log.samples, log.dt, checks=LASTING))
@@ -180,7 +232,7 @@ def _process(log: _Log, chain: Sequence[Step]) -> None:
 
 
 def _chain(processing: Any, state: str) -> Sequence[Step]:
-    """The steps that ``processing`` stands for."""
+    """The steps that the argument ``processing`` stands for."""
     if not isinstance(processing, str) and isinstance(processing, Sequence):
         return read_steps(processing)
     if processing == "auto":

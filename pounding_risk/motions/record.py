@@ -1,4 +1,4 @@
-"""A record before anything is done to it."""
+"""A record as it was read, before any processing, and which components belong to one recording."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RAW, PROCESSED = "raw", "processed"
 
 
 class Source(NamedTuple):
-    """A record before anything is done to it: trace in m/s², where it is from, raw or processed."""
+    """A record as it was read: a trace in m/s², its facts, and the sentence that says how its samples became m/s²."""
 
     name: str
     trace: Any  # obspy.Trace, float samples, calib 1
@@ -25,10 +25,10 @@ STATED = "recording"  # key of a record's facts: the recording it was found to b
 
 
 def recording(record: Mapping[str, Any], name: str) -> Hashable:
-    """What the components of one recording share; the ``name`` itself where nothing is told of the station.
+    """A key that the components of one recording share; the ``name`` itself where the station is unknown.
 
-    Where no event is told, the minute in which a record starts stands for it: two earthquakes of a day are two. What
-    `copies` found goes before all of it.
+    Where no event is stated, the minute in which a record starts stands for it, as two earthquakes of one day are two.
+    The recording to which `copies` assigned a record goes before all of it.
     """
     if record.get(STATED):
         return str(record[STATED])
@@ -40,7 +40,7 @@ def recording(record: Mapping[str, Any], name: str) -> Hashable:
 
 
 def recording_words(key: Hashable) -> str:
-    """A recording as text, for `STATED`."""
+    """The key of a recording as text, for the fact `STATED`."""
     return ", ".join(str(part) for part in key if part) if isinstance(key, tuple) else str(key)
 
 

@@ -102,7 +102,7 @@ class Member:
 
 
 class CarriedSpectra(NamedTuple):
-    """Response spectra that the package carries, at 5 % of critical damping, of the motions as recorded."""
+    """Response spectra from the tables of the package, at 5 % of critical damping, of the motions as recorded."""
 
     ids: tuple[str, ...]
     periods: Samples  # s, shape (500,)
@@ -110,9 +110,22 @@ class CarriedSpectra(NamedTuple):
 
 
 def members(name: str) -> tuple[Member, ...]:
-    """The components of a set, station by station.
+    """List the components of a published set, station by station.
 
-    Raises RecordError for a name that is no set, missing packages, and a file that is not version 0.3.0's.
+    Parameters
+    ----------
+    name : str
+        Name of the set, a key of `SETS`.
+
+    Returns
+    -------
+    tuple of Member
+        One for each component.
+
+    Raises
+    ------
+    RecordError
+        For a name that is no set, missing packages, and a file that is not version 0.3.0's.
     """
     return tuple(member for file in _files(name) for member in _members(file))
 
@@ -126,7 +139,7 @@ def find(id: str) -> Member | None:
 
 
 def similar(id: str) -> list[str]:
-    """The ids of the sets that an id with a record sequence number may mean; none without the packages."""
+    """Ids of the sets near to an id with a record sequence number; none without the packages."""
     if not id.upper().startswith("RSN") or missing():
         return []
     return [member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file)]
@@ -168,9 +181,9 @@ def recorded(member: Member) -> Samples:
 
 
 def carried_spectra(name: str) -> CarriedSpectra:
-    """The spectra of a set that the package carries beside its records; raises as `members`.
+    """The response spectra of a set in the tables of the package; raises as `members`.
 
-    Displacements were kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
+    Displacements are kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
     second order: they differ from the exact ones by up to 6 (dt/T)².
     """
     components = members(name)
@@ -203,7 +216,7 @@ def _repair() -> str:
 
 @cache
 def _path(file: SetFile) -> Path:
-    """Where a file of the package is, its bytes checked."""
+    """The path of a file of the package, whose checksum was compared."""
     gone = missing()
     if gone:
         raise RecordError(
@@ -232,7 +245,7 @@ def _installed() -> str:
 
 
 def _opened(file: SetFile) -> Any:
-    """The file, open; h5py and hdf5plugin are of an extra, and are imported when a set is read."""
+    """The open file; h5py and hdf5plugin, of an extra, are imported when a set is read."""
     path = _path(file)
     import h5py
     import hdf5plugin  # noqa: F401 (loading it teaches h5py the compression)
@@ -284,7 +297,7 @@ def _azimuth(component: str) -> float | None:
 
 
 def _rows(table: Any) -> Iterator[dict[str, Any]]:
-    """The rows of a table by the names of its columns."""
+    """The rows of a table, each a mapping by column."""
     columns = _columns(table)
     return (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
 

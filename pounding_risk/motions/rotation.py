@@ -1,4 +1,4 @@
-"""Two horizontal components turned to one direction: that of the row of buildings, or any other.
+"""Rotation of two horizontal components to one direction: that of the row of buildings, or any other.
 
 >>> import numpy as np
 >>> from pounding_risk.motions.motion import Motion
@@ -50,18 +50,38 @@ NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": mi
 
 
 def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[float, float] | None = None) -> Motion:
-    """The horizontal motion along ``direction`` [degrees clockwise from north] of two components of one recording.
+    """Rotate two horizontal components of one recording to a direction.
 
+    Parameters
+    ----------
+    first : Motion
+        One component.
+    second : Motion
+        The other, with the same time step.
+    direction : float
+        Direction of the result [degrees clockwise from north].
+    azimuths : (float, float), optional
+        Azimuths of the components [degrees], in place of those of their records.
+
+    Returns
+    -------
+    Motion
+        The motion along the direction, over the time that both components cover.
+
+    Raises
+    ------
+    RecordError
+        For time steps that differ, a direction or azimuth that is no finite number, components less than 10° from one
+        line, only one known azimuth, and no time in common.
+
+    Notes
+    -----
     a(θ) = a1 cos(θ − α1) + a2 cos(θ − α2) for components perpendicular to 2°, so that a² along θ and across it add up
-    to a1² + a2². Components at another angle are solved for as they are: the vector whose projections on α1 and α2
-    they are, a(θ) = [a1 sin(α2 − θ) + a2 sin(θ − α1)] / sin(α2 − α1), and the sentence says so.
+    to a1² + a2². Components at another angle are solved for the vector whose projections on α1 and α2 they are,
+    a(θ) = [a1 sin(α2 − θ) + a2 sin(θ − α1)] / sin(α2 − α1), and the sentence says so.
 
-    ``azimuths`` of the components [degrees] go before those of their records. Where neither is known the direction
-    counts from the first component, the second 90° clockwise from it, with a flag. Components that state when they
-    start are aligned by it, to the nearest sample, others at their first samples; both are cut to what they share.
-
-    Raises RecordError for time steps that differ, a direction or azimuth that is no finite number, components less
-    than 10° from one line, only one known azimuth, and nothing shared.
+    Where no azimuth is known the direction counts from the first component, the second 90° clockwise from it, with a
+    flag. Components that state when they start are aligned by it, to the nearest sample, others at their first samples.
     """
     if not _is_number(direction):
         raise RecordError(f"direction: {shown(direction)} is no finite number; write degrees clockwise from north")
@@ -103,7 +123,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Where both components point [degrees]; None where neither is known."""
+    """Azimuths of both components [degrees]; None where neither is known."""
     azimuth_pair = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
     if azimuth_pair == (None, None):
         return None
@@ -117,7 +137,7 @@ def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) 
 
 
 def _weights(direction: float, one: float, other: float) -> tuple[tuple[float, float], float]:
-    """What each component counts along ``direction``, and the angle between them, from 0 to 360 [degrees]."""
+    """Weight of each component along ``direction``, and the angle between them, from 0 to 360 [degrees]."""
     angle = (other - one) % 360.0
     if _is_square(angle):
         return (cos(radians(direction - one)), cos(radians(direction - other))), angle
@@ -130,7 +150,7 @@ def _is_square(angle: float) -> bool:
 
 
 def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tuple[str, ...], tuple[str, ...]]:
-    """Samples of both at the same times, what was cut to have them, and doubts."""
+    """Samples of both components at the same times, sentences about what was cut, and flags."""
     later = _later(first, second)
     shift = round(later)
     starts = (max(0, shift), max(0, -shift))
@@ -156,7 +176,7 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
 
 
 def _later(first: Motion, second: Motion) -> float:
-    """How many samples the second starts after the first; 0 where a start is unknown."""
+    """Samples by which the second component starts after the first; 0 where a start is unknown."""
     starts = [motion.record.get("start") for motion in (first, second)]
     if not all(starts):
         return 0.0
@@ -176,12 +196,12 @@ def _to(direction: float, known: tuple[float, float] | None) -> str:
 
 
 def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:
-    """Sentences about one component, with its name."""
+    """Sentences about one component, each after its name."""
     return tuple(f"{motion.name}: {sentence}" for sentence in sentences)
 
 
 def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:
-    """What both records say alike; both where they differ in what tells them apart."""
+    """Facts that both records state alike, and both values of the facts that tell the components apart."""
     one, other = first.record, second.record
     record = {key: one[key] for key in KEPT if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):

@@ -1,4 +1,4 @@
-"""Records chosen from many: by what is known of them, and by how close their spectra come to a target.
+"""Selection of records by what is known of them, and by how close their spectra come to a target.
 
     >>> import numpy as np
     >>> from pounding_risk.motions.motion import Motion
@@ -44,14 +44,34 @@ FILTERS = ("magnitude", "distance_km", "vs30", "pga")
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is chosen, and how.
+    """The criteria of a selection.
 
-    ``periods``: the range [s] in which spectra are compared, numbers or text with a unit. ``count``: how many
-    candidates, at most. ``spectrum``: "component" takes every component by itself; "geomean", "rotd50" and "rotd100"
-    take pairs, of which that is the spectrum, with one factor for both components. ``limits`` of the factor.
-    ``per_event``: at most so many candidates of one earthquake. ``magnitude``, ``distance_km``, ``vs30`` [m/s] and
-    ``pga`` [m/s², or text]: smallest and largest, of the record before it is scaled, of the larger component of a
-    pair. Raises RecordError for what none of these can be.
+    Parameters
+    ----------
+    periods : (float or str, float or str)
+        Range of periods in which spectra are compared [s].
+    count : int
+        Number of candidates chosen, at most.
+    spectrum : str
+        "component" takes every component by itself; "geomean", "rotd50" and "rotd100" take pairs, of which that is the
+        spectrum, with one factor for both components.
+    limits : (float, float)
+        Smallest and largest factor.
+    per_event : int, optional
+        Number of candidates of one earthquake, at most.
+    magnitude : (float, float), optional
+        Smallest and largest magnitude.
+    distance_km : (float, float), optional
+        Smallest and largest distance [km].
+    vs30 : (float, float), optional
+        Smallest and largest shear-wave velocity of the upper 30 m [m/s].
+    pga : (float or str, float or str), optional
+        Smallest and largest peak ground acceleration [m/s²] before scaling, of the larger component of a pair.
+
+    Raises
+    ------
+    RecordError
+        For values that none of these can have.
     """
 
     periods: tuple[float, float] = (0.2, 2.0)
@@ -84,7 +104,7 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One chosen candidate: a component, or a pair with one factor."""
+    """A chosen candidate: one component, or a pair with one factor."""
 
     motions: tuple[Motion, ...]  # as given, not scaled
     factor: float
@@ -95,17 +115,17 @@ class Row:
 
     @property
     def name(self) -> str:
-        """The names of the components."""
+        """Names of the components, joined."""
         return " + ".join(motion.name for motion in self.motions)
 
     def known(self, key: str) -> Any:
-        """What the records say of ``key``, such as "event"; None where they do not."""
+        """The value of the fact ``key``, such as "event", in the records; None where none of them has it."""
         return _known(self.motions, key)
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What was chosen, closest first, and how the ensemble compares with the target."""
+    """The result of a selection, closest candidate first, and how the ensemble compares with the target."""
 
     target: Target
     wanted: Wanted
@@ -128,9 +148,9 @@ class Selection:
         return np.array([row.factor * row.acceleration for row in self.rows])
 
     def spectra_at(self, periods: Samples) -> Samples:
-        """What was compared (spectra of components, or of pairs as `Wanted.spectrum` has it), scaled, at other periods.
+        """Spectra of the chosen candidates, scaled, at other periods [s]: Sa [m/s²], shape (rows, periods).
 
-        Sa [m/s²], shape (rows, periods).
+        They are the spectra that were compared: of components, or of pairs as `Wanted.spectrum` says.
         """
         spectra = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
         return spectra * np.array([row.factor for row in self.rows])[:, None]
@@ -150,7 +170,7 @@ class Selection:
         return float((self.spectra.mean(axis=0) / self.target.at(self.periods)).min())
 
     def words(self) -> tuple[str, ...]:
-        """The choice in sentences."""
+        """Sentences that summarise the selection."""
         low, high = self.wanted.periods
         left_out = ", ".join(f"{count} for {why}" for why, count in self.left_out.items()) or "none"
         factors, misfits = [[getattr(row, key) for row in self.rows] for key in ("factor", "misfit")]
@@ -172,7 +192,7 @@ class Selection:
 
 
 class Fit(NamedTuple):
-    """How close a spectrum comes to a target with the best factor."""
+    """The best factor of a spectrum, and how close it comes to the target with it."""
 
     factor: float
     misfit: float
@@ -193,15 +213,34 @@ def fit(acceleration: Samples, target: Samples, limits: tuple[float, float] = (0
 
 
 def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selection:
-    """The records whose spectra come closest to ``target``, each with its factor; ``choices`` are those of `Wanted`.
+    """Select the records whose spectra come closest to a target, each with its factor.
 
+    Parameters
+    ----------
+    motions : iterable of Motion
+        The candidates, in any order: equal misfits are ordered by name.
+    target : Target
+        The target spectrum.
+    **choices : dict
+        The criteria, parameters of `pounding_risk.motions.selection.Wanted`: periods, count, spectrum, limits,
+        per_event, magnitude, distance_km, vs30, pga.
+
+    Returns
+    -------
+    Selection
+        The chosen candidates, closest first, and the number of those left out for each reason.
+
+    Raises
+    ------
+    RecordError
+        For criteria out of range, a range of periods outside the target, components of a pair that cannot be brought
+        together, and where no candidate is left.
+
+    Notes
+    -----
     Vertical components are left out by their names (UP, DWN, HNZ ...). Pairs are two components of one recording: of
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
-    left out. So is a record without a datum that is asked for, and one whose spectrum is zero. Everything left out is
-    counted in ``left_out``. Equal misfits are ordered by name, so that the choice never depends on the order given.
-
-    Raises RecordError for choices that `Wanted` refuses, a range of periods outside the target, components of a pair
-    that cannot be brought together, and where nothing is left.
+    left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
     """
     wanted = _wanted(choices)
     periods = np.geomspace(*wanted.periods, NODES)
@@ -271,7 +310,7 @@ def _known(parts: tuple[Motion, ...], key: str) -> Any:
 
 
 def _passes(parts: tuple[Motion, ...], wanted: Wanted, left_out: Counter[str]) -> bool:
-    """True for a candidate that every filter lets through; the first that does not is counted."""
+    """True for a candidate that passes every filter; the first filter that it fails is counted."""
     for key in FILTERS:
         bounds = getattr(wanted, key)
         if bounds is None:
@@ -290,7 +329,7 @@ def _passes(parts: tuple[Motion, ...], wanted: Wanted, left_out: Counter[str]) -
 
 
 def _first(rows: list[Row], wanted: Wanted, left_out: Counter[str]) -> list[Row]:
-    """The closest, at most so many of one earthquake."""
+    """The closest candidates, no more of one earthquake than allowed."""
     chosen: list[Row] = []
     events: Counter[tuple[Any, Any]] = Counter()
     for row in rows:
@@ -306,7 +345,7 @@ def _first(rows: list[Row], wanted: Wanted, left_out: Counter[str]) -> list[Row]
 
 
 def _doubts(parts: tuple[Motion, ...], wanted: Wanted) -> tuple[str, ...]:
-    """A flag for a record that is compared at periods at which it is not usable."""
+    """A flag for a record that is compared at periods beyond its usable ones."""
     lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
     if wanted.periods[1] * lowest <= 1.0:
         return ()
@@ -325,13 +364,13 @@ def _alone(candidates: list[tuple[Motion, ...]], periods: Samples, damping: floa
 
 
 def _geometric(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
-    """sqrt(Sa1 Sa2): peaks of the two need not be at one time."""
+    """sqrt(Sa1 Sa2) of pairs; the peaks of the two components may come at different times."""
     both = spectral_accelerations([motion for parts in candidates for motion in parts], periods, damping)
     return np.sqrt(both[0::2] * both[1::2])
 
 
 def _of_direction(percentile: float) -> Callable[[list[tuple[Motion, ...]], Samples, float], Samples]:
-    """RotDnn of pairs, over the time that both components share."""
+    """The function that gives RotDnn of pairs, over the time that both components cover."""
 
     def spectra(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
         from pounding_risk.motions.intensity import rotated_spectra

@@ -1,4 +1,4 @@
-"""What a motion is made from: a record of the catalogue, a file, or an ObsPy trace, checked, in m/s².
+"""Opening a record: an id of the catalogue or of a published set, a file, or an ObsPy trace, checked, in m/s².
 
 Each gives a trace and the facts that go with it into the results: where it is from, its checksum, whether it
 is raw or processed.
@@ -29,7 +29,7 @@ VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "
 
 
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
-    """The record that ``source`` stands for, its samples checked.
+    """Open the record that ``source`` names, with its samples checked.
 
     ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#",
     an ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
@@ -52,13 +52,13 @@ def components(path: Path, *, unit: str | None = None, dt: float | None = None) 
 
 
 def parted(source: str | Path) -> tuple[Path, str]:
-    """The file and the component that "quake.V2A#N28W" names; a file whose name has a # is itself."""
+    """File and component of a name such as "quake.V2A#N28W"; a file whose own name has a # is taken as it is."""
     path, _, component = str(source).rpartition(COMPONENT)
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
 
 
 def file_name(source: Source) -> str:
-    """What tells a record from others beside it: the name of its file with its component, or its id."""
+    """A short name of a record among others: that of its file with its component, or its id."""
     path, component = parted(source.name)
     return f"{path.name}{COMPONENT if component else ''}{component}" if path.is_file() else str(source.record["id"])
 
@@ -71,15 +71,15 @@ def is_vertical(record: Mapping[str, Any]) -> bool:
 
 
 def lowest_usable(record: Mapping[str, Any]) -> float | None:
-    """The lowest frequency [Hz] at which a record is its own and not its filter's; None where nothing tells.
+    """The lowest frequency [Hz] that the filter of a record has left; None where it is not known.
 
-    What the record says, or 1.25 times the lower corner of its filter (PEER NGA-West2, Ancheta et al. 2013).
+    What the record states, or 1.25 times the lower corner of its filter (PEER NGA-West2, Ancheta et al. 2013).
     """
     return record.get("lowest_usable_frequency") or USABLE * float(record.get("low_corner") or 0.0) or None
 
 
 def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
-    """A source with samples that a run can use, their peak among its facts, and what of ``unit``, ``dt`` is unused."""
+    """A checked source with its peak among the facts, and a doubt for a ``unit`` or ``dt`` that went unused."""
     check_samples(source.trace.data, source.trace.stats.delta, source.name)
     samples = np.asarray(source.trace.data, dtype=np.float64)
     if source.record["format"] != IN_MEMORY:
@@ -90,7 +90,7 @@ def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
 
 
 def _unused(source: Source, unit: str | None, dt: float | None) -> tuple[str, ...]:
-    """A sentence where a ``unit`` or time step ``dt`` [s] that the user gives is not what the record is read with."""
+    """A sentence for a ``unit``, and for a time step ``dt`` [s], that the user gives and the record overrides."""
     sentences = []
     if unit is not None and not source.units.startswith(sentence(unit, size_of(unit, "unit"))):
         own = source.units.partition(";")[0].removeprefix("units: ")
@@ -140,7 +140,7 @@ def _of_file(path: Path, read: FileRead) -> Source:
 
 
 def _of_trace(source: Any) -> Source:
-    """A trace in memory: m/s² by contract, and processed by whoever made it, unless one of our readers says raw."""
+    """A trace in memory: in m/s², and processed unless one of the readers of this package says raw."""
     source = one_trace(source)
     name = source.id if source.id.strip(".") else "trace"
     if source.stats.calib != 1.0:
@@ -157,7 +157,7 @@ def _of_trace(source: Any) -> Source:
 
 
 def _told(trace: Any) -> dict[str, Any]:
-    """What a trace's header says about the recording."""
+    """The facts of a recording in the header of a trace."""
     record = dict(trace.stats.get("record", {}))
     timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is told
     plain = {"event": "", "date": str(trace.stats.starttime.date) if timed else ""}
@@ -169,7 +169,7 @@ def _told(trace: Any) -> dict[str, Any]:
 
 
 def check_samples(samples: Any, dt: float, name: str) -> None:
-    """Refuse what no run could use."""
+    """Raise RecordError for samples and time steps that no run can use: gaps, complex or infinite numbers, too few."""
     if not (isfinite(dt) and dt > 0.0):
         raise RecordError(f"{name}: the time step is {dt:g} s; it must be greater than 0: check the record")
     if np.ma.isMaskedArray(samples) and np.ma.count_masked(samples):
@@ -194,21 +194,21 @@ def check_samples(samples: Any, dt: float, name: str) -> None:
 
 
 def check_shaking(samples: Samples, name: str, repair: str) -> None:
-    """Refuse samples that hold no motion, which would count as one that brings no contact.
+    """Raise RecordError for samples without motion, which would count as a record that causes no contact.
 
     Parameters
     ----------
     samples : array, shape (n,)
         Acceleration [m/s²], with its offset or without.
     name : str
-        Of what, file or record, the message speaks.
+        File or record that the message names.
     repair : str
         What to check, as the end of "check ...".
 
     Raises
     ------
     RecordError
-        For samples that are all the same, and for a range that no strong-motion instrument resolves.
+        For samples that are all equal, and for a range that no strong-motion instrument resolves.
     """
     half_range = 0.5 * (float(samples.max()) - float(samples.min()))
     if half_range >= LEAST_SHAKING:

@@ -77,7 +77,13 @@ def step(name: str, **options: Quantity | tuple[str, ...]) -> Callable[[Callable
 
 
 def known_steps() -> Mapping[str, Known]:
-    """Every step by its name, in alphabetical order: those of all modules of this folder, and those of users."""
+    """List the processing steps of all modules of this folder, and those that users have added.
+
+    Returns
+    -------
+    mapping of str to Known
+        Function and options of each step by its name, in alphabetical order.
+    """
     _import_steps()
     return dict(sorted(_REGISTRY.items()))
 
@@ -89,9 +95,22 @@ def _import_steps() -> None:
 
 
 def read_steps(asked: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
-    """The steps of a list of tables: the key ``step``, and options as text with a unit or SI numbers.
+    """Read the steps of a list of tables.
 
-    Raises RecordError for an unknown step or option, and for a value that an option cannot take.
+    Parameters
+    ----------
+    asked : sequence of mapping
+        Tables with the key ``step``, and options as text with a unit or SI numbers.
+
+    Returns
+    -------
+    tuple of Step
+        The steps with their options in SI.
+
+    Raises
+    ------
+    RecordError
+        For an unknown step or option, and for a value that an option cannot take.
     """
     return tuple(_read_step(f"processing, step {number}", table) for number, table in enumerate(asked, start=1))
 

@@ -1,6 +1,7 @@
-"""Footprints of buildings: metres from longitude and latitude, a street's axis, clear distances along it.
+"""Footprints of buildings: metres from longitude and latitude, the axis of a street, clear distances.
 
-A street's coordinates are u along its axis and v across it, so that neighbours of a row follow each other in u.
+Along a street, coordinates are u along its axis and v across it, so that neighbours of a row follow each other in u.
+`close_pairs` and `clear_between` measure in any direction, which a row does not.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ GRID = 0.5  # share of the walls' length that must agree on one rectangular grid
 
 
 class Footprint(NamedTuple):
-    """One building's outline: corners (n, 2) of each outer ring and of each hole, the first not repeated."""
+    """The outline of a building: corners (n, 2) of each outer ring and of each hole, the first not repeated."""
 
     rings: tuple[Array, ...]
     holes: tuple[Array, ...] = ()
@@ -91,10 +92,10 @@ def centre(footprint: Footprint) -> Array:
 
 
 def crosses_itself(ring: Array) -> bool:
-    """True where two sides of a ring that do not follow each other meet: such an outline has no inside.
+    """True where two sides of a ring that do not follow each other meet; such an outline has no inside.
 
-    Walls of which the boxes around them are apart cannot meet: a group of walls that follow each other is compared with
-    those alone whose box meets the group's, so that a ring of many corners takes little memory.
+    Walls whose bounding boxes are apart cannot meet: a group of successive walls is compared only with those whose box
+    meets the group's, so that a ring of many corners takes little memory.
     """
     start, end = ring, np.roll(ring, -1, axis=0)
     low, high = np.minimum(start, end), np.maximum(start, end)
@@ -110,7 +111,7 @@ def crosses_itself(ring: Array) -> bool:
 
 
 def parted(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
-    """Whether a wall of ``others`` (columns) ends on both sides of the line of one of ``walls`` (rows)."""
+    """For walls (rows) and ``others`` (columns): True where the other ends on both sides of the line of the wall."""
     start, step = walls[0], walls[1] - walls[0]
 
     def side(of: Array) -> Array:
@@ -201,7 +202,7 @@ def reaches(footprint: Footprint, levels: Array, side: float) -> Array:
 
 
 def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
-    """As `_farthest`, of walls from ``starts`` to ``ends``."""
+    """As `reaches`, for walls from ``starts`` to ``ends``."""
     rise = ends[:, 1] - starts[:, 1]
     # A wall along u counts by its ends, each of which starts a wall.
     part = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
@@ -211,7 +212,7 @@ def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
 
 
 def length(footprints: Sequence[Footprint]) -> float:
-    """The diagonal of the box around all corners."""
+    """The diagonal of the bounding box of all corners."""
     corners = np.concatenate([ring for each in footprints for ring in each.rings])
     return hypot(*(corners.max(axis=0) - corners.min(axis=0)))
 
@@ -248,7 +249,7 @@ def close_pairs(footprints: Sequence[Footprint], reach: float, metres: bool) -> 
 
 
 def _near_boxes(footprints: Sequence[Footprint], reach: float, metres: bool) -> Iterator[tuple[int, int]]:
-    """Places of pairs, the smaller first, of which the boxes around all corners are within reach."""
+    """Indices of pairs, the smaller first, whose bounding boxes are within reach."""
     if not footprints:
         return
     boxes = np.array([_box(footprint) for footprint in footprints])  # (n, low and high, 2)
@@ -286,7 +287,7 @@ def clear_between(one: Footprint, other: Footprint, reach: float = inf) -> float
 
 
 def _walls(footprint: Footprint, beside: tuple[Array, Array], reach: float) -> Array:
-    """Start and end (n, 2, 2) of each wall, of courts too, that is within reach of a box."""
+    """Start and end (n, 2, 2) of each wall, of courts too, within reach of a box."""
     every = (*footprint.rings, *footprint.holes)
     walls = np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in every])
     near = (walls.max(axis=1) >= beside[0] - reach) & (walls.min(axis=1) <= beside[1] + reach)
@@ -302,7 +303,7 @@ def _blocks(walls: Array, others: Array) -> Iterator[tuple[Array, Array]]:
 
 
 def _squared(walls: Array, others: Array) -> float:
-    """The square of the least distance between some walls and others; 0 where two cross."""
+    """The square of the least distance between two groups of walls; 0 where two cross."""
     if _cross(walls, others):
         return 0.0
     ends, other_ends = walls.reshape(-1, 2), others.reshape(-1, 2)
@@ -340,7 +341,7 @@ def _inside(corner: Array, footprint: Footprint) -> bool:
 
 
 def faced(left: Footprint, right: Footprint, farthest: float) -> tuple[float, float]:
-    """Over what length across u [m] two footprints face each other, and that length over the shorter of both fronts.
+    """The length across u [m] over which two footprints face each other, and its share of the shorter front.
 
     They face each other where both reach and the distance from ``left`` to ``right`` along u is below ``farthest``
     [m]. Between two corners that distance is linear, and so is known from two levels in between.

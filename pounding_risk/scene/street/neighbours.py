@@ -1,4 +1,8 @@
-"""The buildings of one street lined up: which are neighbours in a row, how far apart, and which close pairs are not."""
+"""The buildings of one street in rows: neighbours, the gaps between them, and close pairs that no row holds.
+
+A row is one line of buildings. Two that stand closer than the limit across the street's axis, at a corner, in two
+streets, or as a second neighbour on one side can pound too. They are listed with their clear distance.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +63,7 @@ class Neighbours(NamedTuple):
 
     @property
     def faced_words(self) -> str:
-        """The length in words."""
+        """The faced length and its share in words."""
         front = self.faced / self.share if self.share > 0.0 else nan
         return (
             f"face each other over {say(self.faced, GAP, 2)} of a front of {say(front, GAP, 3)} ({percent(self.share)})"
@@ -76,24 +80,24 @@ class ClosePair(NamedTuple):
 
     @property
     def names(self) -> tuple[str, str]:
-        """Both by name, and by street where there are two."""
+        """The names of both, with their streets where these are two."""
         if self.one.street == self.other.street:
             return self.one.name, self.other.name
         return tuple(f"{house.name} ({house.street or 'no street'})" for house in (self.one, self.other))  # type: ignore[return-value]
 
     @property
     def words(self) -> str:
-        """The pair in one sentence without an end."""
+        """The pair in one sentence without its full stop."""
         return f"{' and '.join(self.names)}: {say(self.distance, GAP, 3)} clear, {self.reason}"
 
 
 def percent(share: float) -> str:
-    """A share in words."""
+    """A share in per cent, in words."""
     return f"{100.0 * share:.2g} %"
 
 
 def neighbours_csv(rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iterable[ClosePair]) -> str:
-    """Every pair that stands close as CSV: those of each named row, then those that no row holds, with the reason."""
+    """Every close pair as CSV: the neighbours of each named row, then the pairs that no row holds, with the reason."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADS)
@@ -125,14 +129,14 @@ class BlockRow(NamedTuple):
 
 
 class LinedUp(NamedTuple):
-    """Rows, and buildings in none as rows without a gap; the pairs that stand close and are no neighbours in a row."""
+    """The rows of a street, single buildings as rows without a gap, and the close pairs that no row holds."""
 
     rows: list[BlockRow]
     close: list[ClosePair]
 
 
 class Beside(NamedTuple):
-    """Two buildings of a street that face each other along it, by their places."""
+    """Two buildings of a street, by index, that face each other along it."""
 
     pair: Facing
     faced: float = nan  # m, across the street
@@ -140,7 +144,7 @@ class Beside(NamedTuple):
 
 
 class Street(NamedTuple):
-    """The buildings of one street, where each stands in the file, and what lines them up."""
+    """The buildings of one street with their places in the file, and the rules by which they are lined up."""
 
     houses: list[House]
     places: list[str]
@@ -170,7 +174,7 @@ class Street(NamedTuple):
         return street_axis(footprints, self.rules.limit + self.rules.survey, self.rules.survey)
 
     def _beside(self, flat: Sequence[Footprint], reasons: dict[frozenset[int], str]) -> Iterator[Beside]:
-        """The pairs that may be neighbours in a row; those that may not have their reason noted, or are faults."""
+        """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         reach, survey = self.rules.limit + self.rules.survey, self.rules.survey
         for pair in facing(flat, reach, survey):
             left, right = flat[pair.left], flat[pair.right]
@@ -187,7 +191,7 @@ class Street(NamedTuple):
                 yield Beside(pair, length, share)
 
     def _held(self, beside: Iterable[Beside], reasons: dict[frozenset[int], str]) -> list[Beside]:
-        """One neighbour at most on each side of a building, with the gap that holds: the rows."""
+        """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
         limit, held = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
         rounded = [each._replace(pair=_rounded(each.pair)) for each in beside]
@@ -209,7 +213,7 @@ class Street(NamedTuple):
         return held
 
     def _second(self, left: int, right: int, onward: Mapping[int, int], before: Mapping[int, int]) -> str:
-        """Why two that face each other are no neighbours: which neighbour stands there in the row."""
+        """The reason why two that face each other are no neighbours: another neighbour on that side."""
         if left in onward:
             return f"{self.houses[left].name} has {self.houses[onward[left]].name} as its neighbour on that side"
         if right in before:
@@ -291,7 +295,7 @@ class Street(NamedTuple):
         return pair.gap
 
     def _check_gaps(self, onward: Mapping[int, int]) -> None:
-        """A fault for a gap that leads nowhere."""
+        """Note a fault for a gap that is given to the right of the last building of a row."""
         for place, each in enumerate(self.houses):
             if place not in onward and each.gap < self.rules.limit:
                 self.notes.faults.append(
@@ -305,7 +309,7 @@ def _rounded(pair: Facing) -> Facing:
 
 
 def _in_line(beside: Iterable[Beside], limit: float) -> list[Beside]:
-    """The pairs that make lines: one neighbour on each side, that with the longest faced length within the limit."""
+    """The pairs that make lines: one neighbour on each side, the one with the longest faced length within the limit."""
     onward: dict[int, int] = {}
     before: dict[int, int] = {}
     lined = []
@@ -325,7 +329,7 @@ def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
 
 
 def _where(one: Footprint, other: Footprint) -> str:
-    """How two that do not face each other along the street stand, in coordinates along and across it."""
+    """The position of two that do not face each other along the street, in words."""
     corners = [np.concatenate(each.rings) for each in (one, other)]
     lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
     shared = np.minimum(*highs) - np.maximum(*lows)

@@ -1,4 +1,4 @@
-"""Tables of a street: CSV or GeoJSON in, one entry a building, with every fault by line or feature at once.
+"""Tables of a street: CSV or GeoJSON in, one entry for each building, with all faults by line or feature at once.
 
 A column is named with its unit, `height [m]`, or its cells have theirs, `12.5 m`; a unit is never guessed.
 """
@@ -71,7 +71,7 @@ class BlockError(SceneError):
 
 
 class Entry(NamedTuple):
-    """One building as the table has it: where it stands there, the SI value or words of each column given."""
+    """One building of a table: its place there, and the SI value or words of each column given."""
 
     place: str  # "line 7" or "feature 3"
     values: Mapping[str, Any]
@@ -79,7 +79,7 @@ class Entry(NamedTuple):
 
 
 class Table(NamedTuple):
-    """The buildings of a file, and the columns that are not read, in words."""
+    """The buildings of a file, and sentences about the columns that are not read."""
 
     entries: list[Entry]
     left_out: list[str]
@@ -121,7 +121,7 @@ def _text(path: Path) -> str:
 def _columns(
     heads: Sequence[str], where: str, faults: list[str], tags: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[dict[str, tuple[str, str]], list[str]]:
-    """Column and unit of each head that is one, and a note on those that are not; faults for heads that nearly are.
+    """Column and unit of each known head, and a note on the unknown ones; faults for heads that are nearly known.
 
     ``tags`` are columns that have another name in the file.
     """
@@ -147,7 +147,7 @@ def _columns(
 
 
 def _read_csv(text: str, faults: list[str]) -> Table:
-    """Lines under a head; those that start with # are left out."""
+    """The lines under a head; those that start with # are left out."""
     lines = ("\n" if line.startswith("#") else line for line in text.splitlines(keepends=True))
     reader = csv.reader(lines, strict=True)
     try:
@@ -178,7 +178,7 @@ def _read_csv(text: str, faults: list[str]) -> Table:
 def _values(
     where: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> dict[str, Any]:
-    """What one building gives: SI values and words by column, without blanks."""
+    """The values of one building: SI numbers and words by column, without blanks."""
     values = {}
     for head, cell in cells:
         if head not in columns or cell is None or (isinstance(cell, str) and not cell.strip()):
@@ -196,7 +196,7 @@ def _values(
 
 
 def _value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
-    """One cell; raises ValueError with a sentence."""
+    """The value of one cell; raises ValueError with a sentence."""
     if isinstance(cell, bool) or not isinstance(cell, str | int | float):
         raise ValueError(f"{shown(cell)} is neither text nor a number; write one of the two")
     text = str(cell).strip()
@@ -282,7 +282,7 @@ def _osm_notes(tables: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def _other_coordinates(footprints: Sequence[Footprint], metres: bool) -> Iterator[str]:
-    """A fault where metres are read as degrees, or degrees as metres: no building is so large, or so small."""
+    """A fault where metres are read as degrees, or degrees as metres: no building is that large, or that small."""
     if not footprints:
         return
     if metres:
@@ -317,7 +317,7 @@ def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[st
 def _check_twins(
     where: str, table: Mapping[str, Any], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> None:
-    """Walls have no place beside footprints, which say where they are."""
+    """Note a fault for positions of walls beside a footprint, which has them."""
     for head in table:
         column = columns.get(head, ("", ""))[0]
         if column in ("left wall", "right wall") and table[head] is not None:
@@ -375,5 +375,5 @@ def _is_number(value: Any) -> bool:
 
 
 def repeated(items: Iterable[Item]) -> Iterator[Item]:
-    """Those that stand more than once."""
+    """The items that stand more than once."""
     return (item for item, times in Counter(items).items() if times > 1)
