@@ -1,9 +1,9 @@
 """Strong-motion files: which formats are read, how one is told from another, and the formats ObsPy lacks.
 
-A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and says yes to its own
-files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` gives m/s² as float64 with ``stats.calib = 1`` and
-``stats.record`` (`_text.told`), or raises RecordError. Two entry points make it known to ObsPy, so that ``obspy.read``
-opens such files in any script once this package is installed:
+A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and is True for its own
+files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` takes a path or an open file and gives m/s² as float64
+with ``stats.calib = 1`` and ``stats.record`` (`_text.told`), with ``headonly`` no samples, or raises RecordError.
+Two entry points make it known to ObsPy, so that ``obspy.read`` opens such files in any script:
 
     [project.entry-points."obspy.plugin.waveform"]
     PEER_AT2 = "pounding_risk.motions.formats.peer_at2"
@@ -40,7 +40,7 @@ COMPONENT = "#"  # parts the name of a file from that of one of its components
 
 
 class Format(NamedTuple):
-    """A file format.
+    """A file format: its name, its usual suffixes, how it is recognised and read.
 
     ``read`` takes an open file and the keywords ``name`` (what messages call the file), ``folder`` (where the file is,
     for what stands beside it), ``unit`` and ``dt`` [s] (what the user says of files that do not say it).
@@ -144,7 +144,7 @@ def is_record(path: Path) -> bool:
 
 
 def _component_names(traces: list[Trace]) -> list[str]:
-    """What to call each trace of a file: nothing where it is alone, otherwise its component or whole id."""
+    """The name of each trace of a file: empty where it is alone, otherwise its component or its whole id."""
     if len(traces) == 1:
         return [""]
     for names in (
@@ -193,7 +193,7 @@ def single_trace(stream: Stream | list[Trace], name: str) -> Trace:
 
 
 def one_trace(source: Any) -> Trace:
-    """The trace that an ObsPy trace or stream in memory is; raises RecordError for anything else."""
+    """The trace of an ObsPy trace or stream in memory; raises RecordError for anything else."""
     from obspy import Stream, Trace
 
     if isinstance(source, Stream):

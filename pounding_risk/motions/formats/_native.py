@@ -11,14 +11,9 @@ import obspy
 from obspy import Stream
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats._text import check_step, start_of, text_of
+from pounding_risk.motions.formats._text import check_step, text_of
 
 LONGEST_REASON = 200  # characters of what ObsPy says
-
-
-def start_bytes(file: Any, size: int) -> bytes:
-    """The first bytes of a path or of an open file, whose position is left where it was."""
-    return start_of(file, size).encode("latin-1")
 
 
 def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
@@ -28,7 +23,7 @@ def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
 
 
 def unreadable(name: str, kind: str, reason: str) -> RecordError:
-    """The refusal of a damaged file; a reason of ObsPy's own may quote its bytes."""
+    """The error for a damaged file; a reason from ObsPy may quote its bytes."""
     plain = "".join(letter if letter.isprintable() else " " for letter in reason[:LONGEST_REASON])
     return RecordError(f"{name}: cannot be read as {kind} ({' '.join(plain.split())}); fetch the record again")
 

@@ -73,7 +73,7 @@ def _beside(trace: Trace, name: str, folder: Path | None) -> Path | None:
 
 
 def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:
-    """How many counts are one m/s², the sentence that says so, and where the channel points."""
+    """Counts per m/s², the sentence that says so, and the azimuth of the channel."""
     stats = trace.stats
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import wraps
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from obspy import Trace
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-
-if TYPE_CHECKING:
-    from obspy import Trace
-
 
 LARGEST = 256 * 2**20  # bytes; the longest records of the databases have some megabytes
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
@@ -48,6 +46,18 @@ def told(*, state: str, units: str, **facts: Any) -> AttribDict:
     return AttribDict({"state": state, "units": units, **facts})
 
 
+def trace_of(samples: NDArray[np.float64] | int, factor: float, stats: dict[str, Any], start: Any = None) -> Trace:
+    """A trace in m/s² of samples times a ``factor``, or without samples where only their number is handed over.
+
+    ``start`` is the time of the first sample, None where it is unknown.
+    """
+    if start is not None:
+        stats = {**stats, "starttime": start}
+    return (
+        Trace(header={**stats, "npts": samples}) if isinstance(samples, int) else Trace(samples * factor, header=stats)
+    )
+
+
 def start_of(file: Any, size: int = START) -> str:
     """The first characters of a path or of an open file, whose position is left where it was."""
     if hasattr(file, "read"):
@@ -60,8 +70,27 @@ def start_of(file: Any, size: int = START) -> str:
     return start.decode("latin-1") if isinstance(start, bytes) else str(start)
 
 
+def recogniser(size: int = START) -> Callable[[Callable[[str], bool]], Callable[[Any], bool]]:
+    """Turn a test of a file's first ``size`` characters into ``isFormat`` of ObsPy's plugins.
+
+    It takes a path or an open file, whose position is left where it was, and returns False instead of raising.
+    """
+
+    def of_file(test: Callable[[str], bool]) -> Callable[[Any], bool]:
+        @wraps(test)
+        def recognises(file: Any) -> bool:
+            try:
+                return test(start_of(file, size))
+            except Exception:
+                return False
+
+        return recognises
+
+    return of_file
+
+
 def text_of(file: Any, name: str, kind: str) -> tuple[str, str]:
-    """Name and text of a file; every byte has a meaning in latin-1, so none stops the reading here.
+    """Name and text of a file, decoded as latin-1, in which every byte has a meaning.
 
     ``kind`` is the format in words, for messages, such as "PEER AT2". Raises RecordError for a file that cannot be
     read, is too large or is blank.
@@ -124,7 +153,7 @@ def fixed_numbers(
 
 
 def _plain_columns(lines: Sequence[str], width: int) -> NDArray[np.float64] | None:
-    """The numbers of lines whose columns are all full, in one go; None where a closer look is needed.
+    """The numbers of lines whose columns are all full, in one call; None where one of them is not.
 
     NumPy reads a word as Python's float() does; what that takes beside plain numbers needs other characters.
     """
@@ -174,7 +203,7 @@ def check_step(where: str, dt: float | None, word: str, name: str = "DT") -> flo
 
 
 def quoted(text: str) -> str:
-    """Text of a file for a message, shortened and printable."""
+    """Text of a file for a message: in quotes, shortened and printable."""
     shown = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
     return f'"{shown}"' if len(shown) <= 40 else f'"{shown[:37]}..."'
 
@@ -190,7 +219,7 @@ _COLUMNS = re.compile(
 
 
 class Columns(NamedTuple):
-    """How Fortran lays numbers out: how many on a line, in how many characters each."""
+    """The layout of numbers by Fortran: how many on a line, and the characters of each."""
 
     each: int
     width: int
@@ -204,7 +233,7 @@ def columns_of(text: str) -> Columns | None:
 
 
 class Lines:
-    """The lines of a file and the place that the reading has come to.
+    """The lines of a file, with the position that the reading has reached.
 
     ``name`` is what messages call the file, ``at`` how many lines are behind. Raises RecordError for a line that is
     longer than any of these formats has.
@@ -269,6 +298,14 @@ class Lines:
         self.at += len(lines)
         return values
 
+    def end_channel(self, due: str) -> None:
+        """Take the line that ends a channel, which the last one of a file may lack; ``due`` is its text."""
+        if not self.ended() and not END.match(self.take(1, "the end of the channel")[0]):
+            raise RecordError(
+                f"{self.place}: {quoted(self._lines[self.at - 1])} follows the last promised sample, where {due} "
+                "should be; correct the number of samples, or fetch the file again"
+            )
+
     def word(self, at: int, columns: Columns, number: int) -> tuple[str, str]:
         """A number of a table as text, counted from 1, with file and line; ``at`` lines of the file are before it."""
         row, column = divmod(number - 1, columns.each)
@@ -300,12 +337,12 @@ class Lines:
                 )
 
     def skip(self, count: int, columns: Columns) -> None:
-        """Pass over a table without a look at its numbers; raises RecordError where the file ends before."""
+        """Pass over a table without reading its numbers; raises RecordError where the file ends before."""
         self.take(-(-count // columns.each), "its samples")
 
 
 def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
-    """A channel's code in SEED's habit: the band by the time step, N for an accelerometer, the direction."""
+    """The SEED code of a channel: the band by the time step, N for an accelerometer, the direction."""
     band = "H" if dt <= 1.0 / 80.0 else "B"
     directions = {0.0: "N", 90.0: "E", 360.0: "N"}
     direction = "Z" if vertical else directions.get(-1.0 if azimuth is None else azimuth, "")
@@ -313,7 +350,7 @@ def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
 
 
 def counted(traces: list[Trace], numbers: list[str]) -> list[Trace]:
-    """Each component of a file under a name of its own: those that share one have their channel's number after it.
+    """Give each component of a file a name of its own: shared names are followed by the channel's number.
 
     ``numbers`` are the channels' own; where they are no different numbers, the channels are counted.
     """
@@ -348,7 +385,7 @@ class Even(NamedTuple):
 
 
 def evened(where: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
-    """Samples of pairs of time [s] and value, as records of film have them.
+    """Samples at even times, from pairs of time [s] and value as records of film have them.
 
     Times that are even but for the ``rounding`` [s] of their digits, of each or of all, are taken as even. Others are
     read at every ``dt`` [s] off the straight lines between them; of times that are the same in their digits the last

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from obspy import Stream, Trace, UTCDateTime
+from obspy import Stream, UTCDateTime
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
@@ -33,9 +33,10 @@ from pounding_risk.motions.formats._text import (
     check_step,
     number,
     quoted,
-    start_of,
+    recogniser,
     text_of,
     told,
+    trace_of,
 )
 from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
@@ -172,7 +173,7 @@ def _check_columns(where: str, columns: int) -> None:
 
 
 def _take_statement(where: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
-    """Take over what a comment states; one that states nothing known is a comment."""
+    """Add what a comment states to the statements or the history; other comments are passed over."""
     before, *after = re.split("[=:]", text, maxsplit=1)
     key = KEYS.get(" ".join(before.split()).lower())
     if key is None or not after:
@@ -190,7 +191,7 @@ def _take_statement(where: str, text: str, line: int, statements: dict[str, Stat
 
 
 def _titles(where: str, line: str, columns: int) -> tuple[Title, ...]:
-    """The head of each column."""
+    """The head of each column; raises RecordError where there is not one for each."""
     text = line.strip()
     pieces = re.split(r"[,;\t]", text)
     if len(pieces) < columns:
@@ -304,36 +305,28 @@ _INSTANT = re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?)
 
 
 class _Said(NamedTuple):
-    """Something stated, and where: "x.txt, line 2" or "unit" of a caller."""
+    """A value that is stated, and where: "x.txt, line 2" or "unit" of a caller."""
 
     value: Any
     place: str
 
 
-def fits(file: Any) -> bool:
-    """True where text is laid out as plain columns, whether it states unit and time step or not. Never raises."""
-    try:
-        return _start(file) is not None
-    except Exception:
-        return False
+@recogniser()
+def fits(start: str) -> bool:
+    """True where text is laid out as plain columns, whether it states unit and time step or not."""
+    return _start(start) is not None
 
 
-def _is_columns(file: Any) -> bool:
-    """True for plain columns that state their unit and, by ``dt`` or a column, their time step. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = _start(file)
-        unit = head is not None and ("unit" in head.statements or bool(head.titles and head.titles[-1].unit))
-        return head is not None and unit and (head.columns > 1 or "dt" in head.statements)
-    except Exception:
-        return False
+@recogniser()
+def _is_columns(start: str) -> bool:
+    """True for plain columns that state their unit and, by ``dt`` or a column, their time step."""
+    head = _start(start)
+    unit = head is not None and ("unit" in head.statements or bool(head.titles and head.titles[-1].unit))
+    return head is not None and unit and (head.columns > 1 or "dt" in head.statements)
 
 
-def _start(file: Any) -> Head | None:
-    """The head, from the start of a file alone; None where that is none of plain columns."""
-    text = start_of(file)
+def _start(text: str) -> Head | None:
+    """The head of plain columns, from the start of a file alone; None where that is none."""
     if "\0" in text:
         return None
     try:
@@ -351,7 +344,7 @@ def _read_columns(
     dt: float | None = None,
     **_kwargs: Any,
 ) -> Stream:
-    """One trace in m/s² from plain columns: a path, or a file open for reading.
+    """One trace in m/s² from plain columns.
 
     ``unit`` and ``dt`` [s] are what the caller knows of a file that does not say it; where both say it, they must
     agree. A column of times must rise in equal steps: each may be off its place on the line from the first to the last
@@ -370,14 +363,12 @@ def _read_columns(
     if "samples" in head.statements:
         _check_samples(name, head.statements["samples"], len(words))
     stats = {"delta": _time_step(name, words, head, dt), "calib": 1.0, **facts}
-    if headonly:
-        return Stream([Trace(header={**stats, "npts": len(words)})])
-    values = column(name, head.first, [row[-1] for row in words])
-    return Stream([Trace(values * size, header=stats)])
+    samples = len(words) if headonly else column(name, head.first, [row[-1] for row in words])
+    return Stream([trace_of(samples, size, stats)])
 
 
 def _unicode(text: str) -> str:
-    """Text that was read byte by byte, as UTF-8 where it is that."""
+    """Text that was read as latin-1, decoded as UTF-8 where it is that."""
     try:
         return text.encode("latin-1").decode("utf-8-sig")
     except UnicodeError:
@@ -445,7 +436,7 @@ def _check_samples(name: str, stated: Statement, count: int) -> None:
 
 
 def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
-    """The other facts as ObsPy statistics."""
+    """Facts of the recording as ObsPy statistics."""
     facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
     for key in (*NUMBERS, *CORNERS):
         value = number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
@@ -467,7 +458,7 @@ def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
 
 
 def _instant(text: str) -> UTCDateTime:
-    """A time of day in UTC; raises ValueError for any other text."""
+    """A time in UTC; raises ValueError for any other text."""
     if not _INSTANT.fullmatch(text):
         raise ValueError("not a time")
     return UTCDateTime(text)

@@ -30,7 +30,6 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._peaks import check_peak, stated_peak
 from pounding_risk.motions.formats._text import (
-    END,
     NEWLINE,
     Columns,
     Lines,
@@ -39,10 +38,11 @@ from pounding_risk.motions.formats._text import (
     columns_of,
     counted,
     quoted,
-    start_of,
+    recogniser,
     tell_missing,
     text_of,
     told,
+    trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -93,7 +93,7 @@ _SCNL = re.compile(r"<SCNL>\s*(\w+)\.(\w+)\.(\w+)\.([\w-]+)", re.I)
 
 
 class Channel(NamedTuple):
-    """One channel: its headers, its samples in the unit of the file, and where messages say that they are."""
+    """One channel: its headers, its samples in the unit of the file, and its place for messages."""
 
     place: str  # of the line that starts the whole numbers
     stage: int
@@ -115,25 +115,19 @@ class Channel(NamedTuple):
         return _known(self.text, 2, self.reals[number - 1])
 
 
-def _is_cosmos(file: Any) -> bool:
-    """True for a file whose first line names a version of the COSMOS format. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        return bool(_TITLE.match(NEWLINE.split(start_of(file, 512))[0]))
-    except Exception:
-        return False
+@recogniser(512)
+def _is_cosmos(start: str) -> bool:
+    """True for a file whose first line names a version of the COSMOS format."""
+    return bool(_TITLE.match(NEWLINE.split(start)[0]))
 
 
 def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """The traces of acceleration, in m/s², of a COSMOS file: a path, or a file open for reading.
+    """The traces of acceleration, in m/s², of a COSMOS file.
 
     Stages 0 (counts) and 1 (uncorrected) are raw, 2 (corrected) is processed. Counts become m/s² by the
     least significant bit, the gain and the sensitivity of the header, where it has all of them and they agree with
     the full scale of the sensor. ``stats.cosmos`` has stage, unit and coordinates. Velocity and displacement beside
-    the acceleration are left out. With ``headonly`` no sample is read. ``name`` is what messages call a file that
-    has no name of its own.
+    the acceleration are left out.
 
     Raises RecordError, naming file and line, for another version, headers of other lengths, a file without
     acceleration, response spectra, a unit that is none of acceleration, a time step out of range or against the
@@ -181,7 +175,7 @@ def _channels(lines: Lines, headonly: bool) -> list[Channel]:
         else:
             samples = lines.table(count, columns, "-.12345", "samples")
         channels.append(Channel(where, stage, text, codes, reals, comments, words, count, samples, peak))
-    _end(lines)
+    lines.end_channel("End-of-data")
     return channels
 
 
@@ -272,20 +266,8 @@ def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, 
     return match[2].strip(), count, columns
 
 
-def _end(lines: Lines) -> None:
-    """The line that ends a channel, which the last one of a file may lack."""
-    if lines.ended():
-        return
-    (line,) = lines.take(1, "the end of the channel")
-    if not END.match(line):
-        raise RecordError(
-            f"{lines.place}: {quoted(line)} follows the last promised sample, where End-of-data should be; correct "
-            "the number of samples, or fetch the file again"
-        )
-
-
 def _trace(channel: Channel) -> Trace:
-    """A trace in m/s², with what the headers say."""
+    """A trace in m/s², with the facts of the headers."""
     stage = channel.stage
     words, factor = _counts(channel) if stage == RAW_COUNTS else _unit(channel)
     dt = _step(channel)
@@ -312,11 +294,7 @@ def _trace(channel: Channel) -> Trace:
         stage=stage, unit=int(channel.codes[2]), latitude=channel.real(1), longitude=channel.real(2)
     )
     stats.update(_codes(channel, dt, record.azimuth))
-    if start is not None:
-        stats["starttime"] = start
-    if not channel.samples.size:
-        return Trace(header={**stats, "npts": channel.npts})
-    return Trace(channel.samples * factor, header=stats)
+    return trace_of(channel.samples if channel.samples.size else channel.npts, factor, stats, start)
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -332,7 +310,7 @@ def _unit(channel: Channel) -> tuple[str, float]:
 
 
 def _counts(channel: Channel) -> tuple[str, float]:
-    """What one count is: (least significant bit [V]) / gain / (sensitivity [V/g]), and 9.80665 m/s² in g."""
+    """The size of one count: (least significant bit [V]) / gain / (sensitivity [V/g]), times 9.80665 m/s²."""
     bit, gain, sensitivity, volts, full = (channel.real(number) or 0.0 for number in (22, 47, 42, 43, 44))
     agreed = abs(volts - sensitivity * full) <= 0.01 * volts
     if channel.code(3) != COUNTS or min(bit, gain, sensitivity, volts, full) <= 0.0 or not agreed:
@@ -346,7 +324,7 @@ def _counts(channel: Channel) -> tuple[str, float]:
 
 
 def _step(channel: Channel) -> float:
-    """The time step [s], which the stated length must bear out to 1 %, enough to tell a wrong digit."""
+    """The time step [s]; the stated length must agree with it to 1 %, enough to tell a wrong digit."""
     step, length = channel.real(62), channel.real(63)
     word = f"{channel.reals[61]:g} ms"
     dt = check_step(channel.place, None if step is None else 1e-3 * step, word, "the 62nd real number")

@@ -29,7 +29,6 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
 from pounding_risk.motions.formats._text import (
-    END,
     NEWLINE,
     Columns,
     Even,
@@ -40,10 +39,11 @@ from pounding_risk.motions.formats._text import (
     counted,
     evened,
     quoted,
-    start_of,
+    recogniser,
     tell_missing,
     text_of,
     told,
+    trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -102,19 +102,14 @@ class Channel(NamedTuple):
     peak: tuple[str, str]  # the header's number for the largest sample, as text, with file and line
 
 
-def _is_csmip(file: Any) -> bool:
-    """True for a file of volume 1, 2 or 3: the title and, for the later volumes, those before. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = NEWLINE.split(start_of(file, 1024))
-        volume = _volume(head[0])
-        titles = [_volume(line) for line in head[: volume or 0]]
-        text = head[(volume or 0) - 1 :]
-        return bool(titles) and titles[-1] == UNCORRECTED and (volume == SPECTRA or bool(_CHANNEL.match(text[6])))
-    except Exception:
-        return False
+@recogniser(1024)
+def _is_csmip(start: str) -> bool:
+    """True for a file of volume 1, 2 or 3: the title and, for the later volumes, those before."""
+    head = NEWLINE.split(start)
+    volume = _volume(head[0])
+    titles = [_volume(line) for line in head[: volume or 0]]
+    text = head[(volume or 0) - 1 :]
+    return bool(titles) and titles[-1] == UNCORRECTED and (volume == SPECTRA or bool(_CHANNEL.match(text[6])))
 
 
 def _volume(line: str) -> int | None:
@@ -124,11 +119,10 @@ def _volume(line: str) -> int | None:
 def _read_csmip(
     file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any
 ) -> Stream:
-    """The traces of acceleration, in m/s², of a file of volume 1 or 2: a path, or a file open for reading.
+    """The traces of acceleration, in m/s², of a file of volume 1 or 2.
 
     Volume 1 is raw, volume 2 processed. Film that was digitised at uneven times is read at every ``dt`` [s] off the
-    straight lines between them. ``stats.csmip`` has volume, channel and agency's line. With ``headonly`` the samples
-    are left out. ``name`` is what messages call a file that has no name of its own.
+    straight lines between them. ``stats.csmip`` has volume, channel and agency's line.
 
     Raises RecordError, naming file and line, for volume 3, headers cut short, an unknown unit, a time step out of
     range or against the stated length, uneven times without ``dt``, that do not rise or leave gaps, another number of
@@ -164,7 +158,7 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
         even, unit = _pairs(lines, volume, text, dt)
     while volume == CORRECTED and _SERIES.match(lines.ahead):  # velocity and displacement
         _series(lines, volume, text, reals)
-    _end(lines)
+    lines.end_channel("/& and End of data")
     return Channel(where, volume, text, reals, even, unit, peak)
 
 
@@ -214,7 +208,7 @@ def _rounded(where: str, shown: str, finer: float | None) -> float:
 
 
 def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
-    """The stated length must bear out number and step to 1 %, enough to tell a wrong digit."""
+    """Raise RecordError where the stated length does not agree with number and step to 1 %."""
     if count < 2:
         raise RecordError(f"{where}: {count} samples are promised; a record needs at least 2: fetch the file again")
     found = _LENGTH.search(text[10])
@@ -225,20 +219,8 @@ def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
         )
 
 
-def _end(lines: Lines) -> None:
-    """The line that ends a channel, which the last one of a file may lack."""
-    if lines.ended():
-        return
-    (line,) = lines.take(1, "the end of the channel")
-    if not END.match(line):
-        raise RecordError(
-            f"{lines.place}: {quoted(line)} follows the last promised sample, where /& and End of data should be; "
-            "correct the number of samples, or fetch the file again"
-        )
-
-
 def _trace(channel: Channel, headonly: bool) -> Trace:
-    """A trace in m/s², with what the headers say."""
+    """A trace in m/s², with the facts of the headers."""
     words, factor = _unit(channel)
     number, component, azimuth = _orientation(channel.text[6])
     readings = _stated_peaks(channel)
@@ -262,11 +244,8 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     stats: dict[str, Any] = {"delta": channel.even.dt, "calib": 1.0, "record": record}
     stats["csmip"] = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
     stats.update(network=network, station=station, channel=channel_code(channel.even.dt, azimuth, vertical))
-    if start is not None:
-        stats["starttime"] = start
-    if headonly:
-        return Trace(header={**stats, "npts": len(channel.even.samples)})
-    return Trace(channel.even.samples * factor, header=stats)
+    samples = channel.even.samples
+    return trace_of(len(samples) if headonly else samples, factor, stats, start)
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -280,7 +259,7 @@ def _unit(channel: Channel) -> tuple[str, float]:
 
 
 def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
-    """What the header's peak may mean: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
+    """The possible readings of the header's peak: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
     word, where = channel.peak
     if channel.volume == CORRECTED:
         return (stated_peak(word, *_CM, where),)
@@ -288,7 +267,7 @@ def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
 
 
 def _orientation(line: str) -> tuple[str, str, float | None]:
-    """The channel's number, its direction in the file's words, and degrees from north where these are some."""
+    """The channel's number, its direction in the file's words, and its azimuth [degrees] where it has one."""
     match = _CHANNEL.match(line)
     number, words = (match[1], match[2]) if match else ("", line.strip())
     degrees = re.match(r"(\d{1,3})\s*deg", words, re.I)

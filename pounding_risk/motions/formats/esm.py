@@ -34,7 +34,7 @@ from pounding_risk.motions.formats._text import (
     free_numbers,
     number,
     quoted,
-    start_of,
+    recogniser,
     text_of,
     told,
 )
@@ -95,23 +95,17 @@ class Header(dict[str, str]):
         return value
 
 
-def _is_esm(file: Any) -> bool:
-    """True for a text file of ESM or ITACA, of whatever quantity. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        start = start_of(file)
-        return bool(_START.match(start)) and "SAMPLING_INTERVAL_S" in start
-    except Exception:
-        return False
+@recogniser()
+def _is_esm(start: str) -> bool:
+    """True for a text file of ESM or ITACA, of whatever quantity."""
+    return bool(_START.match(start)) and "SAMPLING_INTERVAL_S" in start
 
 
 def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """One trace in m/s² from an ESM or ITACA file: a path, or a file open for reading.
+    """One trace in m/s² from an ESM or ITACA file.
 
     ``stats.channel`` and ``stats.record.component`` are the header's STREAM, such as HNE; the azimuth is known where
-    that ends with N or E. ``stats.esm`` has every key of the header. With ``headonly`` no sample is kept.
+    that ends with N or E. ``stats.esm`` has every key of the header.
 
     Raises RecordError, naming file and line, for a header without a key that is needed or with one twice, a quantity
     other than acceleration, a unit other than cm/s^2, a time step out of range, a duration that contradicts it, a
@@ -169,7 +163,7 @@ def _check_kind(header: Header, lines: list[str]) -> None:
 
 
 def _count(header: Header, dt: float) -> int:
-    """NDATA, in accord with the duration where the header tells it."""
+    """NDATA, which must agree with the duration where the header states it."""
     where, word = header.place("NDATA"), header["NDATA"]
     if not re.fullmatch(r"\d{1,15}", word, re.ASCII):
         raise RecordError(f"{where}: NDATA is {quoted(word)}; it must be a whole number of samples")
@@ -187,7 +181,7 @@ def _count(header: Header, dt: float) -> int:
 
 
 def _check_rows(name: str, samples: list[str], first: int) -> None:
-    """Raise RecordError where a line after the header has not one word."""
+    """Raise RecordError for a line after the header that does not hold exactly one word."""
     for at, line in enumerate(samples):
         if len(line.split()) != 1:
             raise RecordError(
@@ -197,7 +191,7 @@ def _check_rows(name: str, samples: list[str], first: int) -> None:
 
 
 def _stats(header: Header, dt: float) -> dict[str, Any]:
-    """The header as ObsPy statistics."""
+    """ObsPy statistics from the header."""
     low, high, peak = header.number(LOW), header.number(HIGH), header.number(PEAK)
     magnitude = header.number("MAGNITUDE_W")
     day = _time(header, "EVENT_DATE_YYYYMMDD")

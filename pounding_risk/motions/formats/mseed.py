@@ -11,8 +11,9 @@ from obspy import Stream
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, start_bytes, unreadable
+from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
 from pounding_risk.motions.formats._response import to_acceleration
+from pounding_risk.motions.formats._text import recogniser
 
 KIND = "MiniSEED"
 HEAD = 48  # bytes of the fixed header
@@ -27,7 +28,7 @@ _NAMES = re.compile(rb"[ -~\x00]{12}")
 
 
 def check_blocks(raw: bytes, name: str) -> None:
-    """Raise RecordError where a file of MiniSEED of version 2 is not block after block with a header in order."""
+    """Raise RecordError where a file of MiniSEED of version 2 is not a series of blocks with sound headers."""
     at = 0
     while at < len(raw):
         try:
@@ -84,13 +85,11 @@ _RECORD = re.compile(rb"\d{6}[DRQM][ \x00]")  # a block starts with its number
 _THIRD = b"MS\x03"  # how one of version 3 starts
 
 
-def _is_mseed(file: Any) -> bool:
-    """True for MiniSEED. Never raises; the position of ``file``, a path or a binary file, is left where it was."""
-    try:
-        start = start_bytes(file, 8)
-        return _RECORD.match(start) is not None or start.startswith(_THIRD)
-    except Exception:
-        return False
+@recogniser(8)
+def _is_mseed(start: str) -> bool:
+    """True for MiniSEED, of version 3 too, which is refused in words."""
+    raw = start.encode("latin-1")
+    return _RECORD.match(raw) is not None or raw.startswith(_THIRD)
 
 
 def _read_mseed(

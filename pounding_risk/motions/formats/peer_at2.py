@@ -19,7 +19,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from obspy import Stream, Trace, UTCDateTime
+from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
@@ -32,9 +32,10 @@ from pounding_risk.motions.formats._text import (
     free_numbers,
     number,
     quoted,
-    start_of,
+    recogniser,
     text_of,
     told,
+    trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -56,7 +57,7 @@ _TITLE = re.compile(
 
 
 class Header(NamedTuple):
-    """What the lines before the samples say."""
+    """The lines before the samples, with the values read from them."""
 
     title: str  # the line with event, date, station and component
     unit_line: str
@@ -65,26 +66,20 @@ class Header(NamedTuple):
     lines: int  # of the file, up to the first sample
 
 
-def _is_at2(file: Any) -> bool:
-    """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = [line.upper() for line in NEWLINE.split(start_of(file))[:HEADER_LINES]]
-        of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
-        return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
-    except Exception:
-        return False
+@recogniser()
+def _is_at2(start: str) -> bool:
+    """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines."""
+    head = [line.upper() for line in NEWLINE.split(start)[:HEADER_LINES]]
+    of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
+    return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
 
 
 def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """One trace in m/s² from a PEER AT2 file: a path, or a file open for reading.
+    """One trace in m/s² from a PEER AT2 file.
 
     ``stats.station`` and ``stats.channel`` are the station and the component in the header's words;
     ``stats.peer_at2`` has event, date, time, station, component, unit and filter corners. The header has no
-    absolute time: ``starttime`` is the day of the earthquake at 0:00. With ``headonly`` no sample is read.
-    ``name`` is what messages call a file that has no name of its own.
+    absolute time: ``starttime`` is the day of the earthquake at 0:00.
 
     Raises RecordError, naming file and line, for a header without unit, NPTS or DT, a unit other than g, a
     time step that is not positive, fewer than two samples, a number of samples other than NPTS, and for any
@@ -95,10 +90,10 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     header = _header(name, lines)
     stats = _stats(header)
     if headonly:
-        return Stream([Trace(header={**stats, "npts": header.npts})])
+        return Stream([trace_of(header.npts, 1.0, stats)])
     values = free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
     check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
-    return Stream([Trace(values * STANDARD_GRAVITY, header=stats)])
+    return Stream([trace_of(values, STANDARD_GRAVITY, stats)])
 
 
 def _header(name: str, lines: list[str]) -> Header:
@@ -156,7 +151,7 @@ def _count_and_step(where: str, line: str) -> tuple[int, float]:
 
 
 def _stats(header: Header) -> dict[str, Any]:
-    """The header as ObsPy statistics."""
+    """ObsPy statistics from the header."""
     title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
     facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
     facts["time"] = facts.pop("clock") or facts["time"]

@@ -36,7 +36,7 @@ from pounding_risk.motions.formats._text import (
     check_step,
     evened,
     quoted,
-    start_of,
+    recogniser,
     text_of,
     told,
 )
@@ -57,7 +57,7 @@ _STATION = re.compile(r"station\s*=(.*?)\s*component\s*=(.*)", re.I)
 
 
 class Header(NamedTuple):
-    """What stands before the samples."""
+    """The texts and numbers before the samples."""
 
     name: str
     text: list[str]
@@ -76,27 +76,21 @@ class Header(NamedTuple):
         return None if value == self.reals[0] or abs(value) > LARGEST else value
 
 
-def _is_smc(file: Any) -> bool:
-    """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = NEWLINE.split(start_of(file, 1024))
-        magnitudes, station, instrument = head[4].lower(), head[5].lower(), head[7].lower()
-        words = station.startswith("station") and "component" in station
-        return magnitudes.startswith("moment mag") and words and instrument.startswith("inst type")
-    except Exception:
-        return False
+@recogniser(1024)
+def _is_smc(start: str) -> bool:
+    """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them."""
+    head = NEWLINE.split(start)
+    magnitudes, station, instrument = head[4].lower(), head[5].lower(), head[7].lower()
+    words = station.startswith("station") and "component" in station
+    return magnitudes.startswith("moment mag") and words and instrument.startswith("inst type")
 
 
 def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any) -> Stream:
-    """One trace in m/s² from an SMC file: a path, or a file open for reading.
+    """One trace in m/s² from an SMC file.
 
     Uncorrected accelerograms are raw, corrected ones processed. Those of film that were digitised at uneven times are
     read at every ``dt`` [s] off the straight lines between them. ``stats.smc`` has the title, the coordinates and
-    whether the file is marked as having a problem. With ``headonly`` the samples are left out. ``name`` is what
-    messages call a file that has no name of its own.
+    whether the file is marked as having a problem.
 
     Raises RecordError, naming file and line, for anything but acceleration, for uneven times without ``dt``, that do
     not rise or leave gaps, a time step out of range, another number of samples than the header says, another largest
@@ -129,7 +123,7 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
 
 
 def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
-    """The numbers after the comments, and nothing but blank lines behind them.
+    """The numbers after the comments; raises RecordError where other lines than blank ones follow them.
 
     Files of pairs have a ``spare`` line, of times that do not go on from the promised ones, which is left out; those
     of the Loma Prieta earthquake do.
@@ -182,7 +176,7 @@ def _check_comments(lines: Lines, header: Header) -> None:
 
 
 def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
-    """The header as ObsPy statistics."""
+    """ObsPy statistics from the header."""
     vertical, direction = header.code(13) in (0, 180), header.code(14)
     azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
     start, facts = _start(header), _facts(header)

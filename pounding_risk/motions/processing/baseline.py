@@ -29,7 +29,7 @@ def baseline(
     start: float | None = None,
     end: float | None = None,
 ) -> Done:
-    """Subtract what makes velocity and displacement drift.
+    """Correct the baseline, which makes velocity and displacement drift.
 
     "polynomial": the second derivative of a polynomial of ``order`` (6) fitted to the displacement. Its constant and
     linear coefficients are zero, so the motion still starts from rest (PEER NGA-West2, Ancheta et al. 2013). Time runs
@@ -70,7 +70,7 @@ def _polynomial(samples: Samples, dt: float, degree: int) -> Done:
 
 
 class _Shaking(NamedTuple):
-    """When [s] the earthquake arrives, when 5 and 95 % of its energy have come, and when its waves have passed."""
+    """Times [s] of the arrival, of 5 and 95 % of the energy, and of the end of the waves."""
 
     arrival: float
     strong: tuple[float, float]
@@ -111,7 +111,7 @@ def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | No
 
 
 def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
-    """When it shakes; what is quiet begins after the ``end`` of the offsets, too, where that is given."""
+    """The times of the shaking; the quiet end begins after the ``end`` of the offsets where that is given."""
     arrival = quiet_before(samples, dt)
     first, last = (energy_time(samples, dt, share) for share in STRONG)
     if not arrival < last > first:
@@ -127,7 +127,7 @@ def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
 
 
 def _line(samples: Samples, dt: float, settled: float) -> _Line:
-    """Least squares on the velocity from ``settled`` [s] to the end, in time from its middle for a good condition."""
+    """The line through the velocity from ``settled`` [s] to the end (least squares, about its middle)."""
     velocity = velocity_displacement(samples, dt)[0][round(settled / dt) :]
     time = np.arange(len(samples))[round(settled / dt) :] * dt
     middle = float(time.mean())
@@ -136,7 +136,7 @@ def _line(samples: Samples, dt: float, settled: float) -> _Line:
 
 
 def _times(given: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
-    """The times asked for, and those of the strong shaking in the place of the others."""
+    """Start and end of the offsets: as given, or those of the strong shaking."""
     start, end = (usual if asked is None else asked for asked, usual in zip(given, strong, strict=True))
     if end <= start:
         raise RecordError(
@@ -146,14 +146,14 @@ def _times(given: tuple[float | None, float | None], strong: tuple[float, float]
 
 
 def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> Samples:
-    """a_m between the times and a_f after them."""
+    """The offsets [m/s²]: a_m between the two times and a_f after them."""
     middle = line.at(times[1]) / (times[1] - times[0])
     first, second = (_unit_step(count, dt, time) for time in times)
     return middle * first + (line.slope - middle) * second
 
 
 def _unit_step(count: int, dt: float, time: float) -> Samples:
-    """Zero before ``time`` and one after it; what the trapezoidal rule makes of it is right between samples too."""
+    """Zero before ``time`` and one after it, with a ramp of one step so that its integral is exact."""
     rise: Samples = np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
     return rise
 
@@ -164,7 +164,7 @@ def _static(samples: Samples, dt: float, settled: float) -> float:
 
 
 def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
-    """Peaks and last values of velocity and displacement in words; flags where those of ``at_rest`` do not end so."""
+    """Peaks and last values of velocity and displacement in words; flags for those that do not end at rest."""
     flags, words = [], []
     for name, trace, unit in zip(
         ("velocity", "displacement"), velocity_displacement(samples, dt), ("cm/s", "cm"), strict=True

@@ -56,7 +56,7 @@ def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
 
 @step("trend", order=ORDER)
 def trend(samples: Samples, dt: float, *, order: float = 1) -> Done:
-    """Subtract the polynomial that fits the acceleration best (least squares), a straight line unless told.
+    """Subtract the polynomial that fits the acceleration best (least squares): by default a straight line.
 
     It is fitted as a sum of Legendre polynomials over the record's length, which keeps order 20 as well-conditioned
     as a line.
@@ -98,5 +98,5 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
 
 
 def usual_lead(quiet: float) -> float:
-    """The taper [s] at the start of a record with so much quiet [s] before the earthquake."""
+    """The default taper [s] at the start of a record, from the quiet [s] before the earthquake."""
     return min(LONGEST_LEAD, quiet / 2) if quiet >= SHORTEST_PRE_EVENT else 0.0

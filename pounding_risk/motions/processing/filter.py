@@ -56,7 +56,7 @@ def bandpass(
 
 
 def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None], corners: str) -> Corners:
-    """The corners given, and in the place of those that are not the ones found."""
+    """The corners: as given, and from the noise or by default where one is not given."""
     low, high = given
     if low is not None and high is not None:
         return Corners(low, high, "")
@@ -69,7 +69,7 @@ def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None
 
 
 def _check(corners: Corners, dt: float, duration: float) -> None:
-    """Refuse corners that do not rise or do not fit the time step or the record."""
+    """Raise RecordError for corners that do not rise or do not fit the time step or the record."""
     low, high, nyquist = corners.low, corners.high, 0.5 / dt
     if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
         raise RecordError(
@@ -98,7 +98,7 @@ def _filter_words(corners: Corners, order: float, pad: float) -> str:
 
 
 def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:
-    """Doubts about what went into the filter."""
+    """Flags for samples that should not be filtered as they are, and for a corner below one cycle."""
     flags = []
     peak = float(np.abs(samples).max())
     if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * peak:

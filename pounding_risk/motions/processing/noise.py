@@ -49,13 +49,13 @@ class NoiseSpectra(NamedTuple):
 
     @property
     def ratio(self) -> Samples:
-        """Signal, with the noise that is in it, over noise; inf where there is none."""
+        """The spectrum of the signal, noise included, over that of the noise; inf where the noise is zero."""
         out = np.full(len(self.frequency), np.inf)
         return np.divide(self.signal, self.noise, out=out, where=self.noise > 0.0)
 
 
 class Corners(NamedTuple):
-    """The corners of a band-pass [Hz], why they are where they are, and doubts."""
+    """The corners of a band-pass [Hz], the reason for them in words, and flags."""
 
     low: float
     high: float
@@ -132,7 +132,7 @@ def shared_corners(components: Sequence[Samples], dt: float) -> Corners:
 
 
 def default_corners(dt: float, words: str) -> Corners:
-    """0.08 Hz, and 40 Hz or 3/4 of the Nyquist frequency: where no noise is seen."""
+    """0.08 Hz, and 40 Hz or 3/4 of the Nyquist frequency, for records whose noise is not seen."""
     return Corners(LOW_CORNER, _highest(dt), f"corners {words}")
 
 
@@ -164,7 +164,7 @@ def _smoothed(amplitudes: Samples, dt: float, size: int, centres: Samples) -> Sa
 
 
 def _band(spectra: NoiseSpectra) -> tuple[float, float] | None:
-    """The lowest and highest frequency [Hz] of the stretch around 1 Hz in which the ratio is high enough."""
+    """The lowest and highest frequency [Hz] of the band around 1 Hz in which the ratio is high enough."""
     fails = np.flatnonzero(spectra.ratio < LEAST_RATIO)
     centre = int(np.argmin(np.abs(np.log(spectra.frequency / CENTRE))))
     if centre in fails:
@@ -189,7 +189,7 @@ def _weak(spectra: NoiseSpectra) -> tuple[str, ...]:
 
 
 def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, tuple[str, ...]]:
-    """The lowest corner [Hz] from ``lowest`` on down to which no higher one lets the displacement drift."""
+    """The lowest corner [Hz], not below ``lowest``, above which every corner keeps the displacement steady."""
     every = max(1, floor(DRIFT_STEP / dt))
     smooth, pad = filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
     coarse = smooth[pad : pad + len(samples) : every]

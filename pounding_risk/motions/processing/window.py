@@ -1,4 +1,4 @@
-"""The part of a record that a run sees, its other sign, zeros after it, and doubts about it."""
+"""Window, polarity and tail of the samples that a run takes, and flags about them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
 def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
-    """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
+    """The part of a record within ``span`` [s]; flagged where the strongest shaking is outside it."""
     done = window(samples, dt, start=span[0], end=span[1])
     peak, inside = float(np.abs(samples).max()), float(np.abs(done.samples).max())
     if inside >= WEAK_WINDOW * peak:
@@ -25,12 +25,12 @@ def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
 
 
 def turned_round(samples: Samples) -> Done:
-    """The other sign."""
+    """The samples with the opposite sign."""
     return Done(-samples, "polarity: reversed")
 
 
 def extended(samples: Samples, dt: float, seconds: float) -> Done:
-    """Zeros of that duration [s] after the samples."""
+    """The samples followed by zeros of that duration [s]."""
     count = round(seconds / dt)
     if count > MOST:
         raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
@@ -38,7 +38,7 @@ def extended(samples: Samples, dt: float, seconds: float) -> Done:
 
 
 def doubts(samples: Samples, dt: float) -> tuple[str, ...]:
-    """What a user should know about the samples that a run sees."""
+    """Flags about the samples that a run takes: a start in motion, and a long time step."""
     flags = []
     peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
     if first > FIRST_OF_PEAK * peak:
