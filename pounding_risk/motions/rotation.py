@@ -29,21 +29,10 @@ SQUARE = 2.0  # degrees by which components called perpendicular may miss it
 LEAST_ANGLE = 10.0  # degrees between components: below, the motion across them is mostly noise
 SAME_STEP = 1e-6  # relative difference of time steps that are one, written with different digits
 OFF_GRID = 0.05  # samples by which two starts may miss whole steps
-KEPT = (
-    "event",
-    "magnitude",
-    "date",
-    "distance_km",
-    "vs30",
-    "station",
-    "sensor",
-    "recording",
-    "state",
-    "format",
-    "file",
-    "origin",
-    "terms",
-    "polarity",
+# Facts of a record that a rotated motion keeps where both components state the same.
+SHARED = (
+    *("event", "magnitude", "date", "distance_km", "vs30", "station", "sensor", "recording"),
+    *("state", "format", "file", "origin", "terms", "polarity"),
 )
 # Of what filters left of the components, both have only the narrower band.
 NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": min}
@@ -203,7 +192,7 @@ def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:
 def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:
     """Facts that both records state alike, and both values of the facts that tell the components apart."""
     one, other = first.record, second.record
-    record = {key: one[key] for key in KEPT if key in one and one[key] == other.get(key)}
+    record = {key: one[key] for key in SHARED if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):
         parts = dict.fromkeys(str(facts[key]) for facts in (one, other) if facts.get(key))
         if parts:

@@ -36,14 +36,8 @@ ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
 STREETS = "in two streets"
 HEADS = (
-    "street",
-    "building",
-    "other street",
-    "other building",
-    "clear distance [m]",
-    "faced [m]",
-    "faced share",
-    "held",
+    *("street", "building", "other street", "other building"),
+    *("clear distance [m]", "faced [m]", "faced share", "held"),
 )
 
 
