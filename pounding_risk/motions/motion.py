@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from pounding_risk.motions.processing.amplitude import asked, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.motions.processing.window import cut, doubts, extended, turned_round
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
-from pounding_risk.motions.source import check_samples
+from pounding_risk.motions.source import USABLE, check_samples, lowest_usable
 from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, shown
 
 
@@ -117,15 +118,12 @@ class Motion(ShortRepr):
 
     def after(self, done: Done) -> Motion:
         """The motion with the result of a step: its samples, its sentence and its flags."""
-        factor = self.record.get("factor", 1.0) * done.factor
-        record = {**self.record, "factor": factor} if done.factor != 1.0 else self.record
-        changed = replace(
-            self,
-            acceleration=done.samples,
-            record=later(record, done.cut * self.dt),
-            processing=(*self.processing, *([done.sentence] if done.sentence else [])),
-        )
-        return changed.doubted(done.flags)
+        record = later(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
+        if done.factor != 1.0:
+            record["factor"] = self.record.get("factor", 1.0) * done.factor
+        sentences = (*self.processing, *([done.sentence] if done.sentence else []))
+        dt = self.dt if done.dt is None else done.dt
+        return replace(self, acceleration=done.samples, dt=dt, record=record, processing=sentences).doubted(done.flags)
 
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""
@@ -146,6 +144,17 @@ def later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
     if record.get("start"):
         record["start"] = (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()
     return record
+
+
+def _corners(record: dict[str, Any], low: float, high: float) -> dict[str, float]:
+    """Corners of a record after a filter of that band [Hz]: the narrower of it and the one it came with."""
+    facts = {}
+    if low > 0.0:
+        low = max(low, record.get("low_corner") or 0.0)
+        facts = {"low_corner": low, "lowest_usable_frequency": max(USABLE * low, lowest_usable(record) or 0.0)}
+    if high < inf:
+        facts["high_corner"] = min(high, record.get("high_corner") or inf)
+    return facts
 
 
 def span_of(given: Any) -> tuple[float, float]:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.motion import Motion, later, span_of
-from pounding_risk.motions.processing import DEFAULT_CHAIN, Done, Step, read_steps
+from pounding_risk.motions.motion import Motion, span_of
+from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
 from pounding_risk.motions.processing.amplitude import asked, unit_doubts
-from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.motions.record import RAW, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
-from pounding_risk.motions.source import USABLE, check_shaking, components, lowest_usable, open_source
+from pounding_risk.motions.source import check_shaking, components, open_source
 from pounding_risk.motions.treatment import Treatment, treated
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
 
@@ -86,16 +84,15 @@ def read_motion(
 
 def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
     """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
-    chain = _chain(processing, source.record["state"])
-    log = _Log(source)
-    check_shaking(log.samples, source.name, "its sensitivity and unit, or leave the record out")
-    _process(log, chain)
+    record = {**source.record, "polarity": AS_RECORDED, "factor": 1.0}
+    history = (*source.trace.stats.get("processing", []), source.units)
+    motion = Motion(str(record["id"]), source.trace.data, float(source.trace.stats.delta), record, history)
+    check_shaking(motion.acceleration, source.name, "its sensitivity and unit, or leave the record out")
+    motion = motion.doubted((*source.doubts, *unit_doubts(record["pga_recorded"], "as recorded")))
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
     # earlier, such as one of two earthquakes in a file, is a step of the chain.
-    record = {**source.record, "polarity": AS_RECORDED, "factor": log.factor}
-    record = later(record, log.start) | log.corners()
-    return Motion(str(record["id"]), log.samples, log.dt, record, tuple(log.sentences)).doubted(log.flags)
+    return _after_steps(motion, _chain(processing, record["state"]))
 
 
 def read_trace(
@@ -179,56 +176,23 @@ def _treatment(
     )
 
 
-class _Log:
-    """The state of a record on its way through the steps: samples, and the sentence and the flags of each step."""
-
-    def __init__(self, source: Source):
-        self.samples: Samples = np.array(source.trace.data, dtype=np.float64)
-        self.dt = float(source.trace.stats.delta)
-        self.start = 0.0
-        self.flags = [*source.doubts, *unit_doubts(source.record["pga_recorded"], "as recorded")]
-        self.factor, self.band = 1.0, (0.0, inf)
-        self.raw = source.record["state"] == RAW
-        self._record = source.record
-        self.sentences = [*source.trace.stats.get("processing", []), source.units]
-
-    def add(self, done: Done) -> None:
-        """Apply the result of a step."""
-        self.samples, self.start = done.samples, self.start + done.cut * self.dt
-        self.dt = self.dt if done.dt is None else done.dt
-        self.factor *= done.factor
-        self.band = max(self.band[0], done.band[0]), min(self.band[1], done.band[1])
-        self.sentences.append(done.sentence)
-        self.flags += done.flags
-
-    def corners(self) -> dict[str, float]:
-        """Corners of a record that was filtered here: the narrower of its own band and the one it came with."""
-        (low, high), facts = self.band, {}
-        if low > 0.0:
-            low = max(low, self._record.get("low_corner") or 0.0)
-            usable = max(USABLE * low, lowest_usable(self._record) or 0.0)
-            facts = {"low_corner": low, "lowest_usable_frequency": usable}
-        if high < inf:
-            facts["high_corner"] = min(high, self._record.get("high_corner") or inf)
-        return facts
-
-
-def _process(log: _Log, chain: Sequence[Step]) -> None:
+def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
     """Apply every step of the chain; flag a change of PGA of more than 2 %, and an offset that is left."""
-    centred = log.samples - log.samples.mean() if log.raw else log.samples
-    before = float(np.abs(centred).max())
-    log.flags += failed(quality(log.samples, log.dt, checks=LASTING))
+    samples = motion.acceleration
+    before = float(np.abs(samples - samples.mean() if motion.record["state"] == RAW else samples).max())
+    motion = motion.doubted(failed(quality(samples, motion.dt, checks=LASTING)))
     for step in chain:
-        log.add(step.apply(log.samples, log.dt))
+        motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples
+    flags: list[str] = []
     # A baseline correction tells itself how the motion ends, and may leave a permanent displacement in.
     if not any(step.name == "baseline" for step in chain):
-        log.flags += failed(quality(log.samples, log.dt, checks=AT_REST))
-    after = float(np.abs(log.samples).max())
-    if chain and before > 0.0 and abs(after / before - 1.0) > CHANGE_OF_PEAK:
-        log.flags.append(f"processing changed PGA by {100.0 * (after / before - 1.0):+.1f} %")
-    offset = abs(float(log.samples.mean()))
-    if offset > OFFSET_OF_PEAK * after:
-        log.flags.append(f"the mean of the record is {100.0 * offset / after:.0f} % of its PGA: subtract it")
+        flags += failed(quality(motion.acceleration, motion.dt, checks=AT_REST))
+    if chain and before > 0.0 and abs(motion.pga / before - 1.0) > CHANGE_OF_PEAK:
+        flags.append(f"processing changed PGA by {100.0 * (motion.pga / before - 1.0):+.1f} %")
+    offset = abs(float(motion.acceleration.mean()))
+    if offset > OFFSET_OF_PEAK * motion.pga:
+        flags.append(f"the mean of the record is {100.0 * offset / motion.pga:.0f} % of its PGA: subtract it")
+    return motion.doubted(flags)
 
 
 def _chain(processing: Any, state: str) -> Sequence[Step]:
