@@ -290,10 +290,7 @@ WORDS, NUMBERS = ("event", "date", "station", "component"), ("magnitude", "dista
 CORNERS = ("low_corner", "high_corner")
 FACTS = (*WORDS, *NUMBERS, *CORNERS)  # what a comment may state of the recording
 TO_STATE = {
-    "unit": (
-        "the unit of its acceleration",
-        f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}',
-    ),
+    "unit": ("the unit of its acceleration", f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}'),
     "dt": (
         "its time step",
         'write "# dt = 0.01 s" above the samples, or give it: records.dt = "0.01 s" in a scene, dt=0.01 in Python, '

@@ -325,10 +325,5 @@ def _start(channel: Channel) -> UTCDateTime | None:
 
 
 FORMAT = Format(
-    "CSMIP",
-    "CSMIP volumes 1 and 2 (.v1, .v2, .raw)",
-    (".v1", ".v2", ".raw"),
-    _is_csmip,
-    _read_csmip,
-    takes=("dt",),
+    "CSMIP", "CSMIP volumes 1 and 2 (.v1, .v2, .raw)", (".v1", ".v2", ".raw"), _is_csmip, _read_csmip, takes=("dt",)
 )

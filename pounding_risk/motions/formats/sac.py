@@ -95,11 +95,5 @@ def _stated_peak(raw: bytes, order: str, name: str) -> StatedPeak | None:
 
 
 FORMAT = Format(
-    "SAC",
-    "SAC (.sac, with a StationXML file beside it)",
-    (".sac",),
-    _is_sac,
-    _read_sac,
-    native=True,
-    takes=("unit",),
+    "SAC", "SAC (.sac, with a StationXML file beside it)", (".sac",), _is_sac, _read_sac, native=True, takes=("unit",)
 )

@@ -13,16 +13,7 @@ from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.scene.street.footprints import Footprint, area
 from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, Entry
-from pounding_risk.units import (
-    DAMPING,
-    DIRECTION,
-    GAP,
-    MASS,
-    STANDARD_GRAVITY,
-    Quantity,
-    say,
-    si,
-)
+from pounding_risk.units import DAMPING, DIRECTION, GAP, MASS, STANDARD_GRAVITY, Quantity, say, si
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
