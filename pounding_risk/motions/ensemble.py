@@ -134,7 +134,7 @@ def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
 def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
     """Assign a copy, and what shares its recording, to the recording of its original; returns the sentence about it."""
     one, other = (chosen[place].source for place in (copy.original, copy.place))
-    keys = [recording(each.source.record, each.source.name) for each in chosen]
+    keys = [recording(record.source.record, record.source.name) for record in chosen]
     stated = recording_words(keys[copy.original])
     for place, key in enumerate(keys):
         if key in (keys[copy.original], keys[copy.place]):

@@ -241,10 +241,12 @@ def response_spectra(
     alone = _is_one(acceleration)
     records: Sequence[Any] = [acceleration] if alone else list(acceleration)  # type: ignore[arg-type]
     steps = np.array(np.broadcast_to(np.asarray(dt, dtype=float), (len(records),)))
-    samples = [_checked(each, step, f"record {k}") for k, (each, step) in enumerate(zip(records, steps, strict=True))]
+    samples = [
+        _checked(record, step, f"record {k}") for k, (record, step) in enumerate(zip(records, steps, strict=True))
+    ]
     asked = _checked_periods(periods, damping, steps.max(initial=0.0))
     order = np.argsort(asked)
-    starts = np.append(0, np.cumsum([each.size for each in samples]))
+    starts = np.append(0, np.cumsum([record.size for record in samples]))
     peaks = np.empty((3, len(samples), asked.size))
     peaks[:, :, order] = spectra(np.concatenate([*samples, []]), starts, steps, asked[order], float(damping))
     return Spectra(asked, float(damping), *(peaks[:, 0] if alone else peaks))
@@ -283,7 +285,7 @@ def rotated_spectra(
     ----------
     Boore (2010).
     """
-    first, second = (_checked(each, dt, f"component {k}") for k, each in enumerate(components))
+    first, second = (_checked(component, dt, f"component {k}") for k, component in enumerate(components))
     if first.size != second.size:
         raise RecordError(
             f"the components have {first.size} and {second.size} samples; both must be at the same times: cut them to "
@@ -329,7 +331,7 @@ def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:
     turns = before * after < 0.0
     crests = v[:-1][turns] + 0.5 * dt * before[turns] ** 2 / (before[turns] - after[turns])
     pgv = max(np.abs(v).max(), np.abs(crests).max(initial=0.0))
-    return float(pgv), float(max(np.abs(u).max(), *(np.abs(each).max() for each in _turns(a, v, u, dt))))
+    return float(pgv), float(max(np.abs(part).max() for part in (u, *_turns(a, v, u, dt))))
 
 
 def _turns(a: Samples, v: Samples, u: Samples, dt: float) -> tuple[Samples, Samples]:

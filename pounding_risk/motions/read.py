@@ -149,7 +149,7 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
     if isinstance(source, str | Path) and Path(source).is_file():
         unit, dt = choices.pop("unit", None), choices.pop("dt", None)
         step = None if dt is None else asked("dt", dt, STEP)
-        return Stream([read_trace(each, **choices) for each in components(Path(source), unit=unit, dt=step)])
+        return Stream([read_trace(component, **choices) for component in components(Path(source), unit=unit, dt=step)])
     return Stream([read_trace(source, **choices)])
 
 

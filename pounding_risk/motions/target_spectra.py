@@ -82,7 +82,7 @@ class Target:
     shape: Callable[[Samples], Samples] | None = field(default=None, repr=False)  # the formula, where there is one
 
     def __post_init__(self) -> None:
-        periods, values = (np.array(each, dtype=np.float64) for each in (self.periods, self.acceleration))
+        periods, values = (np.array(given, dtype=np.float64) for given in (self.periods, self.acceleration))
         if periods.ndim != 1 or periods.shape != values.shape or periods.size < 2:
             raise RecordError(
                 f"{self.name}: {periods.size} periods and {values.size} ordinates; a target needs two or more of both"

@@ -384,7 +384,7 @@ def _unit(name: str, head: Head, given: str | None, dt: float | None) -> tuple[f
     if not said:
         stepless = head.columns == 1 and dt is None and "dt" not in head.statements
         raise _unstated(name, "unit", *(["dt"] if stepless else []))
-    sizes = [size_of(each.value, each.place) for each in said]
+    sizes = [size_of(statement.value, statement.place) for statement in said]
     for other, size in zip(said[1:], sizes[1:], strict=True):
         if size != sizes[0]:
             raise RecordError(

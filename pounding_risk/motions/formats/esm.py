@@ -226,7 +226,7 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
         return None
     clock = _CLOCK.search(words)
     day = words[: clock.start()] if clock else words
-    date = next(filter(None, (each.fullmatch(day) for each in _DAYS)), None)
+    date = next(filter(None, (pattern.fullmatch(day) for pattern in _DAYS)), None)
     if date and (clock or key != FIRST_SAMPLE):
         hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
         try:

@@ -105,7 +105,7 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     for heading, acceleration in components:
         check_peak(acceleration, _stated_peak(name, heading))
     samples = [len(acceleration) if headonly else acceleration for _, acceleration in components]
-    return Stream([trace_of(each, MILLIMETRE, header) for each, header in zip(samples, stats, strict=True)])
+    return Stream([trace_of(values, MILLIMETRE, header) for values, header in zip(samples, stats, strict=True)])
 
 
 def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:

@@ -80,7 +80,7 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
 
 def _numbers(name: str, lines: list[str], label: str) -> tuple[float, ...]:
     """The numbers of the header line that starts with ``label``."""
-    line = next((each for each in lines if each.startswith(label)), None)
+    line = next((candidate for candidate in lines if candidate.startswith(label)), None)
     if line is None:
         raise RecordError(f'{name}: has no line "{label}" in its header; fetch the record again')
     found = _LINES[label].fullmatch(line[len(label) :].strip())

@@ -184,7 +184,7 @@ def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
         state=state,
         units=f"units: cm/s², times 0.01{even.words}",
         azimuth=azimuth,
-        magnitude=next((each for each in map(header.real, (6, 8, 7, 9)) if each is not None), None),
+        magnitude=next((value for value in map(header.real, (6, 8, 7, 9)) if value is not None), None),
         distance_km=header.real(17),
         low_corner=header.real(33) if state == "processed" else None,
         high_corner=header.real(35) if state == "processed" else None,

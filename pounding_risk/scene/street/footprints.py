@@ -37,7 +37,7 @@ class Facing(NamedTuple):
 
 def middle(footprints: Sequence[Footprint]) -> Array:
     """The mean corner of the outer rings."""
-    mean: Array = np.concatenate([ring for each in footprints for ring in each.rings]).mean(axis=0)
+    mean: Array = np.concatenate([ring for footprint in footprints for ring in footprint.rings]).mean(axis=0)
     return mean
 
 
@@ -53,7 +53,7 @@ def local(footprints: Sequence[Footprint], origin: Array) -> list[Footprint]:
     root = 1.0 - squashed * sin(latitude) ** 2
     across = EQUATOR / sqrt(root)
     scale = np.radians([across * cos(latitude), across * (1.0 - squashed) / root])
-    return [moved(each, lambda ring: (ring - origin) * scale) for each in footprints]
+    return [moved(footprint, lambda ring: (ring - origin) * scale) for footprint in footprints]
 
 
 def moved(footprint: Footprint, how: Callable[[Array], Array]) -> Footprint:
@@ -64,7 +64,7 @@ def moved(footprint: Footprint, how: Callable[[Array], Array]) -> Footprint:
 def turned(footprints: Sequence[Footprint], axis: Array) -> list[Footprint]:
     """The footprints in coordinates along and across a unit vector."""
     to = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
-    return [moved(each, lambda ring: ring @ to) for each in footprints]
+    return [moved(footprint, lambda ring: ring @ to) for footprint in footprints]
 
 
 def ring_area(ring: Array) -> float:
@@ -129,9 +129,9 @@ def street_axis(footprints: Sequence[Footprint], farthest: float, tolerance: flo
     pairs face each other within ``farthest`` is the axis; of equals, the one nearer to the line of the centres. It
     points as the file lists the buildings, first to last, and east where that does not tell.
     """
-    centres = np.array([centre(each) for each in footprints])
+    centres = np.array([centre(footprint) for footprint in footprints])
     centres -= centres.mean(axis=0)
-    walls = np.concatenate([np.roll(ring, -1, axis=0) - ring for each in footprints for ring in each.rings])
+    walls = np.concatenate([np.roll(ring, -1, axis=0) - ring for footprint in footprints for ring in footprint.rings])
     lengths, angles = np.hypot(*walls.T), np.arctan2(walls[:, 1], walls[:, 0])
     agreed = np.sum(lengths * np.exp(4j * angles))
     xx, yy, xy = (centres[:, 0] ** 2).sum(), (centres[:, 1] ** 2).sum(), (centres[:, 0] * centres[:, 1]).sum()
@@ -182,7 +182,7 @@ def _ends(footprint: Footprint) -> tuple[Array, Array]:
 def clear_distance(left: Footprint, right: Footprint) -> float:
     """The least distance along u from ``left`` to ``right``, negative where they overlap; inf where no v is common."""
     (_, bottom), (_, top) = np.maximum(_ends(left)[0], _ends(right)[0]), np.minimum(_ends(left)[1], _ends(right)[1])
-    across = np.concatenate([ring[:, 1] for each in (left, right) for ring in each.rings])
+    across = np.concatenate([ring[:, 1] for footprint in (left, right) for ring in footprint.rings])
     levels = np.unique(np.append(across[(across >= bottom) & (across <= top)], (bottom, top)))
     walls = reaches(right, levels, -1.0) - reaches(left, levels, 1.0)
     return float(walls.min(initial=inf)) if bottom <= top else inf
@@ -213,7 +213,7 @@ def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
 
 def length(footprints: Sequence[Footprint]) -> float:
     """The diagonal of the bounding box of all corners."""
-    corners = np.concatenate([ring for each in footprints for ring in each.rings])
+    corners = np.concatenate([ring for footprint in footprints for ring in footprint.rings])
     return hypot(*(corners.max(axis=0) - corners.min(axis=0)))
 
 
@@ -279,7 +279,7 @@ def clear_between(one: Footprint, other: Footprint, reach: float = inf) -> float
 
     0 where they touch or overlap; inf where it is more than ``reach``. A court is outside of its building.
     """
-    walls, others = (_walls(each, _box(beside), reach) for each, beside in ((one, other), (other, one)))
+    walls, others = (_walls(footprint, _box(beside), reach) for footprint, beside in ((one, other), (other, one)))
     nearest = min((_squared(*block) for block in _blocks(walls, others)), default=inf)
     if nearest == 0.0 or _holds(one, other) or _holds(other, one):
         return 0.0

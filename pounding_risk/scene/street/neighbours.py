@@ -96,9 +96,9 @@ def neighbours_csv(rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iter
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADS)
     for name, pairs in rows:
-        for each in pairs:
-            measured = ["" if isnan(value) else f"{value:.4g}" for value in (each.faced, each.share)]
-            writer.writerow((*_who(each.left, each.right), f"{each.gap:.6g}", *measured, f"neighbours in {name}"))
+        for left, right, gap, *faced_and_share in pairs:
+            measured = ["" if isnan(value) else f"{value:.4g}" for value in faced_and_share]
+            writer.writerow((*_who(left, right), f"{gap:.6g}", *measured, f"neighbours in {name}"))
     for pair in close:
         writer.writerow((*_who(pair.one, pair.other), f"{pair.distance:.6g}", "", "", f"in no row: {pair.reason}"))
     return text.getvalue()
@@ -188,19 +188,19 @@ class Street(NamedTuple):
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
         limit, held = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
-        rounded = [each._replace(pair=_rounded(each.pair)) for each in beside]
-        self._check_overlaps(each.pair for each in rounded)
-        for each in _in_line(rounded, limit):
-            gap = self._gap(each.pair)
+        rounded = [candidate._replace(pair=_rounded(candidate.pair)) for candidate in beside]
+        self._check_overlaps(candidate.pair for candidate in rounded)
+        for candidate in _in_line(rounded, limit):
+            gap = self._gap(candidate.pair)
             if gap < limit:
-                held.append(each._replace(pair=each.pair._replace(gap=gap)))
+                held.append(candidate._replace(pair=candidate.pair._replace(gap=gap)))
             else:
-                given = isfinite(self.houses[each.pair.left].gap)
+                given = isfinite(self.houses[candidate.pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
-                reasons[frozenset(each.pair[:2])] = f"{words}, as given" if given else words
-        onward = {each.pair.left: each.pair.right for each in held}
+                reasons[frozenset(candidate.pair[:2])] = f"{words}, as given" if given else words
+        onward = {candidate.pair.left: candidate.pair.right for candidate in held}
         before = {right: left for left, right in onward.items()}
-        for left, right, _ in (each.pair for each in rounded):
+        for left, right, _ in (candidate.pair for candidate in rounded):
             if onward.get(left) != right:
                 reasons.setdefault(frozenset((left, right)), self._second(left, right, onward, before))
         self._check_gaps(onward)
@@ -230,7 +230,7 @@ class Street(NamedTuple):
         self, flat: Sequence[Footprint], held: Sequence[Beside], reasons: Mapping[frozenset[int], str]
     ) -> Iterator[ClosePair]:
         """The pairs closer than the limit that are no neighbours in a row, each with the reason."""
-        neighbours = {frozenset(each.pair[:2]) for each in held}
+        neighbours = {frozenset(neighbour.pair[:2]) for neighbour in held}
         for one, other, distance in close_pairs(flat, self.rules.limit, metres=True):
             key = frozenset((one, other))
             if key not in neighbours:
@@ -246,12 +246,12 @@ class Street(NamedTuple):
                 "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
             )
 
-    def _named(self, place: int) -> str:
-        return f"{self.places[place]}, {self.houses[place].name}"
+    def _named(self, number: int) -> str:
+        return f"{self.places[number]}, {self.houses[number].name}"
 
     def _check_names(self) -> None:
-        for name in repeated(each.name for each in self.houses):
-            places = [where for each, where in zip(self.houses, self.places, strict=True) if each.name == name]
+        for name in repeated(house.name for house in self.houses):
+            places = [where for house, where in zip(self.houses, self.places, strict=True) if house.name == name]
             self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
 
     def _check_overlaps(self, pairs: Iterable[Facing]) -> None:
@@ -290,10 +290,10 @@ class Street(NamedTuple):
 
     def _check_gaps(self, onward: Mapping[int, int]) -> None:
         """Note a fault for a gap that is given to the right of the last building of a row."""
-        for place, each in enumerate(self.houses):
-            if place not in onward and each.gap < self.rules.limit:
+        for number, house in enumerate(self.houses):
+            if number not in onward and house.gap < self.rules.limit:
                 self.notes.faults.append(
-                    f"{self._named(place)}, gap: {say(each.gap, GAP)} is given, but no building stands on its right "
+                    f"{self._named(number)}, gap: {say(house.gap, GAP)} is given, but no building stands on its right "
                     f"within {say(self.rules.limit, GAP)}; leave the gap out, or correct the order"
                 )
 
@@ -307,12 +307,14 @@ def _in_line(beside: Iterable[Beside], limit: float) -> list[Beside]:
     onward: dict[int, int] = {}
     before: dict[int, int] = {}
     lined = []
-    for each in sorted(beside, key=lambda each: (each.pair.gap >= limit, -each.faced, each.pair.gap)):
-        left, right, _ = each.pair
+    for candidate in sorted(
+        beside, key=lambda candidate: (candidate.pair.gap >= limit, -candidate.faced, candidate.pair.gap)
+    ):
+        left, right, _ = candidate.pair
         if left not in onward and right not in before and not _leads(onward, right, left):
             onward[left], before[right] = right, left
-            lined.append(each)
-    return sorted(lined, key=lambda each: each.pair[:2])
+            lined.append(candidate)
+    return sorted(lined, key=lambda candidate: candidate.pair[:2])
 
 
 def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
@@ -334,6 +336,6 @@ def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:
     """Each building and the next: by their left walls where all are given, else as the file lists them."""
     order: Iterable[int] = range(len(walls))
     if not any(isnan(left) for left, _ in walls):
-        order = sorted(order, key=lambda place: walls[place][0])
+        order = sorted(order, key=lambda number: walls[number][0])
     for left, right in pairwise(order):
         yield Facing(left, right, walls[right][0] - walls[left][1])

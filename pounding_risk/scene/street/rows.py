@@ -102,12 +102,12 @@ class Block(ShortRepr):
 
     def filled_of(self, row: BlockRow) -> list[Filled]:
         """The values that were filled in for the buildings of a row."""
-        names = {each.name for each in row.buildings}
-        return [each for each in self.filled if each.street == row.street and each.building in names]
+        names = {house.name for house in row.buildings}
+        return [value for value in self.filled if value.street == row.street and value.building in names]
 
     def close_to(self, row: BlockRow) -> list[ClosePair]:
         """The pairs of `close` with a building of this row."""
-        members = {(row.street, each.name) for each in row.buildings}
+        members = {(row.street, house.name) for house in row.buildings}
         return [
             pair
             for pair in self.close
@@ -274,7 +274,7 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
 
 def _between_streets(every: Sequence[tuple[House, Entry]], rules: Rules) -> list[ClosePair]:
     """Pairs of buildings of two streets that stand closer than the limit; footprints are those of the file."""
-    outlined = [(each, entry.footprint) for each, entry in every if entry.footprint is not None]
+    outlined = [(house, entry.footprint) for house, entry in every if entry.footprint is not None]
     pairs = close_pairs([footprint for _, footprint in outlined], rules.limit, rules.metres)
     return [
         ClosePair(outlined[one][0], outlined[other][0], round(distance, FINEST_GAP), STREETS)

@@ -113,7 +113,7 @@ def _text(path: Path) -> str:
         raise BlockError(str(path), [f"byte {error.start} is not UTF-8; save the file with that encoding"]) from None
     except OSError as error:
         folder = path.parent
-        names = [each.name for each in folder.iterdir()] if folder.is_dir() else []
+        names = [file.name for file in folder.iterdir()] if folder.is_dir() else []
         near = nearest(path.name, names)
         raise BlockError(str(path), [f"cannot be read ({error.strerror}){near}; check the name"]) from None
 
@@ -286,14 +286,14 @@ def _other_coordinates(footprints: Sequence[Footprint], metres: bool) -> Iterato
     if not footprints:
         return
     if metres:
-        widest = max(length([each]) for each in footprints)
+        widest = max(length([footprint]) for footprint in footprints)
         if widest < SMALLEST:
             yield (
                 f"read as metres, no footprint is more than {say(widest, GAP, 2)} across: the coordinates look like "
                 "longitude and latitude; leave out --metres (metres=True in Python)"
             )
         return
-    least = min(length(local([each], middle([each]))) for each in footprints)
+    least = min(length(local([footprint], middle([footprint]))) for footprint in footprints)
     if least > LARGEST:
         yield (
             f"read as longitude and latitude, every footprint is {say(least, GAP, 2)} across or more: the coordinates "
@@ -303,7 +303,7 @@ def _other_coordinates(footprints: Sequence[Footprint], metres: bool) -> Iterato
 
 def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[str]:
     """A note where the last decimal of the coordinates is larger on the ground than gaps are."""
-    numbers = np.concatenate([NONE, *(ring for each in footprints if each for ring in each.rings)])
+    numbers = np.concatenate([NONE, *(ring for footprint in footprints if footprint for ring in footprint.rings)])
     for decimals in range(MOST_DECIMALS):
         size = 10.0**-decimals * (1.0 if metres else DEGREE)
         if size >= COARSE and (numbers == numbers.round(decimals)).all():
