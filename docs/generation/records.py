@@ -22,23 +22,23 @@ installed: `obspy.read` opens them in any script. [What each file needs beside i
 def formats_page() -> str:
     """Every format that is read."""
     rows = [
-        (plain(each.words), f"`{each.name}`", " ".join(f"`{one}`" for one in each.suffixes), _reader(each))
-        for each in formats()
+        (plain(kind.words), f"`{kind.name}`", " ".join(f"`{one}`" for one in kind.suffixes), _reader(kind))
+        for kind in formats()
     ]
     text = FORMATS + table(("format", "ObsPy's name", "usual endings", "read by"), rows) + "\n"
-    for each in formats():
-        module = sys.modules[each.recognises.__module__]
-        text += f"## {plain(each.words.partition(' (')[0])}\n\n{docstring(module)}\n"
+    for kind in formats():
+        module = sys.modules[kind.recognises.__module__]
+        text += f"## {plain(kind.words.partition(' (')[0])}\n\n{docstring(module)}\n"
     return text
 
 
-def _reader(each: Any) -> str:
-    return "ObsPy, checked here" if each.native else "this package"
+def _reader(kind: Any) -> str:
+    return "ObsPy, checked here" if kind.native else "this package"
 
 
 def steps_page() -> str:
     """Every processing step with its options."""
-    chain = " · ".join(f"`{each.name}`" for each in DEFAULT_CHAIN)
+    chain = " · ".join(f"`{step.name}`" for step in DEFAULT_CHAIN)
     text = (
         "# Processing steps\n\n"
         f'`processing = "auto"` does {chain} to a raw record and nothing to a processed one. In a scene: '
