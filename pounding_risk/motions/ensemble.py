@@ -25,13 +25,13 @@ from pounding_risk.motions.read import processed
 from pounding_risk.motions.record import RAW, STATED, Source, recording, recording_words
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
-from pounding_risk.motions.source import components, file_name, is_vertical, open_source, parted
+from pounding_risk.motions.source import components, file_name, is_vertical, open_source, split_component
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
 
 
-class Gathered(NamedTuple):
+class MotionEnsemble(NamedTuple):
     """The motions of a request, a sentence for each record that was left out, and one for each copy of another."""
 
     motions: tuple[Motion, ...]
@@ -52,7 +52,9 @@ class _Chosen(NamedTuple):
         return 1.0 if self.row is None else float(self.row["factor"])
 
 
-def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None) -> Gathered:
+def read_ensemble(
+    request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None
+) -> MotionEnsemble:
     """Read, process and treat the motions of a request, in its order and in the polarity of the records.
 
     Parameters
@@ -68,7 +70,7 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
 
     Returns
     -------
-    Gathered
+    MotionEnsemble
         Motions with distinct names, and what was left out.
 
     Raises
@@ -93,7 +95,7 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
         if progress is not None:
             progress(number, len(groups))
     motions = treatment.treated(motions, treatment.treatment_of(request, scaled=scaled))
-    return Gathered(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
+    return MotionEnsemble(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
 def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> Iterator[_Chosen]:
@@ -166,7 +168,7 @@ def sources_named(
             left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
             continue
         try:
-            if parted(path)[1]:
+            if split_component(path)[1]:
                 yield open_source(path, unit=unit, dt=dt)
             else:
                 yield from components(path, unit=unit, dt=dt)

@@ -244,12 +244,12 @@ def response_spectra(
     samples = [
         _checked(record, step, f"record {k}") for k, (record, step) in enumerate(zip(records, steps, strict=True))
     ]
-    asked = _checked_periods(periods, damping, steps.max(initial=0.0))
-    order = np.argsort(asked)
+    valid = _checked_periods(periods, damping, steps.max(initial=0.0))
+    order = np.argsort(valid)
     starts = np.append(0, np.cumsum([record.size for record in samples]))
-    peaks = np.empty((3, len(samples), asked.size))
-    peaks[:, :, order] = spectra(np.concatenate([*samples, []]), starts, steps, asked[order], float(damping))
-    return Spectra(asked, float(damping), *(peaks[:, 0] if alone else peaks))
+    peaks = np.empty((3, len(samples), valid.size))
+    peaks[:, :, order] = spectra(np.concatenate([*samples, []]), starts, steps, valid[order], float(damping))
+    return Spectra(valid, float(damping), *(peaks[:, 0] if alone else peaks))
 
 
 def rotated_spectra(
@@ -291,11 +291,11 @@ def rotated_spectra(
             f"the components have {first.size} and {second.size} samples; both must be at the same times: cut them to "
             "the same start and length"
         )
-    asked = _checked_periods(periods, damping, dt)
+    valid = _checked_periods(periods, damping, dt)
     turns = np.array([np.cos(np.deg2rad(ANGLES)), np.sin(np.deg2rad(ANGLES))])
-    peaks = directions(first, second, float(dt), asked, float(damping), turns)
+    peaks = directions(first, second, float(dt), valid, float(damping), turns)
     pga = np.array([np.abs(c * first + s * second).max() for c, s in turns.T])
-    return Rotated(asked, float(damping), peaks * ((2.0 * pi / asked) ** 2)[:, None], pga)
+    return Rotated(valid, float(damping), peaks * ((2.0 * pi / valid) ** 2)[:, None], pga)
 
 
 def _is_one(acceleration: Any) -> bool:

@@ -21,7 +21,7 @@ from typing import Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.source import parted
+from pounding_risk.motions.source import split_component
 from pounding_risk.motions.write import write_text
 
 SEPARATOR = " | "  # between the steps of the processing
@@ -91,7 +91,7 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
 
 def _beside(source: str | None, folder: Path) -> str | None:
     """The path of a source relative to a folder, where it is a file; an id as it is."""
-    if source is None or not parted(source)[0].is_file():
+    if source is None or not split_component(source)[0].is_file():
         return source
     return Path(os.path.relpath(source, folder)).as_posix()
 
@@ -107,7 +107,7 @@ def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
             "choose from the files"
         )
     file = folder / row["source"]
-    return file if parted(file)[0].is_file() else str(row["source"])
+    return file if split_component(file)[0].is_file() else str(row["source"])
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:

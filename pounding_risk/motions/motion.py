@@ -14,9 +14,9 @@ import numpy as np
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing import Done
-from pounding_risk.motions.processing.amplitude import asked, scale_samples_to
+from pounding_risk.motions.processing.amplitude import in_si, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
-from pounding_risk.motions.processing.window import cut, doubts, extended, turned_round
+from pounding_risk.motions.processing.window import cut, doubts, reversed_polarity, with_zeros
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.motions.source import USABLE, check_samples, lowest_usable
 from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, shown
@@ -97,11 +97,11 @@ class Motion(ShortRepr):
         """The motion with the opposite sign. A pair is not symmetric, so that both polarities are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
         turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
-        return turned.after(turned_round(self.acceleration))
+        return turned.after(reversed_polarity(self.acceleration))
 
     def scaled_to(self, pga: float | str) -> Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
-        return self.after(scale_samples_to(self.acceleration, asked("pga", pga, PGA), self.name))
+        return self.after(scale_samples_to(self.acceleration, in_si("pga", pga, PGA), self.name))
 
     def cut(self, start: float | str, end: float | str) -> Motion:
         """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is outside it."""
@@ -110,7 +110,7 @@ class Motion(ShortRepr):
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion followed by zeros of that duration [s], in which the buildings vibrate freely."""
-        return self.after(extended(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
+        return self.after(with_zeros(self.acceleration, self.dt, in_si("tail", seconds, TAIL)))
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
         """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, shape (n,)."""
@@ -118,7 +118,7 @@ class Motion(ShortRepr):
 
     def after(self, done: Done) -> Motion:
         """The motion with the result of a step: its samples, its sentence and its flags."""
-        record = later(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
+        record = after_cut(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
         if done.factor != 1.0:
             record["factor"] = self.record.get("factor", 1.0) * done.factor
         sentences = (*self.processing, *([done.sentence] if done.sentence else []))
@@ -136,7 +136,7 @@ def driven(motion: Motion, polarity: str, pga: float | None) -> Motion:
     return turned if pga is None else turned.scaled_to(pga)
 
 
-def later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
+def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
     """The facts of a record after so many ``seconds`` were cut from its start."""
     if not seconds:
         return record
@@ -161,4 +161,4 @@ def span_of(given: Any) -> tuple[float, float]:
     """Start and end [s] of a window, numbers or text with a unit; raises RecordError for anything else."""
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
         raise RecordError(f"window: {shown(given)} is not a start and an end; give two times such as (0.0, 6.0)")
-    return asked("window", given[0], TIME), asked("window", given[1], TIME)
+    return in_si("window", given[0], TIME), in_si("window", given[1], TIME)

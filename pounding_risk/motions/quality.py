@@ -45,7 +45,7 @@ class Finding(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Seen:
+class CheckedRecord:
     """A record under the checks, with derived values that several checks share; see `quality` for the fields."""
 
     samples: Samples
@@ -79,13 +79,14 @@ class Seen:
 class Check(NamedTuple):
     """A check of the registry: its function, and the states of a record to which it applies."""
 
-    function: Callable[[Seen], Finding | None]
+    function: Callable[[CheckedRecord], Finding | None]
     states: tuple[str, ...]
 
 
+Result = tuple[str, str, bool] | None  # what was found, what is allowed, whether that is met
 CHECKS: dict[str, Check] = {}
 # What no processing mends, and what says that a motion has not come to rest: flags of a motion. Others of its doubts
-# are told by the steps that met them.
+# are flagged by the steps that met them.
 LASTING = ("duration", "clipping", "spikes", "zero crossings")
 OF_BUILDINGS = ("time step of the stiffest building", "period of the softest building")
 AT_REST = ("velocity at the end", "displacement at the end", "tail")
@@ -93,17 +94,17 @@ AT_REST = ("velocity at the end", "displacement at the end", "tail")
 
 def check(
     name: str, states: tuple[str, ...] = (RAW, PROCESSED)
-) -> Callable[[Callable[[Seen], tuple[str, str, bool] | None]], Callable[[Seen], Finding | None]]:
+) -> Callable[[Callable[[CheckedRecord], Result]], Callable[[CheckedRecord], Finding | None]]:
     """Enter a function in the registry: it returns what it found, what is allowed and whether that is met, or None."""
 
-    def enter(function: Callable[[Seen], tuple[str, str, bool] | None]) -> Callable[[Seen], Finding | None]:
-        def told(seen: Seen) -> Finding | None:
+    def enter(function: Callable[[CheckedRecord], Result]) -> Callable[[CheckedRecord], Finding | None]:
+        def finding(seen: CheckedRecord) -> Finding | None:
             result = function(seen)
             return None if result is None else Finding(name, *result)
 
-        told.__doc__ = function.__doc__
-        CHECKS[name] = Check(told, states)
-        return told
+        finding.__doc__ = function.__doc__
+        CHECKS[name] = Check(finding, states)
+        return finding
 
     return enter
 
@@ -143,11 +144,11 @@ def quality(
     tuple of Finding
         One for each check that applies.
     """
-    seen = Seen(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
+    seen = CheckedRecord(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
     if seen.peak == 0.0:
         return (Finding("motion", "every sample is the same", "a motion", False),)
-    asked = CHECKS if checks is None else checks
-    findings = (CHECKS[name].function(seen) for name in asked if state in CHECKS[name].states)
+    names = CHECKS if checks is None else checks
+    findings = (CHECKS[name].function(seen) for name in names if state in CHECKS[name].states)
     return tuple(finding for finding in findings if finding is not None)
 
 
@@ -157,13 +158,13 @@ def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:
 
 
 @check("time step")
-def _time_step(seen: Seen) -> tuple[str, str, bool]:
+def _time_step(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Peaks of acceleration lie between samples that are too far apart."""
     return f"{seen.dt:g} s", f"at most {LONGEST_STEP:g} s", seen.dt <= LONGEST_STEP * (1.0 + 1e-9)
 
 
 @check("time step of the stiffest building")
-def _stiffest(seen: Seen) -> tuple[str, str, bool] | None:
+def _stiffest(seen: CheckedRecord) -> Result:
     """dt <= T/10: straight lines between samples keep sinc²(dt/T) of a wave of period T, 97 % then and 87 % at T/5."""
     if seen.shortest_period is None:
         return None
@@ -173,7 +174,7 @@ def _stiffest(seen: Seen) -> tuple[str, str, bool] | None:
 
 
 @check("period of the softest building")
-def _softest(seen: Seen) -> tuple[str, str, bool] | None:
+def _softest(seen: CheckedRecord) -> Result:
     """The filter of a record takes out the motion that drives a building of a longer period."""
     if seen.longest_period is None or not seen.usable:
         return None
@@ -181,20 +182,20 @@ def _softest(seen: Seen) -> tuple[str, str, bool] | None:
 
 
 @check("duration")
-def _duration(seen: Seen) -> tuple[str, str, bool]:
+def _duration(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Time from the arrival of the earthquake to the end of the record."""
     length = (len(seen.samples) - 1) * seen.dt - seen.quiet
     return f"{length:.3g} s after the arrival", f"{SHORTEST_SHAKING:g} s or more", length >= SHORTEST_SHAKING
 
 
 @check("quiet before", (RAW,))
-def _quiet(seen: Seen) -> tuple[str, str, bool]:
+def _quiet(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Time before the earthquake, in which offset and noise of the instrument are seen."""
     return f"{seen.quiet:.3g} s", f"{SHORTEST_PRE_EVENT:g} s or more", seen.quiet >= SHORTEST_PRE_EVENT
 
 
 @check("signal-to-noise", (RAW,))
-def _noise(seen: Seen) -> tuple[str, str, bool] | None:
+def _noise(seen: CheckedRecord) -> Result:
     """The least ratio of Fourier amplitudes within the frequencies of buildings; needs 3 s before the earthquake."""
     try:
         spectra = signal_to_noise(seen.centred, seen.dt)
@@ -208,7 +209,7 @@ def _noise(seen: Seen) -> tuple[str, str, bool] | None:
 
 
 @check("clipping")
-def _clipping(seen: Seen) -> tuple[str, str, bool]:
+def _clipping(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Several samples in a row at the extreme. 118 good records have one sample at each extreme."""
     room = SAME * float(np.ptp(seen.samples))
     longest = max(_longest_run(np.abs(seen.samples - top) <= room) for top in (seen.samples.min(), seen.samples.max()))
@@ -217,7 +218,7 @@ def _clipping(seen: Seen) -> tuple[str, str, bool]:
 
 
 @check("spikes")
-def _spikes(seen: Seen) -> tuple[str, str, bool]:
+def _spikes(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Single samples that stick out of both neighbours by 2 % of the range and four times the sharpest bend near them.
 
     118 good records have none above 3.5 times, sharp arrivals near the source included; the test of gmprocess, a jump
@@ -230,21 +231,21 @@ def _spikes(seen: Seen) -> tuple[str, str, bool]:
 
 
 @check("offset")
-def _offset(seen: Seen) -> tuple[str, str, bool]:
+def _offset(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The mean of the samples, which integrates to a ramp of velocity."""
     share = abs(float(seen.samples.mean())) / float(np.abs(seen.samples).max())
     return f"mean of {_percent(share)} of PGA", f"at most {100 * OFFSET_OF_PEAK:g} %", share <= OFFSET_OF_PEAK
 
 
 @check("late trigger")
-def _first(seen: Seen) -> tuple[str, str, bool]:
+def _first(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The first sample: a record that starts in motion lacks what came before."""
     share = abs(float(seen.centred[0])) / seen.peak
     return f"starts at {_percent(share)} of PGA", f"at most {100 * FIRST_OF_PEAK:g} %", share <= FIRST_OF_PEAK
 
 
 @check("zero crossings")
-def _crossings(seen: Seen) -> tuple[str, str, bool]:
+def _crossings(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The rate of zero crossings, low for an instrument that stuck and for a drift larger than the motion."""
     signs = np.sign(seen.centred[seen.centred != 0.0])
     rate = float(np.count_nonzero(np.diff(signs))) / ((len(seen.samples) - 1) * seen.dt)
@@ -252,19 +253,19 @@ def _crossings(seen: Seen) -> tuple[str, str, bool]:
 
 
 @check("velocity at the end")
-def _velocity(seen: Seen) -> tuple[str, str, bool]:
+def _velocity(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The velocity at the end, where the ground is at rest after an earthquake."""
     return _end(seen.integrals[0])
 
 
 @check("displacement at the end")
-def _displacement(seen: Seen) -> tuple[str, str, bool]:
+def _displacement(seen: CheckedRecord) -> tuple[str, str, bool]:
     """The displacement at the end: drift, or a permanent displacement that was left in on purpose."""
     return _end(seen.integrals[1])
 
 
 @check("tail")
-def _tail(seen: Seen) -> tuple[str, str, bool] | None:
+def _tail(seen: CheckedRecord) -> Result:
     """The motion in the last seconds, large where the record ends before the shaking; None for a shorter record."""
     count = round(TAIL / seen.dt)
     if count >= len(seen.samples):

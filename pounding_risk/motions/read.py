@@ -11,7 +11,7 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion, span_of
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
-from pounding_risk.motions.processing.amplitude import asked, unit_doubts
+from pounding_risk.motions.processing.amplitude import in_si, unit_doubts
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.motions.record import RAW, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
@@ -78,7 +78,7 @@ def read_motion(
     ("6 s", "0.5 g").
     """
     how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
-    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
     return treated([processed(opened, processing)], how)[0]
 
 
@@ -116,7 +116,7 @@ def read_trace(
     obspy.Trace
         Acceleration in m/s²; ``stats.processing`` has the history.
     """
-    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
     motion = read_motion(opened, **choices)
     trace = opened.trace.copy()  # the one that was handed over stays as it was
     trace.data = np.array(motion.acceleration)
@@ -148,7 +148,7 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
         return Stream([read_trace(trace, **choices) for trace in source])
     if isinstance(source, str | Path) and Path(source).is_file():
         unit, dt = choices.pop("unit", None), choices.pop("dt", None)
-        step = None if dt is None else asked("dt", dt, STEP)
+        step = None if dt is None else in_si("dt", dt, STEP)
         return Stream([read_trace(component, **choices) for component in components(Path(source), unit=unit, dt=step)])
     return Stream([read_trace(source, **choices)])
 
@@ -170,9 +170,9 @@ def _treatment(
     return Treatment(
         window=None if window is None else span_of(window),
         polarity=polarity,
-        pga=None if pga is None else asked("pga", pga, PGA),
-        scale=None if scale is None else asked("scale", scale, SCALE),
-        tail=asked("tail", tail, TAIL),
+        pga=None if pga is None else in_si("pga", pga, PGA),
+        scale=None if scale is None else in_si("scale", scale, SCALE),
+        tail=in_si("tail", tail, TAIL),
     )
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import asked, scale_samples, scale_samples_to
+from pounding_risk.motions.processing.amplitude import in_si, scale_samples, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, shown
 
@@ -51,7 +51,7 @@ def by_factor(motion: Motion, factor: float | str, aim: str = "") -> Motion:
     Motion
         The motion times the factor. Raises RecordError for a factor that is not above 0.
     """
-    return motion.after(scale_samples(motion.acceleration, asked("scale", factor, SCALE), aim))
+    return motion.after(scale_samples(motion.acceleration, in_si("scale", factor, SCALE), aim))
 
 
 def to_pga(motion: Motion, pga: float | str) -> Motion:
@@ -69,7 +69,7 @@ def to_pga(motion: Motion, pga: float | str) -> Motion:
     Motion
         The motion times one factor.
     """
-    return motion.after(scale_samples_to(motion.acceleration, asked("pga", pga, PGA), motion.name))
+    return motion.after(scale_samples_to(motion.acceleration, in_si("pga", pga, PGA), motion.name))
 
 
 def to_spectral_acceleration(motion: Motion, value: float | str, period: float | str, damping: float = 0.05) -> Motion:
@@ -96,7 +96,7 @@ def to_spectral_acceleration(motion: Motion, value: float | str, period: float |
     RecordError
         For a value, period or damping ratio out of range, and for a motion of zeros.
     """
-    target, at = asked("value", value, PGA), asked("period", period, PERIOD)
+    target, at = in_si("value", value, PGA), in_si("period", period, PERIOD)
     aim = f"Sa({at:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
     spectral = spectral_accelerations([motion], [at], damping)[0, 0]
     return by_factor(motion, _ratio(target, spectral, motion.name), aim)
@@ -131,7 +131,7 @@ def to_mean_spectral_acceleration(
     RecordError
         As `to_spectral_acceleration`, and for an empty range of periods.
     """
-    target = asked("value", value, PGA)
+    target = in_si("value", value, PGA)
     low, high = period_range(periods)
     aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
     spectra = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
@@ -197,7 +197,7 @@ def measured(
         return [float(measure(motion)) for motion in motions], getattr(measure, "__name__", "measure")
     name, inside = measure.strip().lower(), _SA.fullmatch(measure.strip())
     if inside:
-        period = asked("measure", inside[1], PERIOD)
+        period = in_si("measure", inside[1], PERIOD)
         spectra = spectral_accelerations(motions, [period], damping)
         return [float(value) for value in spectra[:, 0]], f"Sa({period:g} s, {100.0 * damping:g} %)"
     if name not in POWERS:
@@ -224,7 +224,7 @@ def period_range(periods: Any) -> tuple[float, float]:
     """Two rising periods [s], numbers or text with a unit; raises RecordError for anything else."""
     if isinstance(periods, str) or not isinstance(periods, Sequence) or len(periods) != 2:
         raise RecordError(f"periods: {shown(periods)} is not a range; give two periods such as (0.2, 2.0)")
-    low, high = (asked("periods", period, PERIOD) for period in periods)
+    low, high = (in_si("periods", period, PERIOD) for period in periods)
     if not low < high:
         raise RecordError(f"periods: {low:g} to {high:g} s is empty; write the shorter period first")
     return low, high

@@ -28,7 +28,7 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, asked
+from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, in_si
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.record import recording
 from pounding_risk.motions.rotation import rotated
@@ -43,7 +43,7 @@ FILTERS = ("magnitude", "distance_km", "vs30", "pga")
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Criteria:
     """The criteria of a selection.
 
     Parameters
@@ -93,7 +93,7 @@ class Wanted:
             if not (value is None and key == "per_event") and not (isinstance(value, int | np.integer) and value >= 1):
                 raise RecordError(f"{key}: {shown(value)} is no number of records; write a whole number from 1 up")
         if self.pga is not None:
-            object.__setattr__(self, "pga", tuple(asked("pga", bound, PGA) for bound in self.pga))
+            object.__setattr__(self, "pga", tuple(in_si("pga", bound, PGA) for bound in self.pga))
         for key in ("limits", *FILTERS):
             _check_bounds(key, getattr(self, key))
         if self.limits[0] <= 0.0:
@@ -128,7 +128,7 @@ class Selection:
     """The result of a selection, closest candidate first, and how the ensemble compares with the target."""
 
     target: Target
-    wanted: Wanted
+    wanted: Criteria
     periods: Samples  # s, where spectra were compared
     rows: tuple[Row, ...]
     considered: int  # candidates, chosen or not
@@ -150,7 +150,7 @@ class Selection:
     def spectra_at(self, periods: Samples) -> Samples:
         """Spectra of the chosen candidates, scaled, at other periods [s]: Sa [m/s²], shape (rows, periods).
 
-        They are the spectra that were compared: of components, or of pairs as `Wanted.spectrum` says.
+        They are the spectra that were compared: of components, or of pairs as `Criteria.spectrum` says.
         """
         spectra = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
         return spectra * np.array([row.factor for row in self.rows])[:, None]
@@ -222,7 +222,7 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     target : Target
         The target spectrum.
     **choices : dict
-        The criteria, parameters of `pounding_risk.motions.selection.Wanted`: periods, count, spectrum, limits,
+        The criteria, parameters of `pounding_risk.motions.selection.Criteria`: periods, count, spectrum, limits,
         per_event, magnitude, distance_km, vs30, pga.
 
     Returns
@@ -242,7 +242,7 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
     left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
     """
-    wanted = _wanted(choices)
+    wanted = _criteria(choices)
     periods = np.geomspace(*wanted.periods, NODES)
     goal = target.at(periods)
     left_out: Counter[str] = Counter()
@@ -265,13 +265,13 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     return Selection(target, wanted, periods, tuple(chosen), considered, dict(left_out))
 
 
-def _wanted(choices: dict[str, Any]) -> Wanted:
-    unknown = [key for key in choices if key not in Wanted.__dataclass_fields__]
+def _criteria(choices: dict[str, Any]) -> Criteria:
+    unknown = [key for key in choices if key not in Criteria.__dataclass_fields__]
     if unknown:
         raise RecordError(
-            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Wanted.__dataclass_fields__)}"
+            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Criteria.__dataclass_fields__)}"
         )
-    return Wanted(**choices)
+    return Criteria(**choices)
 
 
 def _check_bounds(key: str, bounds: Any) -> None:
@@ -282,7 +282,7 @@ def _check_bounds(key: str, bounds: Any) -> None:
         raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
 
 
-def _candidates(motions: list[Motion], wanted: Wanted, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
+def _candidates(motions: list[Motion], wanted: Criteria, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
     """Components, or pairs of them, in an order that does not depend on the one given."""
     level = [motion for motion in motions if not is_vertical(motion.record)]
     if len(level) < len(motions):
@@ -309,7 +309,7 @@ def _known(parts: tuple[Motion, ...], key: str) -> Any:
     return next((motion.record[key] for motion in parts if motion.record.get(key) not in (None, "")), None)
 
 
-def _passes(parts: tuple[Motion, ...], wanted: Wanted, left_out: Counter[str]) -> bool:
+def _passes(parts: tuple[Motion, ...], wanted: Criteria, left_out: Counter[str]) -> bool:
     """True for a candidate that passes every filter; the first filter that it fails is counted."""
     for key in FILTERS:
         bounds = getattr(wanted, key)
@@ -328,7 +328,7 @@ def _passes(parts: tuple[Motion, ...], wanted: Wanted, left_out: Counter[str]) -
     return True
 
 
-def _first(rows: list[Row], wanted: Wanted, left_out: Counter[str]) -> list[Row]:
+def _first(rows: list[Row], wanted: Criteria, left_out: Counter[str]) -> list[Row]:
     """The closest candidates, no more of one earthquake than allowed."""
     chosen: list[Row] = []
     events: Counter[tuple[Any, Any]] = Counter()
@@ -344,7 +344,7 @@ def _first(rows: list[Row], wanted: Wanted, left_out: Counter[str]) -> list[Row]
     return chosen
 
 
-def _doubts(parts: tuple[Motion, ...], wanted: Wanted) -> tuple[str, ...]:
+def _doubts(parts: tuple[Motion, ...], wanted: Criteria) -> tuple[str, ...]:
     """A flag for a record that is compared at periods beyond its usable ones."""
     lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
     if wanted.periods[1] * lowest <= 1.0:

@@ -39,7 +39,7 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
     elif isinstance(source, str) and _is_id(source):
         opened = _of_id(source)
     elif isinstance(source, str | Path):
-        path, component = parted(source)
+        path, component = split_component(source)
         opened = _of_file(path, read_file(path, component, unit=unit, dt=dt))
     else:
         opened = _of_trace(source)
@@ -51,7 +51,7 @@ def components(path: Path, *, unit: str | None = None, dt: float | None = None) 
     return tuple(_checked(_of_file(path, read), unit, dt) for read in read_components(path, unit=unit, dt=dt))
 
 
-def parted(source: str | Path) -> tuple[Path, str]:
+def split_component(source: str | Path) -> tuple[Path, str]:
     """File and component of a name such as "quake.V2A#N28W"; a file whose own name has a # is taken as it is."""
     path, _, component = str(source).rpartition(COMPONENT)
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
@@ -59,7 +59,7 @@ def parted(source: str | Path) -> tuple[Path, str]:
 
 def file_name(source: Source) -> str:
     """A short name of a record among others: that of its file with its component, or its id."""
-    path, component = parted(source.name)
+    path, component = split_component(source.name)
     return f"{path.name}{COMPONENT if component else ''}{component}" if path.is_file() else str(source.record["id"])
 
 

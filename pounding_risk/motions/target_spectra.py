@@ -101,21 +101,21 @@ class Target:
         Those are joined by straight lines in logarithms, from a period of 0 by one in numbers. Raises RecordError for
         a period outside the target's.
         """
-        asked = np.asarray(periods, dtype=np.float64)
-        outside = asked[~((asked >= self.periods[0] * (1 - 1e-12)) & (asked <= self.periods[-1] * (1 + 1e-12)))]
+        at = np.asarray(periods, dtype=np.float64)
+        outside = at[~((at >= self.periods[0] * (1 - 1e-12)) & (at <= self.periods[-1] * (1 + 1e-12)))]
         if outside.size:
             raise RecordError(
                 f"{self.name}: is given from {self.periods[0]:g} to {self.periods[-1]:g} s, and {outside.flat[0]:g} s "
                 "is asked for; narrow the range of periods"
             )
-        return self.shape(asked) if self.shape else self._between(asked)
+        return self.shape(at) if self.shape else self._between(at)
 
-    def _between(self, asked: Samples) -> Samples:
+    def _between(self, at: Samples) -> Samples:
         start = 1 if self.periods[0] == 0.0 else 0
         periods, values = self.periods[start:], self.acceleration[start:]
-        safe = np.maximum(asked, periods[0])
+        safe = np.maximum(at, periods[0])
         joined = np.exp(np.interp(np.log(safe), np.log(periods), np.log(values)))
-        return np.where(asked < periods[0], np.interp(asked, self.periods, self.acceleration), joined)
+        return np.where(at < periods[0], np.interp(at, self.periods, self.acceleration), joined)
 
 
 def read_target(text: str | Path, *, damping: float = 0.05) -> Target:

@@ -2,7 +2,8 @@
 
 A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and is True for its own
 files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` takes a path or an open file and gives m/s² as float64
-with ``stats.calib = 1`` and ``stats.record`` (`_text.told`), with ``headonly`` no samples, or raises RecordError.
+with ``stats.calib = 1`` and ``stats.record`` (`_text.record_facts`), without samples where ``headonly`` is True, or
+raises RecordError.
 Two entry points make it known to ObsPy, so that ``obspy.read`` opens such files in any script:
 
     [project.entry-points."obspy.plugin.waveform"]

@@ -11,7 +11,7 @@ import obspy
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats._native import unreadable
-from pounding_risk.motions.formats._text import told
+from pounding_risk.motions.formats._text import record_facts
 from pounding_risk.motions.formats._unit import TO_GIVE, known, sentence, size_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
             f"{TO_GIVE}"
         )
     trace.stats.calib = 1.0
-    trace.stats.record = told(
+    trace.stats.record = record_facts(
         state=state,
         units=units,
         date=str(trace.stats.starttime.date),

@@ -32,7 +32,7 @@ FACTS = {
 _SAMPLE = re.compile(NUMBER, re.ASCII)
 
 
-def told(*, state: str, units: str, **facts: Any) -> AttribDict:
+def record_facts(*, state: str, units: str, **facts: Any) -> AttribDict:
     """``stats.record`` of a trace: the facts of a header under the names that every reader uses.
 
     ``state`` is "raw" or "processed"; ``units`` the sentence that says how the samples became m/s². ``azimuth`` is in
@@ -349,7 +349,7 @@ def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
     return f"{band}N{direction}"
 
 
-def counted(traces: list[Trace], numbers: list[str]) -> list[Trace]:
+def numbered(traces: list[Trace], numbers: list[str]) -> list[Trace]:
     """Give each component of a file a name of its own: shared names are followed by the channel's number.
 
     ``numbers`` are the channels' own; where they are no different numbers, the channels are counted.
@@ -364,7 +364,7 @@ def counted(traces: list[Trace], numbers: list[str]) -> list[Trace]:
     return traces
 
 
-def tell_missing(traces: list[Trace], line: str, channels: int) -> None:
+def note_missing_channels(traces: list[Trace], line: str, channels: int) -> None:
     """Say in the history of each trace where a file has fewer channels than the line "(3 Chns of 12 at Sta)" promises.
 
     Agencies cut such files into channels too, so that one of three is no damage for certain.
@@ -384,7 +384,9 @@ class Even(NamedTuple):
     digitised: NDArray[np.float64]  # the samples of the file itself, at whatever times
 
 
-def evened(where: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]) -> Even:
+def even_samples(
+    where: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]
+) -> Even:
     """Samples at even times, from pairs of time [s] and value as records of film have them.
 
     Times that are even but for the ``rounding`` [s] of their digits, of each or of all, are taken as even. Others are

@@ -34,8 +34,8 @@ from pounding_risk.motions.formats._text import (
     number,
     quoted,
     recogniser,
+    record_facts,
     text_of,
-    told,
     trace_of,
 )
 from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
@@ -451,7 +451,7 @@ def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
             ) from None
     if head.history:
         stats["processing"] = list(head.history)
-    return {**stats, "record": told(state=_state(name, head), units=units, **facts)}
+    return {**stats, "record": record_facts(state=_state(name, head), units=units, **facts)}
 
 
 def _instant(text: str) -> UTCDateTime:

@@ -36,12 +36,12 @@ from pounding_risk.motions.formats._text import (
     channel_code,
     check_step,
     columns_of,
-    counted,
+    note_missing_channels,
+    numbered,
     quoted,
     recogniser,
-    tell_missing,
+    record_facts,
     text_of,
-    told,
     trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
@@ -148,8 +148,8 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
         )
     numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
     traces = [_trace(channel) for channel in wanted]
-    tell_missing(traces, channels[0].text[6], len(channels))
-    return Stream(counted(traces, numbers))
+    note_missing_channels(traces, channels[0].text[6], len(channels))
+    return Stream(numbered(traces, numbers))
 
 
 def _of_acceleration(channel: Channel) -> bool:
@@ -277,7 +277,7 @@ def _trace(channel: Channel) -> Trace:
         word, place = channel.peak
         unit = words.partition(",")[0]
         check_peak(channel.samples, stated_peak(word, unit, 1.0, place))
-    record = told(
+    record = record_facts(
         state=STATES[stage],
         units=f"units: {words}",
         date="" if start is None else str(start.date),

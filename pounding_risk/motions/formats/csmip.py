@@ -36,13 +36,13 @@ from pounding_risk.motions.formats._text import (
     channel_code,
     check_step,
     columns_of,
-    counted,
-    evened,
+    even_samples,
+    note_missing_channels,
+    numbered,
     quoted,
     recogniser,
-    tell_missing,
+    record_facts,
     text_of,
-    told,
     trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
@@ -134,8 +134,8 @@ def _read_csmip(
     while not lines.ended() or not channels:
         channels.append(_channel(lines, dt))
     traces = [_trace(channel, headonly) for channel in channels]
-    tell_missing(traces, channels[0].text[4], len(channels))
-    return Stream(counted(traces, [trace.stats.csmip.channel for trace in traces]))
+    note_missing_channels(traces, channels[0].text[4], len(channels))
+    return Stream(numbered(traces, [trace.stats.csmip.channel for trace in traces]))
 
 
 def _channel(lines: Lines, dt: float | None) -> Channel:
@@ -189,7 +189,7 @@ def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tupl
     where = f"{lines.name}, line {lines.at + 1}"
     if int(count[1]) < 2:
         raise RecordError(f"{where}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
-    even = evened(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
+    even = even_samples(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
     return even, unit[1]
 
 
@@ -226,7 +226,7 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     readings = _stated_peaks(channel)
     peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
-    record = told(
+    record = record_facts(
         state=STATES[channel.volume],
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
         date="" if start is None else str(start.date),

@@ -35,8 +35,8 @@ from pounding_risk.motions.formats._text import (
     number,
     quoted,
     recogniser,
+    record_facts,
     text_of,
-    told,
 )
 
 KIND = "ESM"
@@ -197,7 +197,7 @@ def _stats(header: Header, dt: float) -> dict[str, Any]:
     day = _time(header, "EVENT_DATE_YYYYMMDD")
     start = _time(header, FIRST_SAMPLE) or day
     stream, location = header["STREAM"], header["LOCATION"]
-    record = told(
+    record = record_facts(
         **({} if header[FIRST_SAMPLE] else {"timed": False}),
         state="raw" if low is None and high is None else "processed",
         units="units: cm/s², times 0.01",

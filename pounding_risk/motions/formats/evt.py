@@ -14,7 +14,7 @@ from obspy import Stream, Trace
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
-from pounding_risk.motions.formats._text import recogniser, told
+from pounding_risk.motions.formats._text import recogniser, record_facts
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "Kinemetrics EVT"
@@ -63,7 +63,7 @@ def _in_si(trace: Trace, name: str) -> Trace:
     size = volts / FULL_SCALE / per_g * STANDARD_GRAVITY
     trace.data = trace.data.astype(float) * size
     trace.stats.calib = 1.0
-    trace.stats.record = told(
+    trace.stats.record = record_facts(
         state="raw",
         units=f"units: counts, times {size:.10g} m/s² per count ({per_g:g} V per g)",
         date=str(trace.stats.starttime.date),

@@ -32,8 +32,8 @@ from pounding_risk.motions.formats._text import (
     number,
     quoted,
     recogniser,
+    record_facts,
     text_of,
-    told,
     trace_of,
 )
 
@@ -315,7 +315,7 @@ def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
     origin = _time(name, heading.line + 17, (*whole[ORIGIN], 0, 0, 0.0))
     buffer = (*whole[START_YEAR], *whole[START_DAY], whole[START_MINUTE][0], whole[START_MINUTE][1] / 1000.0)
     start = _time(name, heading.line + 17, buffer)
-    record = told(
+    record = record_facts(
         **({} if start else {"timed": False}),
         state="raw" if title["kind"].lower() == "uncorrected" else "processed",
         units="units: mm/s², times 0.001",

@@ -17,7 +17,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
 from pounding_risk.motions.formats._peaks import StatedPeak, check_peak
-from pounding_risk.motions.formats._text import check_count, quoted, recogniser, told
+from pounding_risk.motions.formats._text import check_count, quoted, recogniser, record_facts
 
 KIND = "K-NET"
 GAL = 0.01  # m/s²
@@ -63,7 +63,7 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
     check_peak(trace.data - trace.data.mean(), stated, relative=0.0)
     trace.stats.calib = 1.0
     channel = trace.stats.channel
-    trace.stats.record = told(
+    trace.stats.record = record_facts(
         state="raw",
         event=trace.stats.knet.evot.strftime("%Y-%m-%d %H:%M UTC"),
         units=f"units: counts, times {size:.10g} m/s² per count",

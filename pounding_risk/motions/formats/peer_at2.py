@@ -33,8 +33,8 @@ from pounding_risk.motions.formats._text import (
     number,
     quoted,
     recogniser,
+    record_facts,
     text_of,
-    told,
     trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
@@ -159,7 +159,7 @@ def _stats(header: Header) -> dict[str, Any]:
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
     at2 |= {name: corners[kind] for name, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
     day = _day(facts["date"])
-    record = told(
+    record = record_facts(
         state="processed",
         timed=False,  # the day is all that a header tells
         units="units: g, times 9.80665 m/s²",

@@ -34,11 +34,11 @@ from pounding_risk.motions.formats._text import (
     Lines,
     channel_code,
     check_step,
-    evened,
+    even_samples,
     quoted,
     recogniser,
+    record_facts,
     text_of,
-    told,
 )
 
 KIND = "SMC"
@@ -109,7 +109,7 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     where, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
     if rate is None:  # pairs of times and accelerations
         pairs = _samples(lines, count, spare=1)
-        even = evened(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+        even = even_samples(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
     else:
         step = check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
         # A header's count may be damaged, so that nothing is allocated for it.
@@ -180,7 +180,7 @@ def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
     vertical, direction = header.code(13) in (0, 180), header.code(14)
     azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
     start, facts = _start(header), _facts(header)
-    record = told(
+    record = record_facts(
         state=state,
         units=f"units: cm/s², times 0.01{even.words}",
         azimuth=azimuth,

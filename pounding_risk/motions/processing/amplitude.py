@@ -15,7 +15,7 @@ USUAL_FACTORS = (0.25, 4.0)
 LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
 
 
-def asked(key: str, value: Any, quantity: Any) -> float:
+def in_si(key: str, value: Any, quantity: Any) -> float:
     """A number in SI from a number or from text with a unit; raises RecordError that names ``key``."""
     try:
         return si(value, quantity)

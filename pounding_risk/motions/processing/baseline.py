@@ -137,7 +137,7 @@ def _line(samples: Samples, dt: float, settled: float) -> _Line:
 
 def _times(given: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
     """Start and end of the offsets: as given, or those of the strong shaking."""
-    start, end = (usual if asked is None else asked for asked, usual in zip(given, strong, strict=True))
+    start, end = (usual if time is None else time for time, usual in zip(given, strong, strict=True))
     if end <= start:
         raise RecordError(
             f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"

@@ -24,12 +24,12 @@ def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
     return done._replace(flags=(*done.flags, flag))
 
 
-def turned_round(samples: Samples) -> Done:
+def reversed_polarity(samples: Samples) -> Done:
     """The samples with the opposite sign."""
     return Done(-samples, "polarity: reversed")
 
 
-def extended(samples: Samples, dt: float, seconds: float) -> Done:
+def with_zeros(samples: Samples, dt: float, seconds: float) -> Done:
     """The samples followed by zeros of that duration [s]."""
     count = round(seconds / dt)
     if count > MOST:

@@ -105,12 +105,12 @@ def crosses_itself(ring: Array) -> bool:
         for others in np.array_split(np.flatnonzero(near), max(1, near.sum() // WALLS)):
             walls = start[group], end[group]
             rest = start[others], end[others]
-            if np.any(parted(walls, rest) & parted(rest, walls).T):
+            if np.any(straddles(walls, rest) & straddles(rest, walls).T):
                 return True
     return False
 
 
-def parted(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
+def straddles(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
     """For walls (rows) and ``others`` (columns): True where the other ends on both sides of the line of the wall."""
     start, step = walls[0], walls[1] - walls[0]
 
@@ -313,7 +313,7 @@ def _squared(walls: Array, others: Array) -> float:
 def _cross(walls: Array, others: Array) -> bool:
     """True where a wall crosses another: each ends on both sides of the other's line."""
     one, other = (walls[:, 0], walls[:, 1]), (others[:, 0], others[:, 1])
-    return bool(np.any(parted(one, other) & parted(other, one).T))
+    return bool(np.any(straddles(one, other) & straddles(other, one).T))
 
 
 def _from_corners(corners: Array, walls: Array) -> float:
