@@ -184,7 +184,7 @@ def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
     for step in chain:
         motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples
     flags: list[str] = []
-    # A baseline correction tells itself how the motion ends, and may leave a permanent displacement in.
+    # A baseline correction reports how the motion ends, and may leave a permanent displacement in.
     if not any(step.name == "baseline" for step in chain):
         flags += failed(quality(motion.acceleration, motion.dt, checks=AT_REST))
     if chain and before > 0.0 and abs(motion.pga / before - 1.0) > CHANGE_OF_PEAK:

@@ -21,7 +21,7 @@ class Source(NamedTuple):
     doubts: tuple[str, ...] = ()  # about how it was read, a sentence each
 
 
-STATED = "recording"  # key of a record's facts: the recording it was found to be of, where its own facts do not tell
+STATED = "recording"  # fact of a record: its recording, where copies were found and its other facts do not say
 
 
 def recording(record: Mapping[str, Any], name: str) -> Hashable:

@@ -84,7 +84,7 @@ class Member:
     vs30: float  # m/s
     station: str
     component: str  # PEER's name, such as "MUL009"
-    azimuth: float | None  # degrees clockwise from north; None where the name does not tell
+    azimuth: float | None  # degrees clockwise from north; None where the name does not contain it
     rsn: int
     dt: float  # s
     npts: int

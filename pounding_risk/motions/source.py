@@ -159,7 +159,7 @@ def _of_trace(source: Any) -> Source:
 def _told(trace: Any) -> dict[str, Any]:
     """The facts of a recording in the header of a trace."""
     record = dict(trace.stats.get("record", {}))
-    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is told
+    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is stated
     plain = {"event": "", "date": str(trace.stats.starttime.date) if timed else ""}
     plain |= {"station": trace.stats.station, "component": trace.stats.channel}
     start = {"start": trace.stats.starttime.isoformat()} if timed else {}

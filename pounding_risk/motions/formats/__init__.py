@@ -1,4 +1,4 @@
-"""Strong-motion files: which formats are read, how one is told from another, and the formats ObsPy lacks.
+"""Strong-motion files: the formats that are read, how a file's format is recognised, and readers that ObsPy lacks.
 
 A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and is True for its own
 files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` takes a path or an open file and gives m/s² as float64
@@ -15,7 +15,7 @@ Two entry points make it known to ObsPy, so that ``obspy.read`` opens such files
 A format that ObsPy reads by itself is ``native``: its module says what its samples are and how they become m/s².
 
 `read_components` itself never lets ObsPy guess: its detection unpickles a file that looks like one of its own pickles,
-which runs whatever code the file holds. Formats are an allow-list, told by content.
+which runs whatever code the file holds. Formats are an allow-list, recognised by content.
 """
 
 from __future__ import annotations

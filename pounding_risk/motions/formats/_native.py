@@ -1,4 +1,4 @@
-"""What the formats share that ObsPy reads by itself: no guess, no warning on the screen, one sentence a fault."""
+"""Reading through ObsPy, for formats that it has: by name of the format, without warnings, errors as one sentence."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def unreadable(name: str, kind: str, reason: str) -> RecordError:
 def read_by_obspy(raw: bytes, name: str, format: str, kind: str, *, refused: type[Warning] | None = None) -> Stream:
     """Every trace that ObsPy finds in the bytes of a file of the ``format`` of that name.
 
-    A warning of the class ``refused`` is an error, as it tells of damage that ObsPy reads around; others, about header
+    A warning of the class ``refused`` is an error, as it means damage that ObsPy reads around; others, about header
     fields that nothing here uses, are not shown. Raises RecordError for what ObsPy cannot read, for samples that are no
     finite numbers, fewer than two of them, and a time step out of range.
     """

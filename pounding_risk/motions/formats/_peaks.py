@@ -1,4 +1,4 @@
-"""The peak that a file states of itself, against the samples that stand below it."""
+"""Comparison of the peak that a file states with the samples in it."""
 
 from __future__ import annotations
 

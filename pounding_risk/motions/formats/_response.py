@@ -1,4 +1,4 @@
-"""From counts to m/s² by the StationXML file that stands beside a record, or by what the user says a sample is."""
+"""Counts to m/s², by a StationXML file beside the record or by the unit that the user states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the readers of text formats share: bytes to lines, numbers that are numbers, and the words of a refusal."""
+"""Helpers of the text formats: lines, tables of numbers in columns, facts of a header, errors by line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pounding_risk.errors import RecordError
 LARGEST = 256 * 2**20  # bytes; the longest records of the databases have some megabytes
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
 LONGEST_NUMBER = 64  # characters; no program writes more, and the search takes the square of them
-START = 8192  # bytes that tell a format
+START = 8192  # bytes from which a format is recognised
 NEWLINE = re.compile(r"\r\n|\r|\n")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 # What `stats.record` of a reader may hold, beside what is particular to its format.
@@ -38,7 +38,7 @@ def record_facts(*, state: str, units: str, **facts: Any) -> AttribDict:
     ``state`` is "raw" or "processed"; ``units`` the sentence that says how the samples became m/s². ``azimuth`` is in
     degrees clockwise from north, None for a vertical; corners in Hz; ``header_pga``, ``header_pgv`` and ``header_pgd``
     are the header's own peaks in m/s², m/s and m. ``timed`` is False where ``stats.starttime`` is not when the record
-    starts; ``sensor`` tells those of one station apart. What a header does not know is left out.
+    starts; ``sensor`` distinguishes the sensors of one station. Facts that a header lacks are left out.
     """
     unknown = set(facts) - FACTS
     if unknown:

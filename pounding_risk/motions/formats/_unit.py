@@ -1,4 +1,4 @@
-"""Units of acceleration: what one of a file's samples is in m/s², as the file or the user says it."""
+"""Units of acceleration: the size of a file's unit in m/s², as the file or the user states it."""
 
 from __future__ import annotations
 
@@ -42,5 +42,5 @@ def size_of(unit: object, where: str) -> float:
 
 
 def sentence(unit: str, size: float) -> str:
-    """How samples became m/s², as the history of a motion tells it: "units: cm/s^2, times 0.01"."""
+    """The sentence on units in the history of a motion: "units: cm/s^2, times 0.01"."""
     return f"units: {unit.strip()}, times {size:.10g}"

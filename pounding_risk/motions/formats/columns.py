@@ -9,9 +9,9 @@ Commas, semicolons, tabs or blanks part the columns. Comments begin with #, % or
 unit, dt, state ("raw" or "processed"), samples (their number), starttime (of the first sample), event, magnitude, date,
 distance_km, station, component, azimuth, low_corner, high_corner, processing (a line a step).
 
-Such a file says of itself only what somebody wrote into it. Where it states no unit or no time step, whoever reads it
-must; neither is guessed. Its state is "processed" unless it says "# state = raw": somebody made it, with a program that
-had read the record before, and filtering a processed record again is the commoner damage.
+Where such a file states no unit or no time step, the user must state it; neither is guessed. Its
+state is "processed" unless it says "# state = raw": it was made by a program that had read the record before, and
+filtering a processed record again is the more common damage.
 """
 
 from __future__ import annotations

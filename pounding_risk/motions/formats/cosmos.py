@@ -48,7 +48,7 @@ from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "COSMOS"
 VERSION = "01.20"
-TEXT_LINES = 13  # or more; these are told
+TEXT_LINES = 13  # at least
 HEADER = 100  # whole numbers, and as many real ones
 PEAK = 64  # of the real numbers
 UNKNOWN = -999.0  # where the text does not say another number for what is not known

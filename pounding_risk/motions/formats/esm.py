@@ -10,10 +10,10 @@ A header of lines KEY: value, from EVENT_NAME to USER5 (55 lines in DYNA 1.0, 64
     DATA_TYPE: ACCELERATION
     PROCESSING: manual (Paolucci et al., 2011)
 
-A record is processed where the header tells a corner of the filter, LOW_CUT_FREQUENCY_HZ or HIGH_CUT_FREQUENCY_HZ, and
-raw where it tells none: every processing that ESM knows filters, while other keys are not always to be believed. Files
-of the Turkish archive that are called RawAcc say "PROCESSING: Automatic" and "BASELINE REMOVED", and the drift of their
-samples is that of a record that nobody filtered.
+A record is processed where the header states a corner of the filter, LOW_CUT_FREQUENCY_HZ or HIGH_CUT_FREQUENCY_HZ, and
+raw where it states none: every processing of ESM filters, while other keys are not reliable. Files of the Turkish
+archive called RawAcc say "PROCESSING: Automatic" and "BASELINE REMOVED", and their samples drift as those of an
+unfiltered record.
 """
 
 from __future__ import annotations

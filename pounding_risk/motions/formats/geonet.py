@@ -6,8 +6,8 @@ checked too, but only the acceleration is kept. GNS Science describes the headin
 data files, standard format"; the GeoNet page "Strong Motion File Formats").
 
 A corrected record begins before the recorder's buffer does, by the quiet that was put before it; peaks of the heading
-are timed from the buffer's start. The filter is known by its two transitions: the corners told are where they leave
-the pass band, 0.25 and 24.5 Hz of "transition bands are .10-.25 Hz and 24.50-25.50 Hz".
+are timed from the buffer's start. The filter is known by its two transitions: the corners are where they meet the
+pass band, 0.25 and 24.5 Hz of "transition bands are .10-.25 Hz and 24.50-25.50 Hz".
 """
 
 from __future__ import annotations

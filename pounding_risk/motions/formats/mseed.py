@@ -28,7 +28,12 @@ _NAMES = re.compile(rb"[ -~\x00]{12}")
 
 
 def check_blocks(raw: bytes, name: str) -> None:
-    """Raise RecordError where a file of MiniSEED of version 2 is not a series of blocks with sound headers."""
+    """Raise RecordError where a file of MiniSEED of version 2 is not a series of blocks with sound headers.
+
+    The compiled reader of ObsPy prints tracebacks at some damaged bytes, reads around others, and reads on past the end
+    of a block that promises more samples than it holds. SEED manual 2.4 (2012), chapter 8: a fixed header of 48 bytes,
+    then a chain of blockettes, of which number 1000 says how the samples are written and how long the block is.
+    """
     at = 0
     while at < len(raw):
         try:

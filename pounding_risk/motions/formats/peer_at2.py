@@ -161,7 +161,7 @@ def _stats(header: Header) -> dict[str, Any]:
     day = _day(facts["date"])
     record = record_facts(
         state="processed",
-        timed=False,  # the day is all that a header tells
+        timed=False,  # a header states the day alone
         units="units: g, times 9.80665 m/s²",
         event=facts["event"],
         date=facts["date"] if day is None else str(day.date),

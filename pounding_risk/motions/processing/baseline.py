@@ -38,11 +38,11 @@ def baseline(
 
     "bilinear": offsets in acceleration, for a raw record less its mean before the earthquake, in place of the
     band-pass's lower corner. A line v = v0 + a_f t is fitted to the velocity of the quiet end. Without times the
-    offset a_f is taken off from where that line starts at zero (Boore 2001); nothing is free to choose then. With
-    ``start`` and ``end`` [s], t1 and t2, or where the line has no zero in the shaking, a_m = (v0 + a_f t2)/(t2 - t1)
-    is taken off between them and a_f from t2 on, so that velocity stays continuous (Iwan et al. 1985); t1 and t2 are
-    where 5 % and 95 % of the energy have come unless given. A permanent displacement stays, and is told; it hangs on
-    those times (Boore 2001), and so what another choice of them gives is told with it.
+    offset a_f is subtracted from where that line is zero (Boore 2001), without free parameters. With ``start`` and
+    ``end`` [s], t1 and t2, or where the line has no zero in the shaking, a_m = (v0 + a_f t2)/(t2 - t1) is subtracted
+    between them and a_f from t2 on, so that velocity stays continuous (Iwan et al. 1985); t1 and t2 are the times of
+    5 % and 95 % of the energy unless given. A permanent displacement stays and is reported, with the value that
+    another choice of times gives, as it depends on them (Boore 2001).
 
     Velocity that does not come to rest is flagged, displacement only for a polynomial. Raises RecordError for options
     of the other scheme, times that do not rise, and less than 10 s of quiet at the end to read an offset from.

@@ -1,4 +1,4 @@
-"""What of a record is earthquake and what is noise, frequency by frequency, and the filter corners that follow.
+"""Signal-to-noise ratio of a record by frequency, and the filter corners that follow from it.
 
 The quiet before the earthquake shows the noise. Its Fourier amplitudes, grown to the length of the earthquake, are set
 beside the earthquake's; the band in which the earthquake stands out is worth keeping. Baseline shifts come with the

@@ -127,7 +127,7 @@ def street_axis(footprints: Sequence[Footprint], farthest: float, tolerance: flo
     Walls agree on a rectangular grid, the argument of Σ length exp(4 i angle), which leaves two directions; where less
     than half of their length agrees, these are the principal ones of the buildings' centres. The one along which more
     pairs face each other within ``farthest`` is the axis; of equals, the one nearer to the line of the centres. It
-    points as the file lists the buildings, first to last, and east where that does not tell.
+    points as the file lists the buildings, first to last, and east where that is undecided.
     """
     centres = np.array([centre(footprint) for footprint in footprints])
     centres -= centres.mean(axis=0)

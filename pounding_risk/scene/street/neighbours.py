@@ -108,7 +108,7 @@ def _who(one: House, other: House) -> tuple[str, str, str, str]:
     return one.street, one.name, other.street, other.name
 
 
-FINEST_GAP = 4  # decimals of a metre: no survey tells less than 0.1 mm
+FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
 
 
 class BlockRow(NamedTuple):

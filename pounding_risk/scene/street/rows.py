@@ -95,7 +95,7 @@ class Block(ShortRepr):
         }
 
     def file_names(self) -> list[str]:
-        """The name of each row's scene; a number tells apart those that would share one."""
+        """The name of each row's scene; a number follows names that would be the same."""
         names = [slug(row.name) for row in self.rows]
         shared = set(repeated(names))
         return [f"{name}-{number}.toml" if name in shared else f"{name}.toml" for number, name in enumerate(names, 1)]

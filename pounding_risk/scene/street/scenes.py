@@ -23,7 +23,7 @@ FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "solver")
 SOURCES = ("names", "files", "set", "manifest")
 POLARITIES = ["as recorded", "reversed"]  # a row is not symmetric
-TOLD = 3  # values of a column that are told one by one
+LISTED = 3  # values of a column that are listed one by one
 
 
 class Contact(NamedTuple):
@@ -84,8 +84,8 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
     summary = []
     for (column, rule), values in groups.items():
         distinct = list(dict.fromkeys(values))
-        more = f", ... ({len(distinct)} values)" if len(distinct) > TOLD else ""
-        summary.append(Share(column, len(values), f"{', '.join(distinct[:TOLD])}{more}", rule))
+        more = f", ... ({len(distinct)} values)" if len(distinct) > LISTED else ""
+        summary.append(Share(column, len(values), f"{', '.join(distinct[:LISTED])}{more}", rule))
     return summary
 
 

@@ -31,7 +31,7 @@ AREA = Quantity("m^2", 0.0, inf, "area of a floor", example="180 m^2", **POSITIV
 LOAD = Quantity("Pa", 0.0, inf, "load of a floor", example="10 kN/m^2", **POSITIVE)
 WALL = Quantity("m", -inf, inf, "position along the street", open_low=True, open_high=True, example="24.3 m")
 DEGREE = 111.2e3  # m, of latitude
-COARSE = 5e-3  # m on the ground; coordinates that tell no less are doubted
+COARSE = 5e-3  # m on the ground; coarser coordinates are doubted
 MOST_DECIMALS = 8  # of degrees that are still so coarse
 FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther
 # Words, or the quantity of a number.
@@ -55,7 +55,7 @@ COLUMNS: dict[str, Quantity | None] = {
 OSM_COLUMNS = {"building:levels": "storeys"}
 OSM_UNITS = {"height": "m"}
 OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
-# Values of the tag building that are no building with floors; of others the use is told, which is no typology.
+# Values of the tag building that mean no building with floors; the others are uses, from which no typology follows.
 OSM_HOLLOW = ("no", "roof", "carport", "construction", "ruins", "collapsed", "demolished", "proposed", "tent", "bridge")
 NOT_KNOWN = ("na", "n/a", "n.a.", "nan", "null", "none", "nil", "unknown", "?", "-", "--", "–", "—", "#n/a")
 WORDS = ("name", "street")  # columns in which any word is a value
@@ -270,7 +270,7 @@ def _in_metres_of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _osm_notes(tables: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """How tags of OpenStreetMap are taken, and which features are perhaps no building."""
+    """Notes on how tags of OpenStreetMap are read, and on features that may be no building."""
     yield (
         "tags of OpenStreetMap: a height without a unit is in metres, building:levels are the storeys, and building is "
         "a use, from which no typology follows; give typology where it is known"
