@@ -22,7 +22,7 @@ from pounding_risk.cli.tables import Watch
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN
+from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.read import read_motion
 
 SETS = ("fema-p695-farfield", "fema-p695-nearfield")

@@ -7,7 +7,7 @@ from typing import Any
 
 from generation.markdown import docstring, plain, table
 from pounding_risk.motions.formats import formats
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, MODULES, STEPS
+from pounding_risk.motions.processing import DEFAULT_CHAIN, known_steps
 from pounding_risk.motions.quality import CHECKS
 from pounding_risk.units import Quantity, bounds
 
@@ -22,30 +22,29 @@ installed: `obspy.read` opens them in any script. [What each file needs beside i
 def formats_page() -> str:
     """Every format that is read."""
     rows = [
-        (plain(each.words), f"`{each.name}`", " ".join(f"`{one}`" for one in each.suffixes), _reader(each))
-        for each in formats()
+        (plain(kind.words), f"`{kind.name}`", " ".join(f"`{one}`" for one in kind.suffixes), _reader(kind))
+        for kind in formats()
     ]
     text = FORMATS + table(("format", "ObsPy's name", "usual endings", "read by"), rows) + "\n"
-    for each in formats():
-        module = sys.modules[each.recognises.__module__]
-        text += f"## {plain(each.words.partition(' (')[0])}\n\n{docstring(module)}\n"
+    for kind in formats():
+        module = sys.modules[kind.recognises.__module__]
+        text += f"## {plain(kind.words.partition(' (')[0])}\n\n{docstring(module)}\n"
     return text
 
 
-def _reader(each: Any) -> str:
-    return "ObsPy, checked here" if each.native else "this package"
+def _reader(kind: Any) -> str:
+    return "ObsPy, checked here" if kind.native else "this package"
 
 
 def steps_page() -> str:
     """Every processing step with its options."""
-    chain = " · ".join(f"`{each.name}`" for each in DEFAULT_CHAIN)
+    chain = " · ".join(f"`{step.name}`" for step in DEFAULT_CHAIN)
     text = (
         "# Processing steps\n\n"
         f'`processing = "auto"` does {chain} to a raw record and nothing to a processed one. In a scene: '
         '`processing = [{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]`.\n\n'
     )
-    kinds = [module.__name__ for module in MODULES]
-    for name, known in sorted(STEPS.items(), key=lambda entry: kinds.index(entry[1].function.__module__)):
+    for name, known in known_steps().items():
         text += f"## {plain(name)}\n\n{docstring(known.function)}\n"
         rows = [(f"`{key}`", *_option(allowed)) for key, allowed in known.options.items()]
         text += table(("option", "what", "unit and range"), rows) + "\n" if rows else "It has no option.\n\n"

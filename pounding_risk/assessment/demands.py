@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.proportions import labels
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.results.amplitudes import (
     Spectral,
     has_spectrum_at,

@@ -83,7 +83,7 @@ def _processing(word: str | None, steps: Sequence[str]) -> Any:
         return word or "auto"
     if word is not None:
         raise PoundingError("--processing and --step are both given; the steps are the processing: leave one out")
-    from pounding_risk.motions.processing.chain import read_steps
+    from pounding_risk.motions.processing import read_steps
 
     tables = [_step(text) for text in steps]
     try:

@@ -2,7 +2,7 @@
 
 ``records/catalogue.toml`` names each with its origin and terms. Some files are shipped beside it; those whose
 terms allow no copy are read from the installed package that carries them. A file is used only if its sha256
-is the one of the catalogue, so a result can be traced to the very bytes.
+is the one of the catalogue, so that a result can be traced to the bytes of its records.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ PER = {"g": STANDARD_GRAVITY, "m/s^2": 1.0}  # m/s²
 
 @dataclass(frozen=True)
 class Entry:
-    """One component of one recording, and what its file must look like.
+    """A component of a recording in the catalogue, and what its file must hold.
 
     ``pga_g`` is max|a| as recorded [standard gravity]: of the samples where they are processed, of the
-    samples less their mean where they are raw. ``sensitivity`` is counts per m/s², 1 for a file of
+    samples less their mean where they are raw. ``sensitivity`` is in counts per m/s², 1 for a file of
     physical values.
     """
 
@@ -61,7 +61,7 @@ class Entry:
 
     @property
     def horizontal(self) -> bool:
-        """True for a horizontal component."""
+        """True for a horizontal component, which has an azimuth."""
         return self.azimuth is not None
 
     @property
@@ -92,12 +92,18 @@ def records_folder() -> Path:
 
 
 def entries() -> list[Entry]:
-    """Every record of the catalogue, in its order."""
+    """List the records of the catalogue.
+
+    Returns
+    -------
+    list of Entry
+        Every record, in the order of the catalogue.
+    """
     return list(_catalogue().values())
 
 
 def entry(id: str, also: Iterable[str] = ()) -> Entry:
-    """The record of that id; raises RecordError where there is none, naming the nearest ids, those of ``also`` too."""
+    """The record of an id; raises RecordError for another id, with the nearest ones, those of ``also`` included."""
     known = _catalogue()
     if id not in known:
         near = similar(id, also)
@@ -107,39 +113,39 @@ def entry(id: str, also: Iterable[str] = ()) -> Entry:
 
 
 def path(id: str) -> Path:
-    """Where the file of a record is.
+    """The path of the file of a record.
 
     Raises RecordError for an unknown id, a package that is not installed, and a missing file.
     """
-    found = entry(id)
-    if not found.package:
-        place = records_folder() / found.file
+    record = entry(id)
+    if not record.package:
+        file = records_folder() / record.file
         repair = "the installation is incomplete: pip install --force-reinstall pounding-risk"
     else:
-        repair = f"pip install {found.package}=={found.version}"
+        repair = f"pip install {record.package}=={record.version}"
         try:
-            installed = metadata.distribution(found.package)
+            installed = metadata.distribution(record.package)
         except metadata.PackageNotFoundError:
             raise RecordError(
-                f'record "{id}" is read from the package {found.package}, which is not installed; {repair}'
+                f'record "{id}" is read from the package {record.package}, which is not installed; {repair}'
             ) from None
-        place = Path(str(installed.locate_file(found.file)))
-        if installed.version != found.version:
-            repair = f"{found.package} {installed.version} is installed, {found.version} is needed: {repair}"
-    if not place.is_file():
-        raise RecordError(f'record "{id}": no such file {place}; {repair}')
-    return place
+        file = Path(str(installed.locate_file(record.file)))
+        if installed.version != record.version:
+            repair = f"{record.package} {installed.version} is installed, {record.version} is needed: {repair}"
+    if not file.is_file():
+        raise RecordError(f'record "{id}": no such file {file}; {repair}')
+    return file
 
 
 def read_bytes(id: str) -> bytes:
-    """The file of a record, checked: raises RecordError where its sha256 is not the catalogue's."""
-    found, place = entry(id), path(id)
-    raw = place.read_bytes()
+    """The bytes of the file of a record; raises RecordError where their sha256 is not the catalogue's."""
+    record, file = entry(id), path(id)
+    raw = file.read_bytes()
     digest = sha256(raw).hexdigest()
-    if digest != found.sha256:
-        package = f"{found.package}=={found.version}" if found.package else "pounding-risk"
+    if digest != record.sha256:
+        package = f"{record.package}=={record.version}" if record.package else "pounding-risk"
         raise RecordError(
-            f'record "{id}": {place} has sha256 {digest[:12]}..., the catalogue says {found.sha256[:12]}...: '
+            f'record "{id}": {file} has sha256 {digest[:12]}..., the catalogue says {record.sha256[:12]}...: '
             f"the file was changed; pip install --force-reinstall {package}"
         )
     return raw
@@ -152,44 +158,44 @@ def load(id: str) -> Stream:
 
     Raises RecordError for an unknown id, a missing package or file, and a file that is not the catalogue's.
     """
-    found = entry(id)
-    stream = _parsed(found, read_bytes(id))
+    record = entry(id)
+    stream = _parsed(record, read_bytes(id))
     if len(stream) != 1:
-        raise RecordError(f'record "{id}": {len(stream)} traces in {found.file}, the catalogue promises one')
+        raise RecordError(f'record "{id}": {len(stream)} traces in {record.file}, the catalogue promises one')
     trace = stream[0]
-    trace.data = trace.data.astype(float) / found.sensitivity
+    trace.data = trace.data.astype(float) / record.sensitivity
     trace.stats.calib = 1.0
-    if trace.stats.npts != found.npts or trace.stats.delta != found.dt:
+    if trace.stats.npts != record.npts or trace.stats.delta != record.dt:
         raise RecordError(
-            f'record "{id}": {trace.stats.npts} samples at {trace.stats.delta:g} s in {found.file}, the '
-            f"catalogue promises {found.npts} at {found.dt:g} s"
+            f'record "{id}": {trace.stats.npts} samples at {trace.stats.delta:g} s in {record.file}, the '
+            f"catalogue promises {record.npts} at {record.dt:g} s"
         )
     return stream
 
 
-def _parsed(found: Entry, raw: bytes) -> Stream:
-    """The stream of a file's bytes, in its own units of amplitude."""
-    if found.format == "PEER_AT2":
+def _parsed(record: Entry, raw: bytes) -> Stream:
+    """The stream of a file's bytes, in the units of the file."""
+    if record.format == "PEER_AT2":
         from pounding_risk.motions.formats.peer_at2 import _read_at2  # reads without the entry point, too
 
-        return _read_at2(BytesIO(raw), name=found.file)
+        return _read_at2(BytesIO(raw), name=record.file)
     import obspy  # takes 0.2 s, and listing the catalogue needs none of it
 
-    return obspy.read(BytesIO(raw), format=found.format)
+    return obspy.read(BytesIO(raw), format=record.format)
 
 
 @lru_cache(maxsize=1)
 def _catalogue() -> dict[str, Entry]:
     """Every record by its id; a component's keys override those of its recording and source."""
     tables = tomllib.loads((records_folder() / CATALOGUE).read_text(encoding="utf-8"))
-    found: dict[str, Entry] = {}
+    records: dict[str, Entry] = {}
     for recording in tables["recording"]:
         shared = {key: value for key, value in recording.items() if key not in ("component", "source")}
         source = tables["source"][recording["source"]]
         for component in recording["component"]:
             made = _entry({**source, **shared, **component})
-            found[made.id] = made
-    return found
+            records[made.id] = made
+    return records
 
 
 def _entry(facts: dict[str, Any]) -> Entry:
@@ -201,9 +207,9 @@ def _entry(facts: dict[str, Any]) -> Entry:
 
 
 def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
-    """Ids that may be meant, best first: of the same letters, then similar, then horizontals by earthquake or station.
+    """Ids near to the one asked for, best first: of the same letters, then similar, then by earthquake or station.
 
-    Of the same recording where there are such; ``also`` are ids beside those of the catalogue.
+    Ids of the same recording come alone where there are any; ``also`` are ids beside those of the catalogue.
     """
     known = [*_catalogue(), *also]
     same = [name for name in known if name.lower() == asked.lower()]
@@ -214,11 +220,13 @@ def similar(asked: str, also: Iterable[str] = ()) -> list[str]:
 
 
 def _by_place(asked: str) -> list[str]:
-    """Horizontals whose earthquake or station has the letters that are asked for."""
+    """Horizontal records whose earthquake or station contains the letters asked for."""
     word = _letters(asked)
     if len(word) < SHORTEST_WORD:
         return []
-    return [each.id for each in entries() if each.horizontal and word in _letters(f"{each.event} {each.station}")]
+    return [
+        record.id for record in entries() if record.horizontal and word in _letters(f"{record.event} {record.station}")
+    ]
 
 
 def _letters(text: str) -> str:

@@ -1,8 +1,8 @@
-"""Which records are the same shaking under another name: copied, converted, turned round, scaled, cut or resampled.
+"""Detection of records that hold the same shaking: copied, converted, reversed, scaled, cut or resampled.
 
-A record that is there twice would count as two witnesses. Two records are one where, over the time that both cover, the
-samples of one are those of the other times a number, to the rounding of the formats that carry them. Components of one
-station, and different records of one earthquake, are far from that.
+A record that stands twice in an ensemble would count as two independent ones. Two records are copies where, over the
+time that both cover, the samples of one are those of the other times a number, to the rounding of the formats that
+carry them. Components of one station, and different records of one earthquake, are far from that.
 
     >>> import numpy as np
     >>> shaking = np.random.default_rng(1).normal(size=800)
@@ -35,7 +35,7 @@ FINER = 8  # times a record may be sampled more finely than its copy
 
 
 class Copy(NamedTuple):
-    """A record that is another one: ``factor`` times it, at the same times or not."""
+    """A record that is a copy of another one: ``factor`` times it, at the same times or not."""
 
     place: int  # of the copy
     original: int  # the place of the first version
@@ -44,22 +44,22 @@ class Copy(NamedTuple):
 
     @property
     def is_turned(self) -> bool:
-        """Whether it has the other sign."""
+        """True where the copy has the opposite sign."""
         return self.factor < 0.0
 
     def is_same_motion(self, *, any_size: bool = False) -> bool:
-        """Whether it drives the same runs as its original; with ``any_size`` also where both are scaled to one."""
+        """True where the copy drives the same runs as its original; ``any_size``: where both are scaled to one PGA."""
         return self.same_times and not self.is_turned and (any_size or abs(self.factor - 1.0) <= SAME_SIZE)
 
     def words(self) -> str:
-        """What tells it from its original."""
+        """The difference between the copy and its original, in words."""
         size = [] if abs(abs(self.factor) - 1.0) <= SAME_SIZE else [f"times {self.factor:.4g}"]
         turned = ["with the other sign"] if self.is_turned and not size else []
         return " and ".join([*size, *turned, *([] if self.same_times else ["cut or sampled otherwise"])])
 
 
 class _Record:
-    """Samples less their mean, and what is looked at of them often."""
+    """Samples less their mean, with their peak, energy and coarser samplings."""
 
     def __init__(self, samples: Samples, dt: float):
         self.dt = dt
@@ -68,16 +68,16 @@ class _Record:
 
     @cached_property
     def peak(self) -> int:
-        """Where the largest sample is."""
+        """Index of the largest sample."""
         return int(np.argmax(np.abs(self.samples)))
 
     @cached_property
     def energy(self) -> float:
-        """Sum of squares."""
+        """Sum of the squared samples."""
         return float(self.samples @ self.samples)
 
     def every(self, step: int) -> _Record:
-        """The record at every so many samples, its first among them."""
+        """The record at every ``step``-th sample, the first one included."""
         if step == 1:
             return self
         if step not in self._coarser:
@@ -86,7 +86,7 @@ class _Record:
 
 
 def copies(records: Sequence[tuple[Samples, float]]) -> tuple[Copy, ...]:
-    """Every record that is an earlier one under another name.
+    """Find every record that is a copy of an earlier one.
 
     Parameters
     ----------
@@ -99,18 +99,18 @@ def copies(records: Sequence[tuple[Samples, float]]) -> tuple[Copy, ...]:
         One for each record that is a copy; ``original`` is the first of its kind.
     """
     seen = [_Record(samples, dt) for samples, dt in records]
-    found: dict[int, Copy] = {}
-    for original, place in combinations(range(len(seen)), 2):
-        if place in found or original in found:
+    copy_of: dict[int, Copy] = {}
+    for original, number in combinations(range(len(seen)), 2):
+        if number in copy_of or original in copy_of:
             continue
-        copy = _copy(seen[original], seen[place])
+        copy = _copy(seen[original], seen[number])
         if copy is not None:
-            found[place] = Copy(place, original, *copy)
-    return tuple(found[place] for place in sorted(found))
+            copy_of[number] = Copy(number, original, *copy)
+    return tuple(copy_of[number] for number in sorted(copy_of))
 
 
 def _copy(one: _Record, other: _Record) -> tuple[float, bool] | None:
-    """The factor from one record to the other, and whether it is at the same times; None where it is no copy."""
+    """The factor from one record to the other, and whether both are at the same times; None where it is no copy."""
     finer = one.dt / other.dt
     step = round(max(finer, 1.0 / finer))
     if step > FINER or abs(max(finer, 1.0 / finer) / step - 1.0) > SAME_STEP:
@@ -124,7 +124,7 @@ def _copy(one: _Record, other: _Record) -> tuple[float, bool] | None:
 
 
 def _factor(one: _Record, other: _Record, lag: int) -> float | None:
-    """What one times is the other, ``lag`` samples later; None where it is another motion."""
+    """The factor from ``one`` to ``other``, which is ``lag`` samples later; None where they are different motions."""
     start = max(0, -lag)
     stop = min(len(one.samples), len(other.samples) - lag)
     about = slice(max(start, one.peak - ABOUT_PEAK), min(stop, one.peak + ABOUT_PEAK))
@@ -141,12 +141,12 @@ def _factor(one: _Record, other: _Record, lag: int) -> float | None:
 
 
 def _unlike(first: Samples, second: Samples) -> float:
-    """1 − r² of two stretches of one length, r their correlation; 1 where one is too short or holds no motion."""
+    """1 − r² of two stretches of equal length, r their correlation; 1 where one is too short or holds no motion."""
     both = float(first @ first) * float(second @ second) if len(first) > 2 else 0.0
     return 1.0 - float(first @ second) ** 2 / both if both > 0.0 else 1.0
 
 
 def _is_quiet_outside(one: _Record, other: _Record) -> bool:
-    """Whether the longer of two records that start together holds no shaking after the shorter ends."""
+    """True where the longer of two records that start together holds no shaking after the end of the shorter one."""
     count = min(len(one.samples), len(other.samples))
-    return all(float(np.sum(each.samples[count:] ** 2)) <= ROUNDING * each.energy for each in (one, other))
+    return all(float(np.sum(record.samples[count:] ** 2)) <= ROUNDING * record.energy for record in (one, other))

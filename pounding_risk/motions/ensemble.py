@@ -1,7 +1,7 @@
-"""The ground motions of a scene: what names, files, folders and sets stand for, read, turned to the row and scaled.
+"""The ground motions of a scene: records named, found in files, folders, sets or a manifest, turned to the row, scaled.
 
-A file may hold several components and a folder may hold more than records. Verticals do not drive a row, so that a
-pattern, a folder and a file of several components stand for their horizontals; whatever is left out is told.
+A file may hold several components and a folder more than records. Verticals do not drive a row, so that a
+pattern, a folder and a file of several components stand for their horizontals; a sentence names what is left out.
 """
 
 from __future__ import annotations
@@ -19,21 +19,20 @@ from pounding_risk.motions.copies import Copy, copies
 from pounding_risk.motions.formats import is_record
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN
+from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import shared_corners
 from pounding_risk.motions.read import processed
-from pounding_risk.motions.record import RAW, Source
-from pounding_risk.motions.recordings import STATED, recording, recording_words
+from pounding_risk.motions.record import RAW, STATED, Source, recording, recording_words
 from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
-from pounding_risk.motions.source import components, file_name, is_vertical, open_source, parted
+from pounding_risk.motions.source import components, file_name, is_vertical, open_source, split_component
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
 
 
-class Gathered(NamedTuple):
-    """Motions, a sentence for each thing that was left out, and one for each record that is another's copy."""
+class MotionEnsemble(NamedTuple):
+    """The motions of a request, a sentence for each record that was left out, and one for each copy of another."""
 
     motions: tuple[Motion, ...]
     left_out: tuple[str, ...]
@@ -41,7 +40,7 @@ class Gathered(NamedTuple):
 
 
 class _Chosen(NamedTuple):
-    """A record that is asked for, with what a manifest says of it and where."""
+    """A record of a request, with the row of a manifest that names it and the line of that row."""
 
     source: Source
     row: Mapping[str, Any] | None = None
@@ -49,18 +48,36 @@ class _Chosen(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """What the manifest multiplies the record by."""
+        """The factor of the manifest; 1 without one."""
         return 1.0 if self.row is None else float(self.row["factor"])
 
 
-def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None) -> Gathered:
-    """The motions that a request stands for, in its order, before polarity.
+def read_ensemble(
+    request: RecordRequest, folder: Path, *, scaled: bool = True, progress: Progress | None = None
+) -> MotionEnsemble:
+    """Read, process and treat the motions of a request, in its order and in the polarity of the records.
 
-    ``folder`` is what files are relative to; without ``scaled`` the motions keep their amplitude, whatever the request
-    says of it. ``progress`` is called with (read, all).
+    Parameters
+    ----------
+    request : RecordRequest
+        Records and treatment.
+    folder : Path
+        Folder to which the paths of the request are relative.
+    scaled : bool
+        False keeps the amplitude of the records, whatever the request says of it.
+    progress : callable, optional
+        Called with the number of motions read and their total.
 
-    Raises RecordError for keys that exclude each other, a record that cannot be used, and a component without its
-    partner where the row has a direction.
+    Returns
+    -------
+    MotionEnsemble
+        Motions with distinct names, and what was left out.
+
+    Raises
+    ------
+    RecordError
+        For keys that exclude each other, a record that cannot be used, and a component without its partner where
+        the row has a direction.
     """
     for key, sentence in conflicts(request.given()):
         raise RecordError(f"records.{key}: {sentence}")
@@ -68,9 +85,9 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
     chosen = list(_of_manifest(request, folder) if request.manifest else _of_sources(request, folder, left_out))
     one_size = not scaled or request.pga is not None or request.sa is not None
     chosen, repeated, copied = _each_once(chosen, one_size)
-    groups: list[tuple[Source, ...]] = [(each.source,) for each in chosen]
+    groups: list[tuple[Source, ...]] = [(record.source,) for record in chosen]
     if request.direction is not None:
-        groups = pairs([each.source for each in chosen], repeated)
+        groups = pairs([record.source for record in chosen], repeated)
     motions = []
     for number, group in enumerate(groups, start=1):
         motion = _in_direction(request, group)
@@ -78,19 +95,19 @@ def gather(request: RecordRequest, folder: Path, *, scaled: bool = True, progres
         if progress is not None:
             progress(number, len(groups))
     motions = treatment.treated(motions, treatment.treatment_of(request, scaled=scaled))
-    return Gathered(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
+    return MotionEnsemble(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
 def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> Iterator[_Chosen]:
-    """Every record that the request names; a sentence in ``left_out`` for each that is not taken."""
+    """Every record that the request names; a sentence for each one left out is added to ``left_out``."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.set:
-        found = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
+        sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
     else:
-        found = [open_source(name, **stated) for name in request.names]
+        sources = [open_source(name, **stated) for name in request.names]
     for pattern in request.files:
-        found += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
-    once = {(source.record["file"], source.name): source for source in found}
+        sources += horizontals(list(sources_named(pattern, folder, left_out, **stated)), left_out)
+    once = {(source.record["file"], source.name): source for source in sources}
     return (_Chosen(source) for source in once.values())
 
 
@@ -98,28 +115,28 @@ def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], li
     """The records without those that would drive the same runs as an earlier one.
 
     With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.
-    ``one_size`` where all motions are scaled to one amplitude, so that their own counts for nothing.
+    ``one_size`` is True where all motions are scaled to one amplitude, so that their own does not tell them apart.
     """
-    found = copies([(each.source.trace.data * each.factor, each.source.trace.stats.delta) for each in chosen])
-    repeated = [copy for copy in found if copy.is_same_motion(any_size=one_size)]
+    same = copies([(record.source.trace.data * record.factor, record.source.trace.stats.delta) for record in chosen])
+    repeated = [copy for copy in same if copy.is_same_motion(any_size=one_size)]
     left_out = [_repetition(copy, chosen) for copy in repeated]
-    sentences = [_in_one_recording(copy, chosen) for copy in found if copy not in repeated]
+    sentences = [_in_one_recording(copy, chosen) for copy in same if copy not in repeated]
     gone = {copy.place for copy in repeated}
-    return [each for place, each in enumerate(chosen) if place not in gone], left_out, sentences
+    return [record for number, record in enumerate(chosen) if number not in gone], left_out, sentences
 
 
 def _repetition(copy: Copy, chosen: Sequence[_Chosen]) -> str:
-    """A copy that is left out, in words."""
-    one, other = (chosen[place].source for place in (copy.original, copy.place))
+    """The sentence for a copy that is left out."""
+    one, other = (chosen[number].source for number in (copy.original, copy.place))
     same_file = one.record["file"] != other.record["file"] and one.record["sha256"] == other.record["sha256"]
     words = "is a copy of the file" if same_file else "holds the same motion as"
     return f"{other.name} {words} {one.name}, which is used once"
 
 
 def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
-    """Put a copy, and what shares its recording, into the recording of its original; the sentence that tells it."""
+    """Assign a copy, and what shares its recording, to the recording of its original; returns the sentence about it."""
     one, other = (chosen[place].source for place in (copy.original, copy.place))
-    keys = [recording(each.source.record, each.source.name) for each in chosen]
+    keys = [recording(record.source.record, record.source.name) for record in chosen]
     stated = recording_words(keys[copy.original])
     for place, key in enumerate(keys):
         if key in (keys[copy.original], keys[copy.place]):
@@ -142,7 +159,8 @@ def sources_named(
 ) -> Iterator[Source]:
     """Every component of every file that a name, a pattern or a folder stands for.
 
-    What is no record is left out of a folder, and told in ``left_out``; with ``lenient`` a damaged record is too.
+    Files of a folder that are no records are left out, with a sentence in ``left_out``; with ``lenient`` damaged
+    records are too.
     """
     in_folder = (folder / pattern).is_dir()
     for path in matching(folder, pattern):
@@ -150,7 +168,7 @@ def sources_named(
             left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
             continue
         try:
-            if parted(path)[1]:
+            if split_component(path)[1]:
                 yield open_source(path, unit=unit, dt=dt)
             else:
                 yield from components(path, unit=unit, dt=dt)
@@ -161,7 +179,7 @@ def sources_named(
 
 
 def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
-    """The records that may drive a row, or the one that there is, which was meant."""
+    """The horizontal components of several records; a single record is taken whatever its direction."""
     if len(sources) == 1:
         return sources
     left_out += [f"{source.record['id']} is vertical" for source in sources if is_vertical(source.record)]
@@ -169,25 +187,25 @@ def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
 
 
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
-    """The records of a manifest; raises RecordError where one is not the file that the manifest says."""
+    """The records of a manifest; raises RecordError where the checksum of one is not that of the manifest."""
     path = folder / request.manifest
     rows = read_manifest(path)
     if not rows:
         raise RecordError(f"{path}: names no record; choose again")
     for number, row in enumerate(rows, start=2):
-        place = f"{path}, line {number}"
-        _check_row(place, row)
+        where = f"{path}, line {number}"
+        _check_row(where, row)
         source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
         if source.record["sha256"] != row["sha256"]:
             raise RecordError(
-                f"{place}: {row['name']} has another checksum than the manifest says: the file was "
+                f"{where}: {row['name']} has another checksum than the manifest says: the file was "
                 "changed; fetch it again, or choose again"
             )
-        yield _Chosen(source, row, place)
+        yield _Chosen(source, row, where)
 
 
 def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
-    """A motion with its name and factor of a manifest; raises RecordError where it is not the one that was chosen."""
+    """A motion under its name and with its factor of a manifest; raises RecordError where its PGA is another one."""
     assert chosen.row is not None
     motion = replace(motion, name=chosen.row["name"])
     if chosen.factor != 1.0:
@@ -200,32 +218,32 @@ def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
     return motion
 
 
-def _check_row(place: str, row: Mapping[str, Any]) -> None:
-    """Refuse a row of a manifest without a name or a PGA, or with a factor that scales nothing."""
+def _check_row(where: str, row: Mapping[str, Any]) -> None:
+    """Raise RecordError for a row of a manifest without a name or a PGA, or with a factor that is not above zero."""
     empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
     if empty:
-        raise RecordError(f"{place}: {' and '.join(empty)} left empty; choose again")
+        raise RecordError(f"{where}: {' and '.join(empty)} left empty; choose again")
     if not (isfinite(row["factor"]) and row["factor"] > 0.0):
-        raise RecordError(f"{place}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
+        raise RecordError(f"{where}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
 
 
 def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple[Source, ...]]:
-    """The two horizontals of each recording; raises RecordError where there are not two.
+    """The two horizontals of each recording; raises RecordError for a recording with another number of components.
 
-    ``repeated`` are sentences about copies that are not among the sources any more.
+    ``repeated`` are sentences about copies that were left out before.
     """
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
-    for found in recordings.values():
-        if len(found) != 2:
-            listed = ", ".join(file_name(source) for source in found)
+    for parts in recordings.values():
+        if len(parts) != 2:
+            listed = ", ".join(file_name(source) for source in parts)
             without = f"; left out: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
-                f"direction: of {_recording(found[0])} there is {listed}; a row's direction takes the two "
+                f"direction: of {_recording(parts[0])} there is {listed}; a row's direction takes the two "
                 f"horizontal components of each recording: name both, or leave direction out{without}"
             )
-    return [tuple(found) for found in recordings.values()]
+    return [tuple(parts) for parts in recordings.values()]
 
 
 def _recording(source: Source) -> str:
@@ -244,7 +262,7 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
 
 
 def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
-    """Both horizontals, processed alike, in the direction of the row."""
+    """Both horizontals, processed alike, turned to the direction of the row."""
     assert request.direction is not None
     processing: Any = request.processing
     words: tuple[str, ...] = ()
@@ -259,20 +277,20 @@ def _turned(request: RecordRequest, pair: tuple[Source, ...]) -> Motion:
 def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
     """The default chain with the stricter corners of both components, so that both keep the same frequencies.
 
-    With a sentence that says why the corners are where they are, and doubts.
+    Returns the steps, a sentence that says why the corners are where they are, and flags.
     """
     steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
-    at = next(place for place, step in enumerate(steps) if step["step"] == "bandpass")
+    at = next(number for number, step in enumerate(steps) if step["step"] == "bandpass")
     before = [processed(source, steps[:at]) for source in pair]
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
-    found = shared_corners([motion.acceleration for motion in before], before[0].dt)
-    steps[at] |= {"low": found.low, "high": found.high}
-    return steps, (f"corners of the band-pass: {found.words}",), found.flags
+    corners = shared_corners([motion.acceleration for motion in before], before[0].dt)
+    steps[at] |= {"low": corners.low, "high": corners.high}
+    return steps, (f"corners of the band-pass: {corners.words}",), corners.flags
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:
-    """Motions with names of their own: those that share one are named as their files, then with folders or numbers."""
+    """Motions with distinct names: where several share one, the file's, then with its folder, then with a number."""
     names = [motion.name for motion in motions]
     for longer in (_as_file, _in_folder):
         again = {name for name in names if names.count(name) > 1}

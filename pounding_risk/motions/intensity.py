@@ -1,19 +1,19 @@
-"""What a ground motion is like in numbers: peaks, intensities, durations and response spectra.
+"""Intensity measures of a ground motion: peaks, intensities, durations and response spectra.
 
 Arrays in m/s² at equal steps go in, SI units come out; nothing else of the package is needed:
 
     >>> import numpy as np
-    >>> from pounding_risk.motions import intensity as measures
+    >>> from pounding_risk.motions import intensity
     >>> shaking = np.sin(2 * np.pi * np.arange(0, 10, 0.01))    # 1 Hz, 1 m/s²
-    >>> found = measures.measure(shaking, 0.01)
-    >>> round(found.pgv, 3), round(found.arias, 2)
+    >>> measures = intensity.measure(shaking, 0.01)
+    >>> round(measures.pgv, 3), round(measures.arias, 2)
     (0.318, 0.8)
-    >>> round(float(measures.response_spectra(shaking, 0.01, [1.0]).acceleration[0]), 2)
+    >>> round(float(intensity.response_spectra(shaking, 0.01, [1.0]).acceleration[0]), 2)
     9.62
 
 a_g is linear between the samples and zero before the first, as in a run. Peaks are those of the continuous motion, not
-of its samples; they are looked for within the record, so that whoever asks what long periods do after its end
-appends zeros (`Motion.with_tail`). Integrals over time are exact but for rounding.
+of its samples, within the record: append zeros (`Motion.with_tail`) for the response of long periods after its end.
+Integrals over time are exact but for rounding.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LEAST_PERIOD = 0.1  # of the time step: stiffer oscillators move with the ground
 
 @dataclass(frozen=True)
 class Measures:
-    """The numbers of one component of ground motion."""
+    """Intensity measures of one component of ground motion."""
 
     pga: float  # peak ground acceleration max|a| [m/s²]
     pgv: float  # peak ground velocity max|v|, from rest [m/s]
@@ -51,7 +51,7 @@ class Measures:
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """Peaks of linear oscillators; each array of shape (periods,), or (records, periods) for several records."""
+    """Response spectra of linear oscillators; arrays of shape (periods,), or (records, periods) for several records."""
 
     periods: Samples  # s
     damping: float  # ratio of critical
@@ -94,9 +94,24 @@ class Rotated:
 
 
 def measure(acceleration: ArrayLike, dt: float) -> Measures:
-    """Peaks, intensities and durations of one component: a_g [m/s²] every ``dt`` [s].
+    """Compute peaks, intensities and durations of one component.
 
-    Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²].
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    Measures
+        PGA, PGV, PGD, Arias intensity, CAV, D5-75 and D5-95, in SI.
+
+    Raises
+    ------
+    RecordError
+        For fewer than two samples, samples that are not finite, and a time step that is not above zero.
     """
     a = _checked(acceleration, dt)
     pgv, pgd = _peaks_of_motion(a, dt)
@@ -114,9 +129,23 @@ def measure(acceleration: ArrayLike, dt: float) -> Measures:
 
 
 def husid_curve(acceleration: ArrayLike, dt: float) -> Samples:
-    """Arias intensity up to each sample, π / (2 g) ∫ a² dt [m/s], shape (n,); the last is that of the record.
+    """Compute the Arias intensity up to each sample, π / (2 g) ∫ a² dt.
 
-    Exact for linear a: h (a0² + a0 a1 + a1²) / 3 an interval. Arias (1970); Husid (1969). Raises as `measure`.
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²].
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    array, shape (n,)
+        Arias intensity [m/s]; the last value is that of the record. Raises as `measure`.
+
+    References
+    ----------
+    Arias (1970); Husid (1969). Exact for linear a: h (a0² + a0 a1 + a1²) / 3 in each interval.
     """
     a = _checked(acceleration, dt)
     before, after = a[:-1], a[1:]
@@ -125,9 +154,23 @@ def husid_curve(acceleration: ArrayLike, dt: float) -> Samples:
 
 
 def cumulative_absolute_velocity(acceleration: ArrayLike, dt: float) -> float:
-    """CAV = ∫ |a| dt [m/s]; exact for linear a, also where it changes sign between samples. EPRI (1988).
+    """Compute CAV = ∫ |a| dt.
 
-    Raises as `measure`.
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²].
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    float
+        CAV [m/s], exact for linear a, also where it changes sign between samples. Raises as `measure`.
+
+    References
+    ----------
+    EPRI (1988).
     """
     a = _checked(acceleration, dt)
     before, after = np.abs(a[:-1]), np.abs(a[1:])
@@ -139,9 +182,25 @@ def cumulative_absolute_velocity(acceleration: ArrayLike, dt: float) -> float:
 
 
 def significant_duration(acceleration: ArrayLike, dt: float, shares: tuple[float, float] = (0.05, 0.95)) -> float:
-    """Time between two shares of the Arias intensity [s] (Trifunac and Brady 1975); NaN where nothing moves.
+    """Compute the time between two shares of the Arias intensity.
 
-    The Husid curve is taken as linear between samples. Raises as `measure`.
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²].
+    dt : float
+        Time step [s].
+    shares : (float, float)
+        Shares of the Arias intensity at the start and at the end.
+
+    Returns
+    -------
+    float
+        Duration [s], the Husid curve taken as linear between samples; NaN for a motion of zeros. Raises as `measure`.
+
+    References
+    ----------
+    Trifunac and Brady (1975).
     """
     husid = husid_curve(acceleration, dt)
     return _time_of(shares[1], husid, dt) - _time_of(shares[0], husid, dt)
@@ -150,46 +209,93 @@ def significant_duration(acceleration: ArrayLike, dt: float, shares: tuple[float
 def response_spectra(
     acceleration: ArrayLike | Sequence[Samples], dt: ArrayLike, periods: ArrayLike, damping: float = 0.05
 ) -> Spectra:
-    """Sd, Sv and Sa of linear oscillators, of one record or of a list of them in one call.
+    """Compute Sd, Sv and Sa of linear oscillators, for one record or several at once.
 
-    ``acceleration`` is a_g [m/s²] of shape (n,), or a sequence of such arrays of any lengths; ``dt`` [s] is one number,
-    or one a record; ``periods`` [s] in any order. ü + 2 ζ ω u̇ + ω² u = −a_g from rest, exact for linear a_g (Nigam
-    and Jennings 1969), and crests between samples are found to 4e-6 or better. See `pounding_risk.motions.spectra`.
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,), or sequence of such arrays
+        Ground acceleration [m/s²] of one record, or of several of any lengths.
+    dt : float or array_like, shape (records,)
+        Time step [s].
+    periods : array_like, shape (periods,)
+        Periods of the oscillators [s], in any order.
+    damping : float
+        Damping ratio.
 
-    Raises RecordError for a record that `measure` refuses, PoundingError for a period or damping out of range.
+    Returns
+    -------
+    Spectra
+        Peaks from rest, in SI. Crests between samples are found to 4e-6 or better.
+
+    Raises
+    ------
+    RecordError
+        For a record that `measure` refuses.
+    PoundingError
+        For a period or damping ratio out of range.
+
+    References
+    ----------
+    ü + 2 ζ ω u̇ + ω² u = −a_g, exact for linear a_g: Nigam and Jennings (1969). See `pounding_risk.motions.spectra`.
     """
     alone = _is_one(acceleration)
     records: Sequence[Any] = [acceleration] if alone else list(acceleration)  # type: ignore[arg-type]
     steps = np.array(np.broadcast_to(np.asarray(dt, dtype=float), (len(records),)))
-    samples = [_checked(each, step, f"record {k}") for k, (each, step) in enumerate(zip(records, steps, strict=True))]
-    asked = _checked_periods(periods, damping, steps.max(initial=0.0))
-    order = np.argsort(asked)
-    starts = np.append(0, np.cumsum([each.size for each in samples]))
-    peaks = np.empty((3, len(samples), asked.size))
-    peaks[:, :, order] = spectra(np.concatenate([*samples, []]), starts, steps, asked[order], float(damping))
-    return Spectra(asked, float(damping), *(peaks[:, 0] if alone else peaks))
+    samples = [
+        _checked(record, step, f"record {k}") for k, (record, step) in enumerate(zip(records, steps, strict=True))
+    ]
+    valid = _checked_periods(periods, damping, steps.max(initial=0.0))
+    order = np.argsort(valid)
+    starts = np.append(0, np.cumsum([record.size for record in samples]))
+    peaks = np.empty((3, len(samples), valid.size))
+    peaks[:, :, order] = spectra(np.concatenate([*samples, []]), starts, steps, valid[order], float(damping))
+    return Spectra(valid, float(damping), *(peaks[:, 0] if alone else peaks))
 
 
 def rotated_spectra(
     components: tuple[ArrayLike, ArrayLike], dt: float, periods: ArrayLike, damping: float = 0.05
 ) -> Rotated:
-    """PSA of two perpendicular horizontal ``components`` [m/s²] along every direction: RotD50, RotD100 (Boore 2010).
+    """Compute PSA of two perpendicular horizontal components along every direction: RotD50, RotD100.
 
-    The oscillators are linear: the response along a direction is that to both components, combined, and its peak is
-    the largest over time, crests between samples included, to 1e-5 at 5 % damping. Raises as `response_spectra`, and
-    RecordError for components of unlike length.
+    Parameters
+    ----------
+    components : (array_like, array_like), shape (n,) each
+        Accelerations of the components [m/s²], at the same times.
+    dt : float
+        Time step [s].
+    periods : array_like, shape (periods,)
+        Periods of the oscillators [s].
+    damping : float
+        Damping ratio.
+
+    Returns
+    -------
+    Rotated
+        PSA [m/s²] and PGA [m/s²] along 180 directions. The response along a direction is that to both components,
+        combined; its peak is the largest over time, crests between samples included, to 1e-5 at 5 % damping.
+
+    Raises
+    ------
+    RecordError
+        For components of different lengths, and for a record that `measure` refuses.
+    PoundingError
+        For a period or damping ratio out of range.
+
+    References
+    ----------
+    Boore (2010).
     """
-    first, second = (_checked(each, dt, f"component {k}") for k, each in enumerate(components))
+    first, second = (_checked(component, dt, f"component {k}") for k, component in enumerate(components))
     if first.size != second.size:
         raise RecordError(
             f"the components have {first.size} and {second.size} samples; both must be at the same times: cut them to "
             "the same start and length"
         )
-    asked = _checked_periods(periods, damping, dt)
+    valid = _checked_periods(periods, damping, dt)
     turns = np.array([np.cos(np.deg2rad(ANGLES)), np.sin(np.deg2rad(ANGLES))])
-    peaks = directions(first, second, float(dt), asked, float(damping), turns)
+    peaks = directions(first, second, float(dt), valid, float(damping), turns)
     pga = np.array([np.abs(c * first + s * second).max() for c, s in turns.T])
-    return Rotated(asked, float(damping), peaks * ((2.0 * pi / asked) ** 2)[:, None], pga)
+    return Rotated(valid, float(damping), peaks * ((2.0 * pi / valid) ** 2)[:, None], pga)
 
 
 def _is_one(acceleration: Any) -> bool:
@@ -225,11 +331,11 @@ def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:
     turns = before * after < 0.0
     crests = v[:-1][turns] + 0.5 * dt * before[turns] ** 2 / (before[turns] - after[turns])
     pgv = max(np.abs(v).max(), np.abs(crests).max(initial=0.0))
-    return float(pgv), float(max(np.abs(u).max(), *(np.abs(each).max() for each in _turns(a, v, u, dt))))
+    return float(pgv), float(max(np.abs(part).max() for part in (u, *_turns(a, v, u, dt))))
 
 
 def _turns(a: Samples, v: Samples, u: Samples, dt: float) -> tuple[Samples, Samples]:
-    """u where v is zero inside an interval, up to twice in each; 0 where it is not."""
+    """u at the zeros of v inside an interval, up to two of them; 0 where there is none."""
     push, slope, speed = a[:-1], np.diff(a) / dt, v[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         # v + a x + ȧ x² / 2 = 0, in the form that does not cancel; NaN or infinite where there is no root.
@@ -241,7 +347,7 @@ def _turns(a: Samples, v: Samples, u: Samples, dt: float) -> tuple[Samples, Samp
 
 
 def _time_of(share: float, husid: Samples, dt: float) -> float:
-    """When the Husid curve, linear between samples, reaches a share of its end [s]."""
+    """Time at which the Husid curve, linear between samples, reaches a share of its end [s]."""
     if husid[-1] <= 0.0:
         return nan
     return float(np.interp(share * husid[-1], husid, np.arange(husid.size) * dt))

@@ -1,4 +1,4 @@
-"""A list of the records that a study used, one row each, as CSV: what they are, and whether they still are.
+"""The manifest of a study: its records as CSV, one row each, and the check that they are still the same.
 
 >>> import numpy as np
 >>> from pounding_risk.motions.manifest import manifest
@@ -14,13 +14,15 @@ import csv
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from io import StringIO
 from math import isclose
 from pathlib import Path
 from typing import Any
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.source import parted
+from pounding_risk.motions.source import split_component
+from pounding_risk.motions.write import write_text
 
 SEPARATOR = " | "  # between the steps of the processing
 SAME = 1e-12  # numbers are written with every digit
@@ -56,40 +58,46 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 
 
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
-    """One row a motion, with the columns of ``COLUMNS``; None where a record does not say."""
+    """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value."""
     return [{name: _value(read(motion)) for name, (read, _) in COLUMNS.items()} for motion in motions]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
-    """The rows of `manifest` as CSV in UTF-8, numbers with every digit; the path written to.
+    """Write the manifest of motions as CSV in UTF-8, numbers with every digit.
 
-    Sources that are files are written relative to the manifest, so that both can move together. The file appears under
-    its name when it is whole. Raises RecordError where it cannot be written.
+    Parameters
+    ----------
+    motions : iterable of Motion
+        The records, in order.
+    path : str or Path
+        The file. Sources that are files are written relative to its folder, so that both can move together.
+
+    Returns
+    -------
+    Path
+        The file written; it appears under its name when it is whole.
+
+    Raises
+    ------
+    RecordError
+        Where the file cannot be written.
     """
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS)
-            writer.writeheader()
-            writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
-        os.replace(partial, target)
-    except OSError as error:
-        raise RecordError(f"{target}: cannot be written ({error.strerror}); check the folder") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
+    target, text = Path(path), StringIO(newline="")
+    writer = csv.DictWriter(text, COLUMNS)
+    writer.writeheader()
+    writer.writerows({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+    return write_text(target, text.getvalue().encode(), "check the folder")
 
 
 def _beside(source: str | None, folder: Path) -> str | None:
-    """A source relative to a folder, where it is a file; an id as it is."""
-    if source is None or not parted(source)[0].is_file():
+    """The path of a source relative to a folder, where it is a file; an id as it is."""
+    if source is None or not split_component(source)[0].is_file():
         return source
     return Path(os.path.relpath(source, folder)).as_posix()
 
 
 def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
-    """What to read for a row of a manifest in ``folder``: an id, or a file with its component.
+    """The id, or the file with its component, that a row of a manifest in ``folder`` names.
 
     Raises RecordError for a motion that was in memory only, or made of two.
     """
@@ -98,14 +106,27 @@ def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
             f"{row['name']}: no source is named, as the motion was in memory or made of two; write it to a file and "
             "choose from the files"
         )
-    place = folder / row["source"]
-    return place if parted(place)[0].is_file() else str(row["source"])
+    file = folder / row["source"]
+    return file if split_component(file)[0].is_file() else str(row["source"])
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:
-    """The rows of a file that `write_manifest` wrote, as `manifest` gave them.
+    """Read the rows of a file that `write_manifest` wrote.
 
-    Raises RecordError for a file that cannot be read, other columns, and a value that is no number where one belongs.
+    Parameters
+    ----------
+    path : str or Path
+        The manifest.
+
+    Returns
+    -------
+    list of dict
+        One row for each record by column: text, numbers in SI, None for an empty cell.
+
+    Raises
+    ------
+    RecordError
+        For a file that cannot be read, other columns, and a value that is no number where one belongs.
     """
     source = Path(path)
     try:
@@ -124,30 +145,39 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
 
 
 def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
-    """Raise RecordError, naming every difference, unless ``motions`` are those of the manifest at ``path``.
+    """Check that motions are those of a manifest.
 
-    Compared are the names, and for each record the checksum of its file, dt, the number of samples, PGA and the
-    processing.
+    Parameters
+    ----------
+    path : str or Path
+        The manifest.
+    motions : iterable of Motion
+        The motions; names, checksum of the file, dt, number of samples, PGA and processing are compared.
+
+    Raises
+    ------
+    RecordError
+        Where they differ; the sentence names every difference.
     """
-    told, found = _by_name(read_manifest(path)), _by_name(manifest(motions))
-    faults = [f"{name} is not there" for name in told if name not in found]
-    faults += [f"{name} is not in the manifest" for name in found if name not in told]
-    for name in (name for name in told if name in found):
-        faults += [f"{name}: {words}" for words in _differences(told[name], found[name])]
+    stated, rows = _by_name(read_manifest(path)), _by_name(manifest(motions))
+    faults = [f"{name} is not there" for name in stated if name not in rows]
+    faults += [f"{name} is not in the manifest" for name in rows if name not in stated]
+    for name in (name for name in stated if name in rows):
+        faults += [f"{name}: {words}" for words in _differences(stated[name], rows[name])]
     if faults:
         count = f"{len(faults)} difference{'s' if len(faults) > 1 else ''}"
         raise RecordError(f"{path}: {count} from the records: {'; '.join(faults)}")
 
 
 def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Rows by the names of their records; a record may be there again, reversed or scaled otherwise."""
-    found: dict[str, dict[str, Any]] = {}
+    """Rows by the names of their records, numbered where a record is there again, reversed or scaled otherwise."""
+    by_name: dict[str, dict[str, Any]] = {}
     times: Counter[str] = Counter()
     for row in rows:
         times[row["name"]] += 1
         again = f" ({times[row['name']]})" if times[row["name"]] > 1 else ""
-        found[f"{row['name']}{again}"] = row
-    return found
+        by_name[f"{row['name']}{again}"] = row
+    return by_name
 
 
 def _value(value: Any) -> Any:
@@ -157,22 +187,22 @@ def _value(value: Any) -> Any:
 def _read(source: Path, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
     if None in row or None in row.values():
         raise RecordError(f"{source}: line {number} has not one value a column; write the manifest again")
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, (_, kind) in COLUMNS.items():
         try:
-            found[name] = kind(row[name]) if row[name] else None
+            values[name] = kind(row[name]) if row[name] else None
         except ValueError:
             raise RecordError(
                 f'{source}: line {number}, {name}: "{row[name]}" is no number; write the manifest again'
             ) from None
-    return found
+    return values
 
 
-def _differences(told: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
-    """What differs between two rows, in words."""
+def _differences(stated: Mapping[str, Any], actual: Mapping[str, Any]) -> list[str]:
+    """The differences between two rows, in words."""
     words = []
     for key in CHECKED:
-        one, other = told[key], found[key]
+        one, other = stated[key], actual[key]
         numbers = isinstance(one, float) and isinstance(other, float)
         if one == other or (numbers and isclose(one, other, rel_tol=SAME)):
             continue

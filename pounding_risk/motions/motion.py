@@ -1,4 +1,4 @@
-"""Ground motion as a run takes it: acceleration in m/s² at equal steps, and the history of how it got there."""
+"""Ground motion as a run takes it: acceleration in m/s² at equal steps, with the history of its processing."""
 
 from __future__ import annotations
 
@@ -6,32 +6,47 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
+from math import inf
 from typing import Any
 
 import numpy as np
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.amplitude import asked, scale_samples_to
-from pounding_risk.motions.processing.chain import Done
+from pounding_risk.motions.processing import Done
+from pounding_risk.motions.processing.amplitude import in_si, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
-from pounding_risk.motions.processing.window import cut, doubts, extended, turned_round
+from pounding_risk.motions.processing.window import cut, doubts, reversed_polarity, with_zeros
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
-from pounding_risk.motions.source import check_samples
+from pounding_risk.motions.source import USABLE, check_samples, lowest_usable
 from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, shown
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(ShortRepr):
-    """One component of ground motion, ready to drive a run.
+    """One component of ground motion, ready to drive a run. It never changes; its methods return new motions.
 
-    ``acceleration`` [m/s²], shape (n,), read-only, one sample every ``dt`` [s], linear between them.
-    ``record`` says where it is from: id, event, date, station, component, file, sha256 of the file, origin,
-    terms, state, pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), start, the time
-    of the first sample (UTC) where it is known, and cut_from_start [s] where a part before the first sample was cut.
-    ``processing`` has one sentence a step, ``flags`` one a doubt.
+    Parameters
+    ----------
+    name : str
+        Name, as in results.
+    acceleration : array_like, shape (n,)
+        Ground acceleration [m/s²], linear between the samples; kept as a read-only array.
+    dt : float
+        Time step [s].
+    record : dict
+        Facts of the record: id, event, date, station, component, file, sha256 of the file, origin, terms, state,
+        pga_recorded [m/s²], source (what it was read from), factor (what it was scaled by), start (time of the first
+        sample, UTC, where known), cut_from_start [s] (where a part before the first sample was cut).
+    processing : tuple of str
+        One sentence for each step that was applied.
+    flags : tuple of str
+        One sentence for each doubt.
 
-    Raises RecordError for fewer than two samples, samples that are not finite, and ``dt`` not above zero.
+    Raises
+    ------
+    RecordError
+        For fewer than two samples, samples that are not finite, and a time step that is not above zero.
     """
 
     name: str
@@ -42,7 +57,7 @@ class Motion(ShortRepr):
     flags: tuple[str, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """Where the motion is from, how long and how strong it is."""
+        """Where the motion is from, how long and how strong it is, for its display."""
         yield "name", self.name
         if self.record.get("event"):
             yield "event", str(self.record["event"])
@@ -70,62 +85,59 @@ class Motion(ShortRepr):
 
     @property
     def times(self) -> Samples:
-        """When each sample is [s], from zero, shape (n,)."""
+        """Times of the samples [s], from zero, shape (n,)."""
         return np.arange(len(self.acceleration)) * self.dt
 
     @property
     def digest(self) -> str:
-        """sha256 of what runs see: every sample [m/s²], then ``dt`` [s], as 8 bytes each, least significant first."""
+        """SHA-256 of what a run takes: every sample [m/s²], then ``dt`` [s], as little-endian numbers of 8 bytes."""
         return sha256(np.append(self.acceleration, self.dt).astype("<f8").tobytes()).hexdigest()
 
     def reversed(self) -> Motion:
-        """The motion with the other sign: a pair is not symmetric, so both directions are worth a run."""
+        """The motion with the opposite sign. A pair is not symmetric, so that both polarities are worth a run."""
         now = self.record.get("polarity", AS_RECORDED)
         turned = replace(self, record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED})
-        return turned.after(turned_round(self.acceleration))
+        return turned.after(reversed_polarity(self.acceleration))
 
     def scaled_to(self, pga: float | str) -> Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
-        return self.after(scale_samples_to(self.acceleration, asked("pga", pga, PGA), self.name))
+        return self.after(scale_samples_to(self.acceleration, in_si("pga", pga, PGA), self.name))
 
     def cut(self, start: float | str, end: float | str) -> Motion:
-        """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is not in it."""
+        """The part of the motion from ``start`` to ``end`` [s]; flagged where the strongest shaking is outside it."""
         part = self.after(cut(self.acceleration, self.dt, span_of((start, end))))
         return part.doubted(doubts(part.acceleration, self.dt))
 
     def with_tail(self, seconds: float | str) -> Motion:
-        """The motion with zeros of that duration [s] after it: the buildings swing freely."""
-        return self.after(extended(self.acceleration, self.dt, asked("tail", seconds, TAIL)))
+        """The motion followed by zeros of that duration [s], in which the buildings vibrate freely."""
+        return self.after(with_zeros(self.acceleration, self.dt, in_si("tail", seconds, TAIL)))
 
     def velocity_displacement(self) -> tuple[Samples, Samples]:
         """Ground velocity [m/s] and displacement [m] from rest, by the trapezoidal rule, shape (n,)."""
         return velocity_displacement(self.acceleration, self.dt)
 
     def after(self, done: Done) -> Motion:
-        """The motion with the samples of a step, its sentence and its doubts."""
-        factor = self.record.get("factor", 1.0) * done.factor
-        record = {**self.record, "factor": factor} if done.factor != 1.0 else self.record
-        changed = replace(
-            self,
-            acceleration=done.samples,
-            record=later(record, done.cut * self.dt),
-            processing=(*self.processing, *([done.sentence] if done.sentence else [])),
-        )
-        return changed.doubted(done.flags)
+        """The motion with the result of a step: its samples, its sentence and its flags."""
+        record = after_cut(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
+        if done.factor != 1.0:
+            record["factor"] = self.record.get("factor", 1.0) * done.factor
+        sentences = (*self.processing, *([done.sentence] if done.sentence else []))
+        dt = self.dt if done.dt is None else done.dt
+        return replace(self, acceleration=done.samples, dt=dt, record=record, processing=sentences).doubted(done.flags)
 
     def doubted(self, flags: Sequence[str]) -> Motion:
-        """The motion with further doubts, each told once."""
+        """The motion with further flags; each sentence stands once."""
         return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
 
 
 def driven(motion: Motion, polarity: str, pga: float | None) -> Motion:
-    """A motion in one polarity, scaled to one amplitude of the grid."""
+    """A motion in one polarity, scaled to one amplitude of the grid [m/s²]; ``pga`` None keeps the amplitude."""
     turned = motion.reversed() if polarity == REVERSED else motion
     return turned if pga is None else turned.scaled_to(pga)
 
 
-def later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The facts of a record of which so much was cut from the start."""
+def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """The facts of a record after so many ``seconds`` were cut from its start."""
     if not seconds:
         return record
     record = {**record, "cut_from_start": record.get("cut_from_start", 0.0) + seconds}
@@ -134,8 +146,19 @@ def later(record: dict[str, Any], seconds: float) -> dict[str, Any]:
     return record
 
 
+def _corners(record: dict[str, Any], low: float, high: float) -> dict[str, float]:
+    """Corners of a record after a filter of that band [Hz]: the narrower of it and the one it came with."""
+    facts = {}
+    if low > 0.0:
+        low = max(low, record.get("low_corner") or 0.0)
+        facts = {"low_corner": low, "lowest_usable_frequency": max(USABLE * low, lowest_usable(record) or 0.0)}
+    if high < inf:
+        facts["high_corner"] = min(high, record.get("high_corner") or inf)
+    return facts
+
+
 def span_of(given: Any) -> tuple[float, float]:
     """Start and end [s] of a window, numbers or text with a unit; raises RecordError for anything else."""
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
         raise RecordError(f"window: {shown(given)} is not a start and an end; give two times such as (0.0, 6.0)")
-    return asked("window", given[0], TIME), asked("window", given[1], TIME)
+    return in_si("window", given[0], TIME), in_si("window", given[1], TIME)

@@ -1,4 +1,4 @@
-"""Is a record fit for a run: one check a doubt, each with what it found, what it allows, and where the limit is from.
+"""Quality checks of a record: what each finds, what it allows, and where the limit is from.
 
 `quality` runs every check of `CHECKS`. To add one is to write one function under ``@check``.
 """
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.basic import SHORTEST_PRE_EVENT
 from pounding_risk.motions.processing.noise import BAND, LEAST_RATIO, signal_to_noise
-from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK
 from pounding_risk.motions.processing.signals import Samples, quiet_before, velocity_displacement
 from pounding_risk.motions.record import PROCESSED, RAW
 
@@ -31,7 +31,7 @@ TAIL, TAIL_VELOCITY, TAIL_DISPLACEMENT = 5.0, 0.3, 0.9  # s at the end, and of t
 
 
 class Finding(NamedTuple):
-    """What a check found, what it allows, both in words, and whether that is met."""
+    """The result of a check: what it found and what it allows, both in words, and whether it passed."""
 
     check: str
     found: str
@@ -40,13 +40,13 @@ class Finding(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """In one line, for a flag."""
+        """The finding as one sentence, for a flag."""
         return f"{self.check}: {self.found}; allowed: {self.allowed}"
 
 
 @dataclass(frozen=True)
-class Seen:
-    """A record under the checks, and what several of them need; see `quality` for the fields."""
+class CheckedRecord:
+    """A record under the checks, with derived values that several checks share; see `quality` for the fields."""
 
     samples: Samples
     dt: float
@@ -56,36 +56,37 @@ class Seen:
 
     @cached_property
     def centred(self) -> Samples:
-        """Without its mean."""
+        """Samples less their mean [m/s²]."""
         centred: Samples = self.samples - self.samples.mean()
         return centred
 
     @cached_property
     def peak(self) -> float:
-        """max|a| without the mean [m/s²]."""
+        """max|a| of the samples less their mean [m/s²]."""
         return float(np.abs(self.centred).max())
 
     @cached_property
     def quiet(self) -> float:
-        """Before the earthquake arrives [s]."""
+        """Time before the arrival of the earthquake [s]."""
         return quiet_before(self.samples, self.dt)
 
     @cached_property
     def integrals(self) -> tuple[Samples, Samples]:
-        """Velocity [m/s] and displacement [m]."""
+        """Velocity [m/s] and displacement [m] from rest."""
         return velocity_displacement(self.samples, self.dt)
 
 
 class Check(NamedTuple):
-    """A check of the registry: its function, and the states of a record that it concerns."""
+    """A check of the registry: its function, and the states of a record to which it applies."""
 
-    function: Callable[[Seen], Finding | None]
+    function: Callable[[CheckedRecord], Finding | None]
     states: tuple[str, ...]
 
 
+Result = tuple[str, str, bool] | None  # what was found, what is allowed, whether that is met
 CHECKS: dict[str, Check] = {}
 # What no processing mends, and what says that a motion has not come to rest: flags of a motion. Others of its doubts
-# are told by the steps that met them.
+# are flagged by the steps that met them.
 LASTING = ("duration", "clipping", "spikes", "zero crossings")
 OF_BUILDINGS = ("time step of the stiffest building", "period of the softest building")
 AT_REST = ("velocity at the end", "displacement at the end", "tail")
@@ -93,17 +94,17 @@ AT_REST = ("velocity at the end", "displacement at the end", "tail")
 
 def check(
     name: str, states: tuple[str, ...] = (RAW, PROCESSED)
-) -> Callable[[Callable[[Seen], tuple[str, str, bool] | None]], Callable[[Seen], Finding | None]]:
-    """Enter a function in the registry: it tells what it found, what is allowed and whether that is met, or None."""
+) -> Callable[[Callable[[CheckedRecord], Result]], Callable[[CheckedRecord], Finding | None]]:
+    """Enter a function in the registry: it returns what it found, what is allowed and whether that is met, or None."""
 
-    def enter(function: Callable[[Seen], tuple[str, str, bool] | None]) -> Callable[[Seen], Finding | None]:
-        def told(seen: Seen) -> Finding | None:
+    def enter(function: Callable[[CheckedRecord], Result]) -> Callable[[CheckedRecord], Finding | None]:
+        def finding(seen: CheckedRecord) -> Finding | None:
             result = function(seen)
             return None if result is None else Finding(name, *result)
 
-        told.__doc__ = function.__doc__
-        CHECKS[name] = Check(told, states)
-        return told
+        finding.__doc__ = function.__doc__
+        CHECKS[name] = Check(finding, states)
+        return finding
 
     return enter
 
@@ -118,33 +119,52 @@ def quality(
     state: str = PROCESSED,
     checks: tuple[str, ...] | None = None,
 ) -> tuple[Finding, ...]:
-    """What every check finds in ``samples`` [m/s²] at every ``dt`` [s]; those that do not apply say nothing.
+    """Run the quality checks on a record.
 
-    ``shortest_period`` and ``longest_period`` [s] are those of the buildings; ``usable`` [Hz] is the lowest frequency
-    that the record's filter left. A ``state`` "raw" asks for quiet before the earthquake, and for an earthquake that
-    stands out of it, which a processed record need not have any more. ``checks`` are those of `CHECKS` unless named.
+    Parameters
+    ----------
+    samples : array, shape (n,)
+        Acceleration [m/s²].
+    dt : float
+        Time step [s].
+    shortest_period : float, optional
+        Period of the stiffest building [s].
+    longest_period : float, optional
+        Period of the softest building [s].
+    usable : float, optional
+        The lowest frequency that the record's filter left [Hz].
+    state : str
+        "raw" also asks for quiet before the earthquake, and for an earthquake that stands out of the noise, which a
+        processed record need not have any more.
+    checks : tuple of str, optional
+        Names of checks; all of `CHECKS` unless given.
+
+    Returns
+    -------
+    tuple of Finding
+        One for each check that applies.
     """
-    seen = Seen(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
+    seen = CheckedRecord(np.asarray(samples, dtype=np.float64), dt, shortest_period, longest_period, usable)
     if seen.peak == 0.0:
         return (Finding("motion", "every sample is the same", "a motion", False),)
-    asked = CHECKS if checks is None else checks
-    findings = (CHECKS[name].function(seen) for name in asked if state in CHECKS[name].states)
-    return tuple(found for found in findings if found is not None)
+    names = CHECKS if checks is None else checks
+    findings = (CHECKS[name].function(seen) for name in names if state in CHECKS[name].states)
+    return tuple(finding for finding in findings if finding is not None)
 
 
 def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:
-    """One sentence for each check that is not met."""
-    return tuple(found.sentence for found in findings if not found.passed)
+    """One sentence for each check that did not pass."""
+    return tuple(finding.sentence for finding in findings if not finding.passed)
 
 
 @check("time step")
-def _time_step(seen: Seen) -> tuple[str, str, bool]:
+def _time_step(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Peaks of acceleration lie between samples that are too far apart."""
     return f"{seen.dt:g} s", f"at most {LONGEST_STEP:g} s", seen.dt <= LONGEST_STEP * (1.0 + 1e-9)
 
 
 @check("time step of the stiffest building")
-def _stiffest(seen: Seen) -> tuple[str, str, bool] | None:
+def _stiffest(seen: CheckedRecord) -> Result:
     """dt <= T/10: straight lines between samples keep sinc²(dt/T) of a wave of period T, 97 % then and 87 % at T/5."""
     if seen.shortest_period is None:
         return None
@@ -154,29 +174,29 @@ def _stiffest(seen: Seen) -> tuple[str, str, bool] | None:
 
 
 @check("period of the softest building")
-def _softest(seen: Seen) -> tuple[str, str, bool] | None:
-    """What its filter took from a record no longer drives a building of such a period."""
+def _softest(seen: CheckedRecord) -> Result:
+    """The filter of a record takes out the motion that drives a building of a longer period."""
     if seen.longest_period is None or not seen.usable:
         return None
     return f"{seen.longest_period:g} s", f"at most {1.0 / seen.usable:.3g} s", seen.longest_period <= 1.0 / seen.usable
 
 
 @check("duration")
-def _duration(seen: Seen) -> tuple[str, str, bool]:
-    """From the arrival to the end."""
+def _duration(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """Time from the arrival of the earthquake to the end of the record."""
     length = (len(seen.samples) - 1) * seen.dt - seen.quiet
     return f"{length:.3g} s after the arrival", f"{SHORTEST_SHAKING:g} s or more", length >= SHORTEST_SHAKING
 
 
 @check("quiet before", (RAW,))
-def _quiet(seen: Seen) -> tuple[str, str, bool]:
-    """Offset and noise of the instrument are seen in it."""
+def _quiet(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """Time before the earthquake, in which offset and noise of the instrument are seen."""
     return f"{seen.quiet:.3g} s", f"{SHORTEST_PRE_EVENT:g} s or more", seen.quiet >= SHORTEST_PRE_EVENT
 
 
 @check("signal-to-noise", (RAW,))
-def _noise(seen: Seen) -> tuple[str, str, bool] | None:
-    """Of Fourier amplitudes, the least within the frequencies of buildings; not seen without 3 s of quiet."""
+def _noise(seen: CheckedRecord) -> Result:
+    """The least ratio of Fourier amplitudes within the frequencies of buildings; needs 3 s before the earthquake."""
     try:
         spectra = signal_to_noise(seen.centred, seen.dt)
     except RecordError:
@@ -189,8 +209,8 @@ def _noise(seen: Seen) -> tuple[str, str, bool] | None:
 
 
 @check("clipping")
-def _clipping(seen: Seen) -> tuple[str, str, bool]:
-    """A flat top: the extreme stands for several samples. 118 good records have one sample at each extreme."""
+def _clipping(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """Several samples in a row at the extreme. 118 good records have one sample at each extreme."""
     room = SAME * float(np.ptp(seen.samples))
     longest = max(_longest_run(np.abs(seen.samples - top) <= room) for top in (seen.samples.min(), seen.samples.max()))
     rows = "1 sample" if longest == 1 else f"{longest} samples in a row"
@@ -198,55 +218,55 @@ def _clipping(seen: Seen) -> tuple[str, str, bool]:
 
 
 @check("spikes")
-def _spikes(seen: Seen) -> tuple[str, str, bool]:
+def _spikes(seen: CheckedRecord) -> tuple[str, str, bool]:
     """Single samples that stick out of both neighbours by 2 % of the range and four times the sharpest bend near them.
 
-    118 good records have none above 3.5 times, sharp arrivals near the source among them; a jump of a part of the range
-    alone, gmprocess' test, takes records of 50 samples a second for spiked.
+    118 good records have none above 3.5 times, sharp arrivals near the source included; the test of gmprocess, a jump
+    of a part of the range alone, takes records of 50 samples a second for spiked.
     """
-    place = _sharpest(seen.samples, seen.dt)
-    if place is None:
+    index = _sharpest(seen.samples, seen.dt)
+    if index is None:
         return "none", "none", True
-    return f"a single sample sticks out at {place * seen.dt:.4g} s", "none", False
+    return f"a single sample sticks out at {index * seen.dt:.4g} s", "none", False
 
 
 @check("offset")
-def _offset(seen: Seen) -> tuple[str, str, bool]:
-    """The mean, which integrates to a ramp of velocity."""
+def _offset(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """The mean of the samples, which integrates to a ramp of velocity."""
     share = abs(float(seen.samples.mean())) / float(np.abs(seen.samples).max())
     return f"mean of {_percent(share)} of PGA", f"at most {100 * OFFSET_OF_PEAK:g} %", share <= OFFSET_OF_PEAK
 
 
 @check("late trigger")
-def _first(seen: Seen) -> tuple[str, str, bool]:
-    """A record that starts in motion lacks what came before, and starts with a jump."""
+def _first(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """The first sample: a record that starts in motion lacks what came before."""
     share = abs(float(seen.centred[0])) / seen.peak
     return f"starts at {_percent(share)} of PGA", f"at most {100 * FIRST_OF_PEAK:g} %", share <= FIRST_OF_PEAK
 
 
 @check("zero crossings")
-def _crossings(seen: Seen) -> tuple[str, str, bool]:
-    """An instrument that stuck, or a drift larger than the motion."""
+def _crossings(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """The rate of zero crossings, low for an instrument that stuck and for a drift larger than the motion."""
     signs = np.sign(seen.centred[seen.centred != 0.0])
     rate = float(np.count_nonzero(np.diff(signs))) / ((len(seen.samples) - 1) * seen.dt)
     return f"{rate:.2g} a second", f"more than {FEWEST_CROSSINGS:g}", rate > FEWEST_CROSSINGS
 
 
 @check("velocity at the end")
-def _velocity(seen: Seen) -> tuple[str, str, bool]:
-    """The ground stands still after an earthquake."""
+def _velocity(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """The velocity at the end, where the ground is at rest after an earthquake."""
     return _end(seen.integrals[0])
 
 
 @check("displacement at the end")
-def _displacement(seen: Seen) -> tuple[str, str, bool]:
-    """Drift, or a permanent displacement that was left in on purpose."""
+def _displacement(seen: CheckedRecord) -> tuple[str, str, bool]:
+    """The displacement at the end: drift, or a permanent displacement that was left in on purpose."""
     return _end(seen.integrals[1])
 
 
 @check("tail")
-def _tail(seen: Seen) -> tuple[str, str, bool] | None:
-    """Whether the record ends before the shaking does; a short one is told by its duration."""
+def _tail(seen: CheckedRecord) -> Result:
+    """The motion in the last seconds, large where the record ends before the shaking; None for a shorter record."""
     count = round(TAIL / seen.dt)
     if count >= len(seen.samples):
         return None
@@ -257,7 +277,7 @@ def _tail(seen: Seen) -> tuple[str, str, bool] | None:
 
 
 def _end(trace: Samples) -> tuple[str, str, bool]:
-    """The last value against the peak."""
+    """The last value as a share of the peak."""
     share = _share(trace[-1:], trace)
     return f"{_percent(share)} of its peak", f"at most {100 * DRIFT_OF_PEAK:g} %", share <= DRIFT_OF_PEAK
 
@@ -272,13 +292,13 @@ def _share(part: Samples, whole: Samples) -> float:
 
 
 def _longest_run(marks: Samples) -> int:
-    """The most True in a row."""
+    """Length of the longest run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marks, [False]]).astype(np.int8)))
     return int((edges[1::2] - edges[::2]).max())
 
 
 def _sharpest(samples: Samples, dt: float) -> int | None:
-    """The index of the sample that most looks like a spike; None where none does."""
+    """Index of the sample that looks most like a spike; None where none does."""
     if len(samples) < 3:
         return None
     jumps = np.diff(samples)
@@ -289,5 +309,5 @@ def _sharpest(samples: Samples, dt: float) -> int | None:
     around = sliding_window_view(np.pad(bends, reach + 1), reach).max(axis=1)
     others = np.maximum(around[: len(bends)], around[reach + 3 : reach + 3 + len(bends)])
     excess = np.where(out > SPIKE_OF_RANGE * np.ptp(samples), out - SPIKE_OF_OTHERS * others, 0.0)
-    place = int(np.argmax(excess))
-    return place + 1 if excess[place] > 0.0 else None
+    index = int(np.argmax(excess))
+    return index + 1 if excess[index] > 0.0 else None

@@ -1,26 +1,21 @@
-"""Records read, processed, cut and scaled: `read_motion` is the one door.
-
-A record of the catalogue, a file or an ObsPy trace goes in, raw or processed.
-"""
+"""Reading records: from the catalogue, a file or an ObsPy trace to a motion that is processed, cut and scaled."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.motion import Motion, later, span_of
-from pounding_risk.motions.processing.amplitude import asked, unit_doubts
-from pounding_risk.motions.processing.chain import DEFAULT_CHAIN, Done, Step, read_steps
-from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.motion import Motion, span_of
+from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
+from pounding_risk.motions.processing.amplitude import in_si, unit_doubts
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.motions.record import RAW, Source
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, conflicts
-from pounding_risk.motions.source import USABLE, check_shaking, components, lowest_usable, open_source
+from pounding_risk.motions.source import check_shaking, components, open_source
 from pounding_risk.motions.treatment import Treatment, treated
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
 
@@ -42,42 +37,86 @@ def read_motion(
     unit: str | None = None,
     dt: float | str | None = None,
 ) -> Motion:
-    """The ground motion of a record: read, processed, cut, scaled.
+    """Read the ground motion of a record; process, cut and scale it.
 
-    ``source`` is an id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of
-    several components one is named after "#": "quake.V2A#N28W"), or an ObsPy trace in m/s². ``unit`` ("cm/s^2") and
-    ``dt`` [s] are for files that do not state theirs. ``processing`` "auto" filters and corrects a raw record and
-    leaves a processed one as it is; "none" leaves both; a list of tables names the steps
-    (`pounding_risk.motions.processing.chain`).
-    After that come ``window`` (start, end) [s], ``polarity`` ("as recorded" or "reversed"), one of ``pga`` [m/s²]
-    and ``scale`` (factor), and ``tail`` [s] of zeros. Numbers are SI; text has its unit ("6 s", "0.5 g").
+    Parameters
+    ----------
+    source : str, Path or obspy.Trace
+        An id of the catalogue ("RSN6-180") or of a published set, a path to a file of a known format (of several
+        components one is named after "#": "quake.V2A#N28W"), or a trace in m/s².
+    window : (start, end), optional
+        Part of the processed record that is kept [s].
+    pga : float or str, optional
+        Peak ground acceleration to which the motion is scaled [m/s², or text such as "0.5 g"].
+    scale : float or str, optional
+        Factor of the motion, in place of ``pga``.
+    processing : str or sequence of mapping
+        "auto" filters and corrects a raw record and leaves a processed one as it is, "none" leaves both; a list of
+        tables such as ``[{"step": "mean"}]`` names the steps (`pounding_risk.motions.processing`).
+    polarity : str
+        "as recorded" or "reversed".
+    tail : float or str
+        Duration of zeros after the motion [s].
+    unit : str, optional
+        Unit of the samples, such as "cm/s^2", of a file that does not state it.
+    dt : float or str, optional
+        Time step [s] of a file that does not state it.
 
-    Raises RecordError for what cannot be read or trusted, with the repair.
+    Returns
+    -------
+    Motion
+        Acceleration in m/s², with the facts of its record, a sentence for each step and one for each doubt.
+
+    Raises
+    ------
+    RecordError
+        For what cannot be read or trusted; the sentence says how to repair it.
+
+    Notes
+    -----
+    Window, polarity, amplitude and tail follow the processing, in this order. Numbers are in SI, text has its unit
+    ("6 s", "0.5 g").
     """
     how = _treatment(window=window, pga=pga, scale=scale, polarity=polarity, tail=tail)
-    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
     return treated([processed(opened, processing)], how)[0]
 
 
 def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
     """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
-    chain = _chain(processing, source.record["state"])
-    log = _Log(source)
-    check_shaking(log.samples, source.name, "its sensitivity and unit, or leave the record out")
-    _process(log, chain)
+    record = {**source.record, "polarity": AS_RECORDED, "factor": 1.0}
+    history = (*source.trace.stats.get("processing", []), source.units)
+    motion = Motion(str(record["id"]), source.trace.data, float(source.trace.stats.delta), record, history)
+    check_shaking(motion.acceleration, source.name, "its sensitivity and unit, or leave the record out")
+    motion = motion.doubted((*source.doubts, *unit_doubts(record["pga_recorded"], "as recorded")))
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come
     # earlier, such as one of two earthquakes in a file, is a step of the chain.
-    record = {**source.record, "polarity": AS_RECORDED, "factor": log.factor}
-    record = later(record, log.start) | log.corners()
-    return Motion(str(record["id"]), log.samples, log.dt, record, tuple(log.sentences)).doubted(log.flags)
+    return _after_steps(motion, _chain(processing, record["state"]))
 
 
 def read_trace(
     source: str | Path | Trace, *, unit: str | None = None, dt: float | str | None = None, **choices: Any
 ) -> Trace:
-    """As `read_motion`, as an ObsPy trace in m/s² whose ``stats.processing`` has the history."""
-    opened = open_source(source, unit=unit, dt=None if dt is None else asked("dt", dt, STEP))
+    """Read a record as `read_motion` does, as an ObsPy trace.
+
+    Parameters
+    ----------
+    source : str, Path or obspy.Trace
+        As for `read_motion`.
+    unit : str, optional
+        As for `read_motion`.
+    dt : float or str, optional
+        As for `read_motion`.
+    **choices : dict
+        The other arguments of `read_motion`.
+
+    Returns
+    -------
+    obspy.Trace
+        Acceleration in m/s²; ``stats.processing`` has the history.
+    """
+    opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
     motion = read_motion(opened, **choices)
     trace = opened.trace.copy()  # the one that was handed over stays as it was
     trace.data = np.array(motion.acceleration)
@@ -89,9 +128,19 @@ def read_trace(
 
 
 def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
-    """As `read_trace`, of every component of a file or of an ObsPy stream, as an ObsPy stream.
+    """Read every component of a file, or of an ObsPy stream, as `read_trace` reads one.
 
-    Each is treated by itself; a stream in pieces is to be merged before.
+    Parameters
+    ----------
+    source : str, Path or obspy.Stream
+        A file with one or more components, a stream of traces in m/s² without gaps, or what `read_trace` takes.
+    **choices : dict
+        The arguments of `read_trace`; each component is processed by itself.
+
+    Returns
+    -------
+    obspy.Stream
+        One trace for each component, in m/s².
     """
     from obspy import Stream
 
@@ -99,8 +148,8 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
         return Stream([read_trace(trace, **choices) for trace in source])
     if isinstance(source, str | Path) and Path(source).is_file():
         unit, dt = choices.pop("unit", None), choices.pop("dt", None)
-        step = None if dt is None else asked("dt", dt, STEP)
-        return Stream([read_trace(each, **choices) for each in components(Path(source), unit=unit, dt=step)])
+        step = None if dt is None else in_si("dt", dt, STEP)
+        return Stream([read_trace(component, **choices) for component in components(Path(source), unit=unit, dt=step)])
     return Stream([read_trace(source, **choices)])
 
 
@@ -112,7 +161,7 @@ def _treatment(
     polarity: str,
     tail: float | str,
 ) -> Treatment:
-    """What `read_motion` is asked to do after the processing, in SI; raises RecordError for what it cannot do."""
+    """The treatment that `read_motion` is asked for, in SI; raises RecordError for values out of range and rivals."""
     given = [key for key, value in (("pga", pga), ("scale", scale)) if value is not None]
     for _, sentence in conflicts(given):
         raise RecordError(sentence)
@@ -121,66 +170,33 @@ def _treatment(
     return Treatment(
         window=None if window is None else span_of(window),
         polarity=polarity,
-        pga=None if pga is None else asked("pga", pga, PGA),
-        scale=None if scale is None else asked("scale", scale, SCALE),
-        tail=asked("tail", tail, TAIL),
+        pga=None if pga is None else in_si("pga", pga, PGA),
+        scale=None if scale is None else in_si("scale", scale, SCALE),
+        tail=in_si("tail", tail, TAIL),
     )
 
 
-class _Log:
-    """Samples on their way through the steps, with the sentence and the doubts of each."""
-
-    def __init__(self, found: Source):
-        self.samples: Samples = np.array(found.trace.data, dtype=np.float64)
-        self.dt = float(found.trace.stats.delta)
-        self.start = 0.0
-        self.flags = [*found.doubts, *unit_doubts(found.record["pga_recorded"], "as recorded")]
-        self.factor, self.band = 1.0, (0.0, inf)
-        self.raw = found.record["state"] == RAW
-        self._record = found.record
-        self.sentences = [*found.trace.stats.get("processing", []), found.units]
-
-    def add(self, done: Done) -> None:
-        """Take over what a step gave."""
-        self.samples, self.start = done.samples, self.start + done.cut * self.dt
-        self.dt = self.dt if done.dt is None else done.dt
-        self.factor *= done.factor
-        self.band = max(self.band[0], done.band[0]), min(self.band[1], done.band[1])
-        self.sentences.append(done.sentence)
-        self.flags += done.flags
-
-    def corners(self) -> dict[str, float]:
-        """Facts of a record that a filter here has changed: its own corners, and those it came with, the narrower."""
-        (low, high), facts = self.band, {}
-        if low > 0.0:
-            low = max(low, self._record.get("low_corner") or 0.0)
-            usable = max(USABLE * low, lowest_usable(self._record) or 0.0)
-            facts = {"low_corner": low, "lowest_usable_frequency": usable}
-        if high < inf:
-            facts["high_corner"] = min(high, self._record.get("high_corner") or inf)
-        return facts
-
-
-def _process(log: _Log, chain: Sequence[Step]) -> None:
-    """Every step of the chain; flagged where they change PGA by more than 2 %, or leave an offset."""
-    centred = log.samples - log.samples.mean() if log.raw else log.samples
-    before = float(np.abs(centred).max())
-    log.flags += failed(quality(log.samples, log.dt, checks=LASTING))
+def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
+    """Apply every step of the chain; flag a change of PGA of more than 2 %, and an offset that is left."""
+    samples = motion.acceleration
+    before = float(np.abs(samples - samples.mean() if motion.record["state"] == RAW else samples).max())
+    motion = motion.doubted(failed(quality(samples, motion.dt, checks=LASTING)))
     for step in chain:
-        log.add(step.apply(log.samples, log.dt))
-    # A baseline correction tells itself how the motion ends, and may leave a permanent displacement in.
+        motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples
+    flags: list[str] = []
+    # A baseline correction reports how the motion ends, and may leave a permanent displacement in.
     if not any(step.name == "baseline" for step in chain):
-        log.flags += failed(quality(log.samples, log.dt, checks=AT_REST))
-    after = float(np.abs(log.samples).max())
-    if chain and before > 0.0 and abs(after / before - 1.0) > CHANGE_OF_PEAK:
-        log.flags.append(f"processing changed PGA by {100.0 * (after / before - 1.0):+.1f} %")
-    offset = abs(float(log.samples.mean()))
-    if offset > OFFSET_OF_PEAK * after:
-        log.flags.append(f"the mean of the record is {100.0 * offset / after:.0f} % of its PGA: subtract it")
+        flags += failed(quality(motion.acceleration, motion.dt, checks=AT_REST))
+    if chain and before > 0.0 and abs(motion.pga / before - 1.0) > CHANGE_OF_PEAK:
+        flags.append(f"processing changed PGA by {100.0 * (motion.pga / before - 1.0):+.1f} %")
+    offset = abs(float(motion.acceleration.mean()))
+    if offset > OFFSET_OF_PEAK * motion.pga:
+        flags.append(f"the mean of the record is {100.0 * offset / motion.pga:.0f} % of its PGA: subtract it")
+    return motion.doubted(flags)
 
 
 def _chain(processing: Any, state: str) -> Sequence[Step]:
-    """The steps that ``processing`` stands for."""
+    """The steps that the argument ``processing`` stands for."""
     if not isinstance(processing, str) and isinstance(processing, Sequence):
         return read_steps(processing)
     if processing == "auto":

@@ -84,7 +84,7 @@ class Member:
     vs30: float  # m/s
     station: str
     component: str  # PEER's name, such as "MUL009"
-    azimuth: float | None  # degrees clockwise from north; None where the name does not tell
+    azimuth: float | None  # degrees clockwise from north; None where the name does not contain it
     rsn: int
     dt: float  # s
     npts: int
@@ -102,7 +102,7 @@ class Member:
 
 
 class CarriedSpectra(NamedTuple):
-    """Response spectra that the package carries, at 5 % of critical damping, of the motions as recorded."""
+    """Response spectra from the tables of the package, at 5 % of critical damping, of the motions as recorded."""
 
     ids: tuple[str, ...]
     periods: Samples  # s, shape (500,)
@@ -110,9 +110,22 @@ class CarriedSpectra(NamedTuple):
 
 
 def members(name: str) -> tuple[Member, ...]:
-    """The components of a set, station by station.
+    """List the components of a published set, station by station.
 
-    Raises RecordError for a name that is no set, missing packages, and a file that is not version 0.3.0's.
+    Parameters
+    ----------
+    name : str
+        Name of the set, a key of `SETS`.
+
+    Returns
+    -------
+    tuple of Member
+        One for each component.
+
+    Raises
+    ------
+    RecordError
+        For a name that is no set, missing packages, and a file that is not version 0.3.0's.
     """
     return tuple(member for file in _files(name) for member in _members(file))
 
@@ -126,7 +139,7 @@ def find(id: str) -> Member | None:
 
 
 def similar(id: str) -> list[str]:
-    """The ids of the sets that an id with a record sequence number may mean; none without the packages."""
+    """Ids of the sets near to an id with a record sequence number; none without the packages."""
     if not id.upper().startswith("RSN") or missing():
         return []
     return [member.id for file in (_FAR, _PULSE, _NO_PULSE) for member in _members(file)]
@@ -168,20 +181,20 @@ def recorded(member: Member) -> Samples:
 
 
 def carried_spectra(name: str) -> CarriedSpectra:
-    """The spectra of a set that the package carries beside its records; raises as `members`.
+    """The response spectra of a set in the tables of the package; raises as `members`.
 
-    Displacements were kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
+    Displacements are kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
     second order: they differ from the exact ones by up to 6 (dt/T)².
     """
-    found = members(name)
+    components = members(name)
     tables = {file: _spectra(file) for file in _files(name)}
-    rows = [tables[member.file][member.number, member.letter] for member in found]
+    rows = [tables[member.file][member.number, member.letter] for member in components]
     periods = rows[0][0]
-    for member, row in zip(found, rows, strict=True):
+    for member, row in zip(components, rows, strict=True):
         if not np.array_equal(row[0], periods):
             raise RecordError(f"{member.file.name}: the spectrum of {member.id} is at other periods; {_repair()}")
     values = np.array([row[1] for row in rows]) * STANDARD_GRAVITY
-    return CarriedSpectra(tuple(member.id for member in found), periods, values)
+    return CarriedSpectra(tuple(member.id for member in components), periods, values)
 
 
 def missing() -> list[str]:
@@ -203,7 +216,7 @@ def _repair() -> str:
 
 @cache
 def _path(file: SetFile) -> Path:
-    """Where a file of the package is, its bytes checked."""
+    """The path of a file of the package, whose checksum was compared."""
     gone = missing()
     if gone:
         raise RecordError(
@@ -212,16 +225,16 @@ def _path(file: SetFile) -> Path:
         )
     spec = find_spec(NEEDED[PACKAGE])
     folders = list(spec.submodule_search_locations or ()) if spec else []
-    place = Path(folders[0]) / file.name if folders else Path(file.name)
-    if not place.is_file():
-        raise RecordError(f"{place}: no such file; {_repair()}")
-    digest = sha256(place.read_bytes()).hexdigest()
+    path = Path(folders[0]) / file.name if folders else Path(file.name)
+    if not path.is_file():
+        raise RecordError(f"{path}: no such file; {_repair()}")
+    digest = sha256(path.read_bytes()).hexdigest()
     if digest != file.sha256:
         raise RecordError(
-            f"{place} has sha256 {digest[:12]}..., version {VERSION} of {PACKAGE} has {file.sha256[:12]}..., and "
+            f"{path} has sha256 {digest[:12]}..., version {VERSION} of {PACKAGE} has {file.sha256[:12]}..., and "
             f"{_installed()} is installed; {_repair()}"
         )
-    return place
+    return path
 
 
 def _installed() -> str:
@@ -232,12 +245,12 @@ def _installed() -> str:
 
 
 def _opened(file: SetFile) -> Any:
-    """The file, open; h5py and hdf5plugin are of an extra, and are imported when a set is read."""
-    place = _path(file)
+    """The open file; h5py and hdf5plugin, of an extra, are imported when a set is read."""
+    path = _path(file)
     import h5py
     import hdf5plugin  # noqa: F401 (loading it teaches h5py the compression)
 
-    return h5py.File(place, "r")
+    return h5py.File(path, "r")
 
 
 @cache
@@ -284,7 +297,7 @@ def _azimuth(component: str) -> float | None:
 
 
 def _rows(table: Any) -> Iterator[dict[str, Any]]:
-    """The rows of a table by the names of its columns."""
+    """The rows of a table, each a mapping by column."""
     columns = _columns(table)
     return (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
 
@@ -300,8 +313,8 @@ def _columns(table: Any) -> dict[str, Any]:
         if rows[field].ndim == 1:
             columns[field] = rows[field]
             continue
-        for place, name in enumerate(_COLUMN.findall(bytes(table.attrs[f"{field}_kind"]))):
-            columns[name.decode()] = rows[field][:, place]
+        for column, name in enumerate(_COLUMN.findall(bytes(table.attrs[f"{field}_kind"]))):
+            columns[name.decode()] = rows[field][:, column]
     return columns
 
 
@@ -309,12 +322,12 @@ def _spectra(file: SetFile) -> dict[tuple[int, str], tuple[Samples, Samples]]:
     """Periods [s] and pseudo-acceleration [g] of each component, in rising periods."""
     with _opened(file) as opened:
         columns = _columns(opened["spectra/table"])
-    found = {}
+    by_component = {}
     for member in _members(file):
         own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
         order = np.argsort(columns["period"][own])
-        found[member.number, member.letter] = (
+        by_component[member.number, member.letter] = (
             columns["period"][own][order],
             columns["pseudo_accel"][own][order],
         )
-    return found
+    return by_component

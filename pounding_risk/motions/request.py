@@ -1,4 +1,4 @@
-"""Which ground motions a scene asks for, and what is done to them before a run: the table [records], in SI."""
+"""The request of a scene for ground motions, its table [records] in SI: which records, and how they are treated."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.chain import STEPS
+from pounding_risk.motions.processing import known_steps
 from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, STEP, TAIL, TIME, Quantity, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
@@ -22,7 +22,7 @@ AMPLITUDES = ("manifest", "pga", "sa", "to_median")  # what sets the amplitude: 
 
 
 class StepTable(Mapping[str, Any]):
-    """A processing step as `processing.read_steps` takes it: ``step`` and its options in SI; never changes."""
+    """A processing step as `read_steps` takes it: ``step`` and its options in SI; immutable."""
 
     def __init__(self, values: Mapping[str, Any]):
         self._values = dict(values)
@@ -44,7 +44,7 @@ class StepTable(Mapping[str, Any]):
 
     def written(self) -> dict[str, Any]:
         """The table as a scene file has it: quantities as text, exact."""
-        options = STEPS[self["step"]].options
+        options = known_steps()[self["step"]].options
         kinds = {key: options.get(key) for key in self}
         return {
             key: exact(value, kind) if isinstance(kind := kinds[key], Quantity) else value
@@ -53,7 +53,7 @@ class StepTable(Mapping[str, Any]):
 
 
 class Spectral(NamedTuple):
-    """Spectral acceleration at a period, and where one is asked for its value."""
+    """Spectral acceleration at a period, with the value to reach where one is asked for."""
 
     period: float  # s
     damping: float = 0.05
@@ -66,7 +66,7 @@ class Spectral(NamedTuple):
 
 
 class RecordRequest(NamedTuple):
-    """Which ground motions, and what is done to them before a run."""
+    """Which ground motions a scene uses, and how they are treated before a run."""
 
     names: tuple[str, ...]  # ids of the catalogue
     files: tuple[str, ...]  # names, patterns or folders, relative to the scene file's folder
@@ -85,7 +85,7 @@ class RecordRequest(NamedTuple):
     to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
 
     def given(self) -> tuple[str, ...]:
-        """The keys that say where records are from, how they are turned and how strong they are, as far as given."""
+        """The keys of source, direction and amplitude that are given."""
         keys = (*SOURCES, "direction", *AMPLITUDES[1:], "scale")
         return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
 
@@ -148,10 +148,10 @@ def conflicts(given: Collection[str], *, grid_pga: bool = False) -> Iterator[tup
 def matching(folder: Path, pattern: str) -> list[Path]:
     """The files that a name, a pattern or a folder stands for, sorted.
 
-    Raises RecordError for a pattern ``**`` below which there are more than `MOST_ENTRIES` files and folders.
-
     A file of that very name wins over a pattern; after the name of a file, "#" names one of its components. A folder
     stands for the files in it whose names do not start with a dot.
+
+    Raises RecordError for a pattern ``**`` below which there are more than `MOST_ENTRIES` files and folders.
     """
     literal = folder / pattern
     if literal.is_file():
@@ -161,8 +161,8 @@ def matching(folder: Path, pattern: str) -> list[Path]:
     if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
         return [literal]
     _check_width(folder, pattern)
-    found = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
-    return sorted(path for path in found if path.is_file())
+    files = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
+    return sorted(path for path in files if path.is_file())
 
 
 def _check_width(folder: Path, pattern: str) -> None:

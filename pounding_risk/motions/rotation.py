@@ -1,4 +1,4 @@
-"""Two horizontal components turned to one direction: that of the row of buildings, or any other.
+"""Rotation of two horizontal components to one direction: that of the row of buildings, or any other.
 
 >>> import numpy as np
 >>> from pounding_risk.motions.motion import Motion
@@ -22,46 +22,55 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.units import shown
 
 SQUARE = 2.0  # degrees by which components called perpendicular may miss it
 LEAST_ANGLE = 10.0  # degrees between components: below, the motion across them is mostly noise
 SAME_STEP = 1e-6  # relative difference of time steps that are one, written with different digits
 OFF_GRID = 0.05  # samples by which two starts may miss whole steps
-KEPT = (
-    "event",
-    "magnitude",
-    "date",
-    "distance_km",
-    "vs30",
-    "station",
-    "sensor",
-    "recording",
-    "state",
-    "format",
-    "file",
-    "origin",
-    "terms",
-    "polarity",
+# Facts of a record that a rotated motion keeps where both components state the same.
+SHARED = (
+    *("event", "magnitude", "date", "distance_km", "vs30", "station", "sensor", "recording"),
+    *("state", "format", "file", "origin", "terms", "polarity"),
 )
 # Of what filters left of the components, both have only the narrower band.
 NARROWER = {"low_corner": max, "lowest_usable_frequency": max, "high_corner": min}
 
 
 def rotated(first: Motion, second: Motion, direction: float, *, azimuths: tuple[float, float] | None = None) -> Motion:
-    """The horizontal motion along ``direction`` [degrees clockwise from north] of two components of one recording.
+    """Rotate two horizontal components of one recording to a direction.
 
+    Parameters
+    ----------
+    first : Motion
+        One component.
+    second : Motion
+        The other, with the same time step.
+    direction : float
+        Direction of the result [degrees clockwise from north].
+    azimuths : (float, float), optional
+        Azimuths of the components [degrees], in place of those of their records.
+
+    Returns
+    -------
+    Motion
+        The motion along the direction, over the time that both components cover.
+
+    Raises
+    ------
+    RecordError
+        For time steps that differ, a direction or azimuth that is no finite number, components less than 10° from one
+        line, only one known azimuth, and no time in common.
+
+    Notes
+    -----
     a(θ) = a1 cos(θ − α1) + a2 cos(θ − α2) for components perpendicular to 2°, so that a² along θ and across it add up
-    to a1² + a2². Components at another angle are solved for as they are: the vector whose projections on α1 and α2
-    they are, a(θ) = [a1 sin(α2 − θ) + a2 sin(θ − α1)] / sin(α2 − α1), and the sentence says so.
+    to a1² + a2². Components at another angle are solved for the vector whose projections on α1 and α2 they are,
+    a(θ) = [a1 sin(α2 − θ) + a2 sin(θ − α1)] / sin(α2 − α1), and the sentence says so.
 
-    ``azimuths`` of the components [degrees] go before those of their records. Where neither is known the direction
-    counts from the first component, the second 90° clockwise from it, with a flag. Components that state when they
-    start are aligned by it, to the nearest sample, others at their first samples; both are cut to what they share.
-
-    Raises RecordError for time steps that differ, a direction or azimuth that is no finite number, components less
-    than 10° from one line, only one known azimuth, and nothing shared.
+    Where no azimuth is known the direction counts from the first component, the second 90° clockwise from it, with a
+    flag. Components that state when they start are aligned by it, to the nearest sample, others at their first samples.
     """
     if not _is_number(direction):
         raise RecordError(f"direction: {shown(direction)} is no finite number; write degrees clockwise from north")
@@ -103,21 +112,21 @@ def _is_number(value: Any) -> bool:
 
 
 def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Where both components point [degrees]; None where neither is known."""
-    found = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
-    if found == (None, None):
+    """Azimuths of both components [degrees]; None where neither is known."""
+    azimuth_pair = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
+    if azimuth_pair == (None, None):
         return None
-    for motion, azimuth in zip((first, second), found, strict=True):
+    for motion, azimuth in zip((first, second), azimuth_pair, strict=True):
         if not _is_number(azimuth):
             raise RecordError(
                 f"{motion.name}: its azimuth is {shown(azimuth)}; give both, such as azimuths = (0.0, 90.0), in "
                 "degrees clockwise from north (a vertical component has none)"
             )
-    return float(found[0]), float(found[1])  # type: ignore[arg-type]
+    return float(azimuth_pair[0]), float(azimuth_pair[1])  # type: ignore[arg-type]
 
 
 def _weights(direction: float, one: float, other: float) -> tuple[tuple[float, float], float]:
-    """What each component counts along ``direction``, and the angle between them, from 0 to 360 [degrees]."""
+    """Weight of each component along ``direction``, and the angle between them, from 0 to 360 [degrees]."""
     angle = (other - one) % 360.0
     if _is_square(angle):
         return (cos(radians(direction - one)), cos(radians(direction - other))), angle
@@ -130,20 +139,20 @@ def _is_square(angle: float) -> bool:
 
 
 def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tuple[str, ...], tuple[str, ...]]:
-    """Samples of both at the same times, what was cut to have them, and doubts."""
+    """Samples of both components at the same times, sentences about what was cut, and flags."""
     later = _later(first, second)
     shift = round(later)
     starts = (max(0, shift), max(0, -shift))
     both = [motion.acceleration[start:] for motion, start in zip((first, second), starts, strict=True)]
-    count = min(len(each) for each in both)
+    count = min(len(part) for part in both)
     if count < 2:
         raise RecordError(
             f"{first.name} and {second.name} share {count} samples: {_span(first)} and {_span(second)}; take two "
             "components of one recording"
         )
     words = []
-    for motion, start, each in zip((first, second), starts, both, strict=True):
-        end = len(each) - count
+    for motion, start, part in zip((first, second), starts, both, strict=True):
+        end = len(part) - count
         if start or end:
             words.append(
                 f"cut: {start * motion.dt:g} s from the start, {end * motion.dt:g} s from the end of {motion.name}"
@@ -156,7 +165,7 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
 
 
 def _later(first: Motion, second: Motion) -> float:
-    """How many samples the second starts after the first; 0 where a start is unknown."""
+    """Samples by which the second component starts after the first; 0 where a start is unknown."""
     starts = [motion.record.get("start") for motion in (first, second)]
     if not all(starts):
         return 0.0
@@ -176,22 +185,22 @@ def _to(direction: float, known: tuple[float, float] | None) -> str:
 
 
 def _told(motion: Motion, sentences: tuple[str, ...]) -> tuple[str, ...]:
-    """Sentences about one component, with its name."""
+    """Sentences about one component, each after its name."""
     return tuple(f"{motion.name}: {sentence}" for sentence in sentences)
 
 
 def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, Any]:
-    """What both records say alike; both where they differ in what tells them apart."""
+    """Facts that both records state alike, and both values of the facts that tell the components apart."""
     one, other = first.record, second.record
-    record = {key: one[key] for key in KEPT if key in one and one[key] == other.get(key)}
+    record = {key: one[key] for key in SHARED if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):
-        parts = dict.fromkeys(str(each[key]) for each in (one, other) if each.get(key))
+        parts = dict.fromkeys(str(facts[key]) for facts in (one, other) if facts.get(key))
         if parts:
             record[key] = " + ".join(parts)
     if one.get("start") and other.get("start"):
         record["start"] = max(one["start"], other["start"])
     for key, stricter in NARROWER.items():
-        corners = [each[key] for each in (one, other) if each.get(key)]
+        corners = [facts[key] for facts in (one, other) if facts.get(key)]
         if corners:
             record[key] = stricter(corners)
     return {**record, "azimuth": None if azimuth is None else azimuth % 360.0}

@@ -1,9 +1,9 @@
-"""Motions times one factor: to a PGA, a spectral acceleration, the median of their ensemble.
+"""Scaling motions by one factor: to a PGA, to a spectral acceleration, to the median of their ensemble.
 
-Whatever the aim, a motion is multiplied by one number, a sentence says which and why, and a factor outside 0.25 to 4
-is flagged, as is a PGA that no earthquake has. Sa is the pseudo-spectral acceleration ω² max|u|, as in codes and in
-models of ground motion; with 5 % damping the absolute one is up to 2 % larger at periods up to 1 s (in the FEMA P-695
-sets), and more at longer ones.
+Each function multiplies a motion by one number, adds a sentence that says which and why, and flags a factor outside
+0.25 to 4 and a PGA that no earthquake has. Sa is the pseudo-spectral acceleration ω² max|u|, as in codes and in models
+of ground motion; with 5 % damping the absolute one is up to 2 % larger at periods up to 1 s (in the FEMA P-695 sets),
+and more at longer ones.
 
     >>> import numpy as np
     >>> from pounding_risk.motions.motion import Motion
@@ -24,7 +24,7 @@ import numpy as np
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import asked, scale_samples, scale_samples_to
+from pounding_risk.motions.processing.amplitude import in_si, scale_samples, scale_samples_to
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, STANDARD_GRAVITY, shown
 
@@ -35,41 +35,107 @@ _SA = re.compile(r"sa\((.+)\)", re.IGNORECASE)
 
 
 def by_factor(motion: Motion, factor: float | str, aim: str = "") -> Motion:
-    """The motion times ``factor``; ``aim`` are words for its history. Raises RecordError for a factor not above 0."""
-    return motion.after(scale_samples(motion.acceleration, asked("scale", factor, SCALE), aim))
+    """Scale a motion by a factor.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    factor : float or str
+        Factor, above 0.
+    aim : str
+        Words for the history of the motion, such as the value that the factor reaches.
+
+    Returns
+    -------
+    Motion
+        The motion times the factor. Raises RecordError for a factor that is not above 0.
+    """
+    return motion.after(scale_samples(motion.acceleration, in_si("scale", factor, SCALE), aim))
 
 
 def to_pga(motion: Motion, pga: float | str) -> Motion:
-    """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""
-    return motion.after(scale_samples_to(motion.acceleration, asked("pga", pga, PGA), motion.name))
+    """Scale a motion to a peak ground acceleration.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    pga : float or str
+        max|a| after scaling [m/s², or text such as "0.5 g"].
+
+    Returns
+    -------
+    Motion
+        The motion times one factor.
+    """
+    return motion.after(scale_samples_to(motion.acceleration, in_si("pga", pga, PGA), motion.name))
 
 
 def to_spectral_acceleration(motion: Motion, value: float | str, period: float | str, damping: float = 0.05) -> Motion:
-    """The motion times one factor, so that Sa(``period``, ``damping``) is ``value``, to rounding.
+    """Scale a motion to a spectral acceleration at one period.
 
-    ``value`` [m/s²] and ``period`` [s] are numbers or text with a unit. The oscillator is followed to the end of the
-    record and no further. Raises RecordError for a value or period out of range and for a motion of zeros,
-    PoundingError for a damping ratio that is none.
+    Parameters
+    ----------
+    motion : Motion
+        The motion; the oscillator is followed to the end of the record and no further.
+    value : float or str
+        Pseudo-spectral acceleration after scaling [m/s², or text such as "0.4 g"].
+    period : float or str
+        Period of the oscillator [s].
+    damping : float
+        Damping ratio of the oscillator.
+
+    Returns
+    -------
+    Motion
+        The motion times one factor; the value is reached to rounding.
+
+    Raises
+    ------
+    RecordError
+        For a value, period or damping ratio out of range, and for a motion of zeros.
     """
-    target, at = asked("value", value, PGA), asked("period", period, PERIOD)
+    target, at = in_si("value", value, PGA), in_si("period", period, PERIOD)
     aim = f"Sa({at:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    found = spectral_accelerations([motion], [at], damping)[0, 0]
-    return by_factor(motion, _ratio(target, found, motion.name), aim)
+    spectral = spectral_accelerations([motion], [at], damping)[0, 0]
+    return by_factor(motion, _ratio(target, spectral, motion.name), aim)
 
 
 def to_mean_spectral_acceleration(
     motion: Motion, value: float | str, periods: tuple[float | str, float | str], damping: float = 0.05
 ) -> Motion:
-    """The motion times one factor, so that its mean Sa over a range of ``periods`` [s] is ``value`` [m/s²].
+    """Scale a motion to a mean spectral acceleration over a range of periods.
 
     The mean is Sa_avg, geometric, over 10 periods evenly spaced in the logarithm, ends included (Baker and Cornell
-    2006; Eads, Miranda and Lignos 2015). Raises as `to_spectral_acceleration`, and for a range that is none.
+    2006; Eads, Miranda and Lignos 2015).
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    value : float or str
+        Sa_avg after scaling [m/s², or text such as "0.4 g"].
+    periods : (float or str, float or str)
+        Shortest and longest period [s].
+    damping : float
+        Damping ratio of the oscillators.
+
+    Returns
+    -------
+    Motion
+        The motion times one factor.
+
+    Raises
+    ------
+    RecordError
+        As `to_spectral_acceleration`, and for an empty range of periods.
     """
-    target = asked("value", value, PGA)
+    target = in_si("value", value, PGA)
     low, high = period_range(periods)
     aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    found = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
-    return by_factor(motion, _ratio(target, _geometric_mean(found), motion.name), aim)
+    spectra = spectral_accelerations([motion], np.geomspace(low, high, MEAN_PERIODS), damping)[0]
+    return by_factor(motion, _ratio(target, _geometric_mean(spectra), motion.name), aim)
 
 
 def to_median(
@@ -79,14 +145,30 @@ def to_median(
     groups: Sequence[Hashable] | None = None,
     damping: float = 0.05,
 ) -> tuple[Motion, ...]:
-    """The motions, each times one factor, so that all have the median of the ensemble in ``measure``.
+    """Scale motions to the median of their ensemble in one measure.
 
-    ``measure`` is "pga", "pgv", "pgd", "cav", "arias" (whose factor is the root of the ratio), "sa(0.5 s)", or a
-    function of a motion that grows in proportion to it. Motions of one of ``groups``, one label a motion, keep one
-    factor: that of the geometric mean of the group, as both components of a station in FEMA P-695, whose NM is
-    ``to_median(motions, "pgv", groups=stations)`` but for its own PGV.
+    Parameters
+    ----------
+    motions : sequence of Motion
+        The ensemble.
+    measure : str or callable
+        "pga", "pgv", "pgd", "cav", "arias" (whose factor is the root of the ratio), "sa(0.5 s)", or a function of a
+        motion that grows in proportion to it.
+    groups : sequence of hashable, optional
+        One label for each motion. Motions of one label share the factor of their geometric mean, as both components of
+        a station in FEMA P-695, whose NM is ``to_median(motions, "pgv", groups=stations)`` but for its own PGV.
+    damping : float
+        Damping ratio of the oscillators, for "sa(...)".
 
-    Raises RecordError for no motions, an unknown measure, labels that are not one a motion, and zeros.
+    Returns
+    -------
+    tuple of Motion
+        Each motion times its factor.
+
+    Raises
+    ------
+    RecordError
+        For no motions, an unknown measure, a number of labels other than that of the motions, and motions of zeros.
     """
     labels = list(range(len(motions)) if groups is None else groups)
     if not motions or len(labels) != len(motions):
@@ -110,12 +192,12 @@ def to_median(
 def measured(
     motions: Sequence[Motion], measure: str | Callable[[Motion], float], damping: float = 0.05
 ) -> tuple[list[float], str]:
-    """What a measure, as in `to_median`, is of each motion [SI], and the measure in words."""
+    """The value of a measure, as in `to_median`, of each motion [SI], and the measure in words."""
     if not isinstance(measure, str):
         return [float(measure(motion)) for motion in motions], getattr(measure, "__name__", "measure")
     name, inside = measure.strip().lower(), _SA.fullmatch(measure.strip())
     if inside:
-        period = asked("measure", inside[1], PERIOD)
+        period = in_si("measure", inside[1], PERIOD)
         spectra = spectral_accelerations(motions, [period], damping)
         return [float(value) for value in spectra[:, 0]], f"Sa({period:g} s, {100.0 * damping:g} %)"
     if name not in POWERS:
@@ -124,8 +206,8 @@ def measured(
         )
     from pounding_risk.motions.intensity import measure as measure_all
 
-    found = [getattr(measure_all(motion.acceleration, motion.dt), name) for motion in motions]
-    return found, "Arias intensity" if name == "arias" else name.upper()
+    values = [getattr(measure_all(motion.acceleration, motion.dt), name) for motion in motions]
+    return values, "Arias intensity" if name == "arias" else name.upper()
 
 
 def spectral_accelerations(motions: Sequence[Motion], periods: Any, damping: float = 0.05) -> Samples:
@@ -142,17 +224,17 @@ def period_range(periods: Any) -> tuple[float, float]:
     """Two rising periods [s], numbers or text with a unit; raises RecordError for anything else."""
     if isinstance(periods, str) or not isinstance(periods, Sequence) or len(periods) != 2:
         raise RecordError(f"periods: {shown(periods)} is not a range; give two periods such as (0.2, 2.0)")
-    low, high = (asked("periods", period, PERIOD) for period in periods)
+    low, high = (in_si("periods", period, PERIOD) for period in periods)
     if not low < high:
         raise RecordError(f"periods: {low:g} to {high:g} s is empty; write the shorter period first")
     return low, high
 
 
-def _ratio(target: float, found: float, name: str) -> float:
-    """The factor from ``found`` to ``target``."""
-    if not (isfinite(found) and found > 0.0):
-        raise RecordError(f"{name}: what is to be scaled is {found:g}, which no factor scales; check record and window")
-    return target / float(found)
+def _ratio(target: float, value: float, name: str) -> float:
+    """The factor from a measured ``value`` to ``target``; raises RecordError for a value that no factor scales."""
+    if not (isfinite(value) and value > 0.0):
+        raise RecordError(f"{name}: what is to be scaled is {value:g}, which no factor scales; check record and window")
+    return target / float(value)
 
 
 def _geometric_mean(values: Any) -> float:

@@ -1,4 +1,4 @@
-"""Records chosen from many: by what is known of them, and by how close their spectra come to a target.
+"""Selection of records by what is known of them, and by how close their spectra come to a target.
 
     >>> import numpy as np
     >>> from pounding_risk.motions.motion import Motion
@@ -28,9 +28,9 @@ import numpy as np
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, asked
+from pounding_risk.motions.processing.amplitude import USUAL_FACTORS, in_si
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.scaling import by_factor, period_range, spectral_accelerations
 from pounding_risk.motions.source import is_vertical, lowest_usable
@@ -43,15 +43,35 @@ FILTERS = ("magnitude", "distance_km", "vs30", "pga")
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What is chosen, and how.
+class Criteria:
+    """The criteria of a selection.
 
-    ``periods``: the range [s] in which spectra are compared, numbers or text with a unit. ``count``: how many
-    candidates, at most. ``spectrum``: "component" takes every component by itself; "geomean", "rotd50" and "rotd100"
-    take pairs, of which that is the spectrum, with one factor for both components. ``limits`` of the factor.
-    ``per_event``: at most so many candidates of one earthquake. ``magnitude``, ``distance_km``, ``vs30`` [m/s] and
-    ``pga`` [m/s², or text]: smallest and largest, of the record before it is scaled, of the larger component of a
-    pair. Raises RecordError for what none of these can be.
+    Parameters
+    ----------
+    periods : (float or str, float or str)
+        Range of periods in which spectra are compared [s].
+    count : int
+        Number of candidates chosen, at most.
+    spectrum : str
+        "component" takes every component by itself; "geomean", "rotd50" and "rotd100" take pairs, of which that is the
+        spectrum, with one factor for both components.
+    limits : (float, float)
+        Smallest and largest factor.
+    per_event : int, optional
+        Number of candidates of one earthquake, at most.
+    magnitude : (float, float), optional
+        Smallest and largest magnitude.
+    distance_km : (float, float), optional
+        Smallest and largest distance [km].
+    vs30 : (float, float), optional
+        Smallest and largest shear-wave velocity of the upper 30 m [m/s].
+    pga : (float or str, float or str), optional
+        Smallest and largest peak ground acceleration [m/s²] before scaling, of the larger component of a pair.
+
+    Raises
+    ------
+    RecordError
+        For values that none of these can have.
     """
 
     periods: tuple[float, float] = (0.2, 2.0)
@@ -73,7 +93,7 @@ class Wanted:
             if not (value is None and key == "per_event") and not (isinstance(value, int | np.integer) and value >= 1):
                 raise RecordError(f"{key}: {shown(value)} is no number of records; write a whole number from 1 up")
         if self.pga is not None:
-            object.__setattr__(self, "pga", tuple(asked("pga", bound, PGA) for bound in self.pga))
+            object.__setattr__(self, "pga", tuple(in_si("pga", bound, PGA) for bound in self.pga))
         for key in ("limits", *FILTERS):
             _check_bounds(key, getattr(self, key))
         if self.limits[0] <= 0.0:
@@ -84,7 +104,7 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One chosen candidate: a component, or a pair with one factor."""
+    """A chosen candidate: one component, or a pair with one factor."""
 
     motions: tuple[Motion, ...]  # as given, not scaled
     factor: float
@@ -95,20 +115,20 @@ class Row:
 
     @property
     def name(self) -> str:
-        """The names of the components."""
+        """Names of the components, joined."""
         return " + ".join(motion.name for motion in self.motions)
 
     def known(self, key: str) -> Any:
-        """What the records say of ``key``, such as "event"; None where they do not."""
+        """The value of the fact ``key``, such as "event", in the records; None where none of them has it."""
         return _known(self.motions, key)
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What was chosen, closest first, and how the ensemble compares with the target."""
+    """The result of a selection, closest candidate first, and how the ensemble compares with the target."""
 
     target: Target
-    wanted: Wanted
+    wanted: Criteria
     periods: Samples  # s, where spectra were compared
     rows: tuple[Row, ...]
     considered: int  # candidates, chosen or not
@@ -128,12 +148,12 @@ class Selection:
         return np.array([row.factor * row.acceleration for row in self.rows])
 
     def spectra_at(self, periods: Samples) -> Samples:
-        """What was compared (spectra of components, or of pairs as `Wanted.spectrum` has it), scaled, at other periods.
+        """Spectra of the chosen candidates, scaled, at other periods [s]: Sa [m/s²], shape (rows, periods).
 
-        Sa [m/s²], shape (rows, periods).
+        They are the spectra that were compared: of components, or of pairs as `Criteria.spectrum` says.
         """
-        found = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
-        return found * np.array([row.factor for row in self.rows])[:, None]
+        spectra = SPECTRA[self.wanted.spectrum]([row.motions for row in self.rows], periods, self.target.damping)
+        return spectra * np.array([row.factor for row in self.rows])[:, None]
 
     @property
     def median_ratio(self) -> Samples:
@@ -150,9 +170,9 @@ class Selection:
         return float((self.spectra.mean(axis=0) / self.target.at(self.periods)).min())
 
     def words(self) -> tuple[str, ...]:
-        """The choice in sentences."""
+        """Sentences that summarise the selection."""
         low, high = self.wanted.periods
-        left = ", ".join(f"{count} for {why}" for why, count in self.left_out.items()) or "none"
+        left_out = ", ".join(f"{count} for {why}" for why, count in self.left_out.items()) or "none"
         factors, misfits = [[getattr(row, key) for row in self.rows] for key in ("factor", "misfit")]
         limited = sum(row.limited for row in self.rows)
         median, mean = self.median_ratio, self.least_mean_ratio
@@ -163,7 +183,7 @@ class Selection:
             )
         return (
             f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} asked for",
-            f"left out: {left}",
+            f"left out: {left_out}",
             f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
             f"median: {median.min():.3g} to {median.max():.3g} of {self.target.name} from {low:g} to {high:g} s",
@@ -172,7 +192,7 @@ class Selection:
 
 
 class Fit(NamedTuple):
-    """How close a spectrum comes to a target with the best factor."""
+    """The best factor of a spectrum, and how close it comes to the target with it."""
 
     factor: float
     misfit: float
@@ -193,66 +213,85 @@ def fit(acceleration: Samples, target: Samples, limits: tuple[float, float] = (0
 
 
 def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selection:
-    """The records whose spectra come closest to ``target``, each with its factor; ``choices`` are those of `Wanted`.
+    """Select the records whose spectra come closest to a target, each with its factor.
 
+    Parameters
+    ----------
+    motions : iterable of Motion
+        The candidates, in any order: equal misfits are ordered by name.
+    target : Target
+        The target spectrum.
+    **choices : dict
+        The criteria, parameters of `pounding_risk.motions.selection.Criteria`: periods, count, spectrum, limits,
+        per_event, magnitude, distance_km, vs30, pga.
+
+    Returns
+    -------
+    Selection
+        The chosen candidates, closest first, and the number of those left out for each reason.
+
+    Raises
+    ------
+    RecordError
+        For criteria out of range, a range of periods outside the target, components of a pair that cannot be brought
+        together, and where no candidate is left.
+
+    Notes
+    -----
     Vertical components are left out by their names (UP, DWN, HNZ ...). Pairs are two components of one recording: of
     the same ``rsn``, or else of the same event, date and station; a recording with one, or with more than two, is
-    left out. So is a record without a datum that is asked for, and one whose spectrum is zero. Everything left out is
-    counted in ``left_out``. Equal misfits are ordered by name, so that the choice never depends on the order given.
-
-    Raises RecordError for choices that `Wanted` refuses, a range of periods outside the target, components of a pair
-    that cannot be brought together, and where nothing is left.
+    left out. So are records without a fact that a criterion needs, copies, and records whose spectrum is zero.
     """
-    wanted = _wanted(choices)
+    wanted = _criteria(choices)
     periods = np.geomspace(*wanted.periods, NODES)
     goal = target.at(periods)
-    left: Counter[str] = Counter()
-    candidates = _candidates(list(motions), wanted, left)
-    considered = len(candidates) + sum(left.values())
-    candidates = [each for each in candidates if _passes(each, wanted, left)]
+    left_out: Counter[str] = Counter()
+    candidates = _candidates(list(motions), wanted, left_out)
+    considered = len(candidates) + sum(left_out.values())
+    candidates = [candidate for candidate in candidates if _passes(candidate, wanted, left_out)]
     spectra = SPECTRA[wanted.spectrum](candidates, periods, target.damping) if candidates else np.empty((0, NODES))
     rows = []
     for parts, spectrum in zip(candidates, spectra, strict=True):
         if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):
-            left["a spectrum of zero"] += 1
+            left_out["a spectrum of zero"] += 1
             continue
         best = fit(spectrum, goal, wanted.limits)
         rows.append(Row(parts, best.factor, best.misfit, best.limited, spectrum, _doubts(parts, wanted)))
     rows.sort(key=lambda row: (row.misfit, row.name))
-    chosen = _first(rows, wanted, left)
+    chosen = _first(rows, wanted, left_out)
     if not chosen:
-        why = ", ".join(f"{count} for {reason}" for reason, count in left.items()) or "none was given"
+        why = ", ".join(f"{count} for {reason}" for reason, count in left_out.items()) or "none was given"
         raise RecordError(f"no record is left of {considered}: {why}; widen the choice")
-    return Selection(target, wanted, periods, tuple(chosen), considered, dict(left))
+    return Selection(target, wanted, periods, tuple(chosen), considered, dict(left_out))
 
 
-def _wanted(choices: dict[str, Any]) -> Wanted:
-    unknown = [key for key in choices if key not in Wanted.__dataclass_fields__]
+def _criteria(choices: dict[str, Any]) -> Criteria:
+    unknown = [key for key in choices if key not in Criteria.__dataclass_fields__]
     if unknown:
         raise RecordError(
-            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Wanted.__dataclass_fields__)}"
+            f"{', '.join(unknown)}: no choice of a selection; it takes {', '.join(Criteria.__dataclass_fields__)}"
         )
-    return Wanted(**choices)
+    return Criteria(**choices)
 
 
 def _check_bounds(key: str, bounds: Any) -> None:
     if bounds is None:
         return
-    numbers = isinstance(bounds, Sequence) and all(isinstance(each, int | float) for each in bounds)
+    numbers = isinstance(bounds, Sequence) and all(isinstance(bound, int | float) for bound in bounds)
     if not numbers or len(bounds) != 2 or not bounds[0] <= bounds[1]:
         raise RecordError(f"{key}: {shown(bounds)} is no range; give the smallest and the largest, such as (0.25, 4.0)")
 
 
-def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> list[tuple[Motion, ...]]:
+def _candidates(motions: list[Motion], wanted: Criteria, left_out: Counter[str]) -> list[tuple[Motion, ...]]:
     """Components, or pairs of them, in an order that does not depend on the one given."""
     level = [motion for motion in motions if not is_vertical(motion.record)]
     if len(level) < len(motions):
-        left["being vertical"] += len(motions) - len(level)
+        left_out["being vertical"] += len(motions) - len(level)
     level.sort(key=lambda motion: motion.name)
     again = {copy.place for copy in copies([(motion.acceleration, motion.dt) for motion in level])}
     if again:
-        left["being a copy of another candidate"] += len(again)
-    level = [motion for place, motion in enumerate(level) if place not in again]
+        left_out["being a copy of another candidate"] += len(again)
+    level = [motion for number, motion in enumerate(level) if number not in again]
     if wanted.spectrum == "component":
         return [(motion,) for motion in level]
     groups: dict[Any, list[Motion]] = {}
@@ -260,7 +299,7 @@ def _candidates(motions: list[Motion], wanted: Wanted, left: Counter[str]) -> li
         groups.setdefault(recording(motion.record, motion.name), []).append(motion)
     for group in groups.values():
         if len(group) != 2:
-            left[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
+            left_out[f"being {len(group)} horizontal component{'s' if len(group) > 1 else ''} of one recording"] += 1
     return [(group[0], group[1]) for group in groups.values() if len(group) == 2]
 
 
@@ -270,27 +309,27 @@ def _known(parts: tuple[Motion, ...], key: str) -> Any:
     return next((motion.record[key] for motion in parts if motion.record.get(key) not in (None, "")), None)
 
 
-def _passes(parts: tuple[Motion, ...], wanted: Wanted, left: Counter[str]) -> bool:
-    """True for a candidate that every filter lets through; the first that does not is counted."""
+def _passes(parts: tuple[Motion, ...], wanted: Criteria, left_out: Counter[str]) -> bool:
+    """True for a candidate that passes every filter; the first filter that it fails is counted."""
     for key in FILTERS:
         bounds = getattr(wanted, key)
         if bounds is None:
             continue
         value = _known(parts, key)
         if value is None or not isfinite(float(value)):
-            left[f"{key} unknown"] += 1
+            left_out[f"{key} unknown"] += 1
             return False
         if not bounds[0] <= float(value) <= bounds[1]:
-            left[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
+            left_out[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
             return False
     if wanted.per_event is not None and _known(parts, "event") is None:
-        left["event unknown"] += 1
+        left_out["event unknown"] += 1
         return False
     return True
 
 
-def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
-    """The closest, at most so many of one earthquake."""
+def _first(rows: list[Row], wanted: Criteria, left_out: Counter[str]) -> list[Row]:
+    """The closest candidates, no more of one earthquake than allowed."""
     chosen: list[Row] = []
     events: Counter[tuple[Any, Any]] = Counter()
     for row in rows:
@@ -298,15 +337,15 @@ def _first(rows: list[Row], wanted: Wanted, left: Counter[str]) -> list[Row]:
         if len(chosen) == wanted.count:
             break
         if wanted.per_event is not None and events[event] >= wanted.per_event:
-            left[f"more than {wanted.per_event} of one event"] += 1
+            left_out[f"more than {wanted.per_event} of one event"] += 1
         else:
             chosen.append(row)
             events[event] += 1
     return chosen
 
 
-def _doubts(parts: tuple[Motion, ...], wanted: Wanted) -> tuple[str, ...]:
-    """A flag for a record that is compared at periods at which it is not usable."""
+def _doubts(parts: tuple[Motion, ...], wanted: Criteria) -> tuple[str, ...]:
+    """A flag for a record that is compared at periods beyond its usable ones."""
     lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
     if wanted.periods[1] * lowest <= 1.0:
         return ()
@@ -325,25 +364,25 @@ def _alone(candidates: list[tuple[Motion, ...]], periods: Samples, damping: floa
 
 
 def _geometric(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
-    """sqrt(Sa1 Sa2): peaks of the two need not be at one time."""
+    """sqrt(Sa1 Sa2) of pairs; the peaks of the two components may come at different times."""
     both = spectral_accelerations([motion for parts in candidates for motion in parts], periods, damping)
     return np.sqrt(both[0::2] * both[1::2])
 
 
 def _of_direction(percentile: float) -> Callable[[list[tuple[Motion, ...]], Samples, float], Samples]:
-    """RotDnn of pairs, over the time that both components share."""
+    """The function that gives RotDnn of pairs, over the time that both components cover."""
 
     def spectra(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
         from pounding_risk.motions.intensity import rotated_spectra
 
-        found = []
+        ordinates = []
         for first, second in candidates:
             # Turned to the first component and across it: aligned, of one length, and perpendicular.
             along = float(first.record.get("azimuth") or 0.0)
             both = [rotated(first, second, along + turn) for turn in (0.0, 90.0)]
             turned = rotated_spectra((both[0].acceleration, both[1].acceleration), first.dt, periods, damping)
-            found.append(turned.rotd(percentile))
-        return np.array(found)
+            ordinates.append(turned.rotd(percentile))
+        return np.array(ordinates)
 
     return spectra
 

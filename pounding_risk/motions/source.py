@@ -1,4 +1,4 @@
-"""What a motion is made from: a record of the catalogue, a file, or an ObsPy trace, checked, in m/s².
+"""Opening a record: an id of the catalogue or of a published set, a file, or an ObsPy trace, checked, in m/s².
 
 Each gives a trace and the facts that go with it into the results: where it is from, its checksum, whether it
 is raw or processed.
@@ -29,21 +29,21 @@ VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "
 
 
 def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
-    """The record that ``source`` stands for, its samples checked.
+    """Open the record that ``source`` names, with its samples checked.
 
     ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#",
     an ObsPy trace, or a Source already. ``unit`` and ``dt`` [s] are of files that do not state theirs.
     """
     if isinstance(source, Source):
-        found = source
+        opened = source
     elif isinstance(source, str) and _is_id(source):
-        found = _of_id(source)
+        opened = _of_id(source)
     elif isinstance(source, str | Path):
-        path, component = parted(source)
-        found = _of_file(path, read_file(path, component, unit=unit, dt=dt))
+        path, component = split_component(source)
+        opened = _of_file(path, read_file(path, component, unit=unit, dt=dt))
     else:
-        found = _of_trace(source)
-    return _checked(found, unit, dt)
+        opened = _of_trace(source)
+    return _checked(opened, unit, dt)
 
 
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
@@ -51,15 +51,15 @@ def components(path: Path, *, unit: str | None = None, dt: float | None = None) 
     return tuple(_checked(_of_file(path, read), unit, dt) for read in read_components(path, unit=unit, dt=dt))
 
 
-def parted(source: str | Path) -> tuple[Path, str]:
-    """The file and the component that "quake.V2A#N28W" names; a file whose name has a # is itself."""
+def split_component(source: str | Path) -> tuple[Path, str]:
+    """File and component of a name such as "quake.V2A#N28W"; a file whose own name has a # is taken as it is."""
     path, _, component = str(source).rpartition(COMPONENT)
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
 
 
 def file_name(source: Source) -> str:
-    """What tells a record from others beside it: the name of its file with its component, or its id."""
-    path, component = parted(source.name)
+    """A short name of a record among others: that of its file with its component, or its id."""
+    path, component = split_component(source.name)
     return f"{path.name}{COMPONENT if component else ''}{component}" if path.is_file() else str(source.record["id"])
 
 
@@ -71,57 +71,57 @@ def is_vertical(record: Mapping[str, Any]) -> bool:
 
 
 def lowest_usable(record: Mapping[str, Any]) -> float | None:
-    """The lowest frequency [Hz] at which a record is its own and not its filter's; None where nothing tells.
+    """The lowest frequency [Hz] that the filter of a record has left; None where it is not known.
 
-    What the record says, or 1.25 times the lower corner of its filter (PEER NGA-West2, Ancheta et al. 2013).
+    What the record states, or 1.25 times the lower corner of its filter (PEER NGA-West2, Ancheta et al. 2013).
     """
     return record.get("lowest_usable_frequency") or USABLE * float(record.get("low_corner") or 0.0) or None
 
 
-def _checked(found: Source, unit: str | None, dt: float | None) -> Source:
-    """A source with samples that a run can use, their peak among its facts, and what of ``unit``, ``dt`` is unused."""
-    check_samples(found.trace.data, found.trace.stats.delta, found.name)
-    samples = np.asarray(found.trace.data, dtype=np.float64)
-    if found.record["format"] != IN_MEMORY:
-        found.record["source"] = found.name
-    offset = samples.mean() if found.record["state"] == RAW else 0.0
-    found.record["pga_recorded"] = float(np.abs(samples - offset).max())
-    return found._replace(doubts=(*found.doubts, *_unused(found, unit, dt)))
+def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
+    """A checked source with its peak among the facts, and a doubt for a ``unit`` or ``dt`` that went unused."""
+    check_samples(source.trace.data, source.trace.stats.delta, source.name)
+    samples = np.asarray(source.trace.data, dtype=np.float64)
+    if source.record["format"] != IN_MEMORY:
+        source.record["source"] = source.name
+    offset = samples.mean() if source.record["state"] == RAW else 0.0
+    source.record["pga_recorded"] = float(np.abs(samples - offset).max())
+    return source._replace(doubts=(*source.doubts, *_unused(source, unit, dt)))
 
 
-def _unused(found: Source, unit: str | None, dt: float | None) -> tuple[str, ...]:
-    """A sentence where a ``unit`` or time step ``dt`` [s] that the user gives is not what the record is read with."""
-    told = []
-    if unit is not None and not found.units.startswith(sentence(unit, size_of(unit, "unit"))):
-        own = found.units.partition(";")[0].removeprefix("units: ")
-        told.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({own})')
-    if dt is not None and dt != found.trace.stats.delta:
-        own = f"{found.trace.stats.delta:g} s"
-        told.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({own})")
-    return tuple(told)
+def _unused(source: Source, unit: str | None, dt: float | None) -> tuple[str, ...]:
+    """A sentence for a ``unit``, and for a time step ``dt`` [s], that the user gives and the record overrides."""
+    sentences = []
+    if unit is not None and not source.units.startswith(sentence(unit, size_of(unit, "unit"))):
+        own = source.units.partition(";")[0].removeprefix("units: ")
+        sentences.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({own})')
+    if dt is not None and dt != source.trace.stats.delta:
+        own = f"{source.trace.stats.delta:g} s"
+        sentences.append(f"the time step {dt:g} s that is given changes nothing: the record states its own ({own})")
+    return tuple(sentences)
 
 
 def _is_id(source: str) -> bool:
     """True for an id of the catalogue, and for a word that looks like one rather than like a path."""
-    if any(found.id == source for found in catalogue.entries()):
+    if any(entry.id == source for entry in catalogue.entries()):
         return True
     return not (Path(source).suffix or "/" in source or "\\" in source or Path(source).exists())
 
 
 def _of_id(id: str) -> Source:
     """The record of the catalogue, or else the member of a published set."""
-    member = None if any(found.id == id for found in catalogue.entries()) else record_sets.find(id)
+    member = None if any(entry.id == id for entry in catalogue.entries()) else record_sets.find(id)
     return record_sets.load(member) if member else _of_catalogue(id)
 
 
 def _of_catalogue(id: str) -> Source:
-    found = catalogue.entry(id, record_sets.similar(id))
+    entry = catalogue.entry(id, record_sets.similar(id))
     trace = catalogue.load(id)[0]
     keys = ("id", "event", "magnitude", "date", "station", "component", "azimuth", "state", "format", "file")
     more = ("package", "version", "sha256", "origin", "terms", "note")
-    record = {key: getattr(found, key) for key in (*keys, *more)}
-    units = f"counts, divided by {found.sensitivity:.10g} counts per m/s²"
-    if found.format == "PEER_AT2":
+    record = {key: getattr(entry, key) for key in (*keys, *more)}
+    units = f"counts, divided by {entry.sensitivity:.10g} counts per m/s²"
+    if entry.format == "PEER_AT2":
         units = "g, times 9.80665 m/s²"
     else:
         record["start"] = trace.stats.starttime.isoformat()
@@ -130,17 +130,17 @@ def _of_catalogue(id: str) -> Source:
 
 def _of_file(path: Path, read: FileRead) -> Source:
     name = f"{path}{COMPONENT}{read.component}" if read.component else str(path)
-    told = _told(read.trace)
+    facts = _told(read.trace)
     id = f"{path.stem}{COMPONENT}{read.component}" if read.component else path.stem
-    if path.suffix and path.suffix[1:].lower() == str(told["component"] or "").lower():
+    if path.suffix and path.suffix[1:].lower() == str(facts["component"] or "").lower():
         id = path.name  # K-NET names its files by their components
-    record = {**told, "id": id, "state": read.state, "format": read.format}
+    record = {**facts, "id": id, "state": read.state, "format": read.format}
     record.update(file=str(path), sha256=read.sha256, origin="a file of the user", terms="")
     return Source(name, read.trace, record, read.units)
 
 
 def _of_trace(source: Any) -> Source:
-    """A trace in memory: m/s² by contract, and processed by whoever made it, unless one of our readers says raw."""
+    """A trace in memory: in m/s², and processed unless one of the readers of this package says raw."""
     source = one_trace(source)
     name = source.id if source.id.strip(".") else "trace"
     if source.stats.calib != 1.0:
@@ -157,9 +157,9 @@ def _of_trace(source: Any) -> Source:
 
 
 def _told(trace: Any) -> dict[str, Any]:
-    """What a trace's header says about the recording."""
+    """The facts of a recording in the header of a trace."""
     record = dict(trace.stats.get("record", {}))
-    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is told
+    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is stated
     plain = {"event": "", "date": str(trace.stats.starttime.date) if timed else ""}
     plain |= {"station": trace.stats.station, "component": trace.stats.channel}
     start = {"start": trace.stats.starttime.isoformat()} if timed else {}
@@ -169,7 +169,7 @@ def _told(trace: Any) -> dict[str, Any]:
 
 
 def check_samples(samples: Any, dt: float, name: str) -> None:
-    """Refuse what no run could use."""
+    """Raise RecordError for samples and time steps that no run can use: gaps, complex or infinite numbers, too few."""
     if not (isfinite(dt) and dt > 0.0):
         raise RecordError(f"{name}: the time step is {dt:g} s; it must be greater than 0: check the record")
     if np.ma.isMaskedArray(samples) and np.ma.count_masked(samples):
@@ -194,27 +194,27 @@ def check_samples(samples: Any, dt: float, name: str) -> None:
 
 
 def check_shaking(samples: Samples, name: str, repair: str) -> None:
-    """Refuse samples that hold no motion, which would count as one that brings no contact.
+    """Raise RecordError for samples without motion, which would count as a record that causes no contact.
 
     Parameters
     ----------
     samples : array, shape (n,)
         Acceleration [m/s²], with its offset or without.
     name : str
-        Of what, file or record, the message speaks.
+        File or record that the message names.
     repair : str
         What to check, as the end of "check ...".
 
     Raises
     ------
     RecordError
-        For samples that are all the same, and for a range that no strong-motion instrument resolves.
+        For samples that are all equal, and for a range that no strong-motion instrument resolves.
     """
     half_range = 0.5 * (float(samples.max()) - float(samples.min()))
     if half_range >= LEAST_SHAKING:
         return
     if half_range == 0.0:
-        found = f"every sample is {samples[0]:g} m/s²"
+        variation = f"every sample is {samples[0]:g} m/s²"
     else:
-        found = f"its samples vary by {half_range:.2g} m/s² about their middle, less than an instrument resolves"
-    raise RecordError(f"{name}: {found}: the record holds no motion; check {repair}")
+        variation = f"its samples vary by {half_range:.2g} m/s² about their middle, less than an instrument resolves"
+    raise RecordError(f"{name}: {variation}: the record holds no motion; check {repair}")

@@ -53,10 +53,26 @@ _HEADER = re.compile(r".*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """A target spectrum: ``acceleration`` [m/s²] at rising ``periods`` [s], for a ``damping`` ratio.
+    """A target spectrum.
 
-    Raises RecordError for arrays of unlike length, fewer than two periods, periods that do not rise from zero or
-    above, and ordinates that are not above zero and finite.
+    Parameters
+    ----------
+    name : str
+        Name, as in sentences.
+    periods : array_like, shape (n,)
+        Rising periods [s], from 0 up.
+    acceleration : array_like, shape (n,)
+        Pseudo-spectral accelerations [m/s²].
+    damping : float
+        Damping ratio.
+    shape : callable, optional
+        The formula of the ordinates [m/s²] over periods [s], where there is one.
+
+    Raises
+    ------
+    RecordError
+        For arrays of different lengths, fewer than two periods, periods that do not rise from zero or above, and
+        ordinates that are not above zero and finite.
     """
 
     name: str
@@ -66,7 +82,7 @@ class Target:
     shape: Callable[[Samples], Samples] | None = field(default=None, repr=False)  # the formula, where there is one
 
     def __post_init__(self) -> None:
-        periods, values = (np.array(each, dtype=np.float64) for each in (self.periods, self.acceleration))
+        periods, values = (np.array(given, dtype=np.float64) for given in (self.periods, self.acceleration))
         if periods.ndim != 1 or periods.shape != values.shape or periods.size < 2:
             raise RecordError(
                 f"{self.name}: {periods.size} periods and {values.size} ordinates; a target needs two or more of both"
@@ -85,33 +101,48 @@ class Target:
         Those are joined by straight lines in logarithms, from a period of 0 by one in numbers. Raises RecordError for
         a period outside the target's.
         """
-        asked = np.asarray(periods, dtype=np.float64)
-        outside = asked[~((asked >= self.periods[0] * (1 - 1e-12)) & (asked <= self.periods[-1] * (1 + 1e-12)))]
+        at = np.asarray(periods, dtype=np.float64)
+        outside = at[~((at >= self.periods[0] * (1 - 1e-12)) & (at <= self.periods[-1] * (1 + 1e-12)))]
         if outside.size:
             raise RecordError(
                 f"{self.name}: is given from {self.periods[0]:g} to {self.periods[-1]:g} s, and {outside.flat[0]:g} s "
                 "is asked for; narrow the range of periods"
             )
-        return self.shape(asked) if self.shape else self._between(asked)
+        return self.shape(at) if self.shape else self._between(at)
 
-    def _between(self, asked: Samples) -> Samples:
+    def _between(self, at: Samples) -> Samples:
         start = 1 if self.periods[0] == 0.0 else 0
         periods, values = self.periods[start:], self.acceleration[start:]
-        safe = np.maximum(asked, periods[0])
+        safe = np.maximum(at, periods[0])
         joined = np.exp(np.interp(np.log(safe), np.log(periods), np.log(values)))
-        return np.where(asked < periods[0], np.interp(asked, self.periods, self.acceleration), joined)
+        return np.where(at < periods[0], np.interp(at, self.periods, self.acceleration), joined)
 
 
 def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
-    """The target that ``text`` names.
+    """Read the target spectrum that a text names.
 
-    - "asce7:sds=1.0,sd1=0.6,tl=8": the two-period design spectrum, S_DS and S_D1 in g, T_L in s;
-    - "ec8:ag=0.25 g,ground=B,type=1": Eurocode 8, with ``damping=0.02`` for another than 5 %;
-    - "fema-p695-farfield" or another published set: the geometric mean of its spectra as recorded;
-    - anything else is a file: comma, semicolon or tab between two columns, and a first line that states both units,
-      such as ``period [s], Sa [g]``. ``damping`` is that of a file; lines that begin with # are left out.
+    Parameters
+    ----------
+    text : str or Path
+        One of
 
-    Raises RecordError for what cannot be read, with the repair.
+        - "asce7:sds=1.0,sd1=0.6,tl=8": the two-period design spectrum, S_DS and S_D1 in g, T_L in s;
+        - "ec8:ag=0.25 g,ground=B,type=1": Eurocode 8, with ``damping=0.02`` for another than 5 %;
+        - "fema-p695-farfield" or another published set: the geometric mean of its spectra as recorded;
+        - a file: comma, semicolon or tab between two columns, and a first line that states both units, such as
+          ``period [s], Sa [g]``; lines that begin with # are left out.
+    damping : float
+        Damping ratio of the spectrum of a file.
+
+    Returns
+    -------
+    Target
+        The target spectrum.
+
+    Raises
+    ------
+    RecordError
+        For what cannot be read, with the repair.
     """
     name = str(text)
     kind, _, rest = name.partition(":")
@@ -124,12 +155,31 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
 
 
 def asce7(sds: float, sd1: float, tl: float) -> Target:
-    """The two-period design spectrum of ASCE 7-16, clause 11.4.6 (the same in ASCE 7-22, clause 11.4.5.2), 5 % damping.
+    """Compute the two-period design spectrum of ASCE 7-16 for 5 % damping.
 
-    S_a = S_DS (0.4 + 0.6 T / T_0) to T_0 = 0.2 S_D1 / S_DS; S_DS to T_S = S_D1 / S_DS; S_D1 / T to T_L;
-    S_D1 T_L / T² beyond. ``sds`` and ``sd1`` [g], ``tl`` [s]. Times 1.5 it is that of the MCE_R (11.4.7).
+    Parameters
+    ----------
+    sds : float
+        S_DS [g].
+    sd1 : float
+        S_D1 [g].
+    tl : float
+        T_L [s].
 
-    Raises RecordError for values that are not above zero, and T_L below T_S.
+    Returns
+    -------
+    Target
+        S_a = S_DS (0.4 + 0.6 T / T_0) to T_0 = 0.2 S_D1 / S_DS; S_DS to T_S = S_D1 / S_DS; S_D1 / T to T_L;
+        S_D1 T_L / T² beyond. Times 1.5 it is that of the MCE_R (11.4.7).
+
+    Raises
+    ------
+    RecordError
+        For values that are not above zero, and T_L below T_S.
+
+    References
+    ----------
+    ASCE 7-16, clause 11.4.6 (the same in ASCE 7-22, clause 11.4.5.2).
     """
     for key, value in (("sds", sds), ("sd1", sd1), ("tl", tl)):
         if not (isfinite(value) and value > 0.0):
@@ -150,13 +200,33 @@ def asce7(sds: float, sd1: float, tl: float) -> Target:
 
 
 def eurocode8(ag: float, ground: str, spectrum: int, damping: float = 0.05) -> Target:
-    """The horizontal elastic spectrum of EN 1998-1:2004, 3.2.2.2, recommended values of S, T_B, T_C and T_D.
+    """Compute the horizontal elastic spectrum of EN 1998-1:2004 with the recommended values of S, T_B, T_C and T_D.
 
-    S_e = a_g S [1 + T / T_B (2.5 η − 1)] to T_B; 2.5 a_g S η to T_C; 2.5 a_g S η T_C / T to T_D;
-    2.5 a_g S η T_C T_D / T² to 4 s. η = sqrt(10 / (5 + ξ)) ≥ 0.55, ξ in per cent. ``ag`` [m/s²] is that of
-    type A ground, ``spectrum`` 1 or 2. National annexes have other values; Eurocode 8 of 2024 has another spectrum.
+    Parameters
+    ----------
+    ag : float
+        Design acceleration on type A ground [m/s²].
+    ground : str
+        Ground type, "A" to "E".
+    spectrum : int
+        Type of the spectrum, 1 or 2.
+    damping : float
+        Damping ratio.
 
-    Raises RecordError for a ground other than A to E, a type other than 1 or 2, and numbers out of range.
+    Returns
+    -------
+    Target
+        S_e = a_g S [1 + T / T_B (2.5 η − 1)] to T_B; 2.5 a_g S η to T_C; 2.5 a_g S η T_C / T to T_D;
+        2.5 a_g S η T_C T_D / T² to 4 s. η = sqrt(10 / (5 + ξ)) ≥ 0.55, ξ in per cent.
+
+    Raises
+    ------
+    RecordError
+        For another ground or type, and numbers out of range.
+
+    References
+    ----------
+    EN 1998-1:2004, 3.2.2.2. National annexes have other values; Eurocode 8 of 2024 has another spectrum.
     """
     if spectrum not in GROUNDS or ground not in GROUNDS[spectrum]:
         raise RecordError(
@@ -183,7 +253,7 @@ def eurocode8(ag: float, ground: str, spectrum: int, damping: float = 0.05) -> T
 def _tabulated(
     name: str, shape: Callable[[Samples], Samples], corners: tuple[float, ...], longest: float, damping: float = 0.05
 ) -> Target:
-    """A target with its formula, tabulated from 0 with the corners among the periods."""
+    """A target with its formula, tabulated from period 0 with the corner periods among the nodes."""
     within = [corner for corner in corners if SHORTEST < corner < longest]
     periods = np.unique([0.0, *np.geomspace(SHORTEST, longest, NODES), *within])
     return Target(name, periods, shape(periods), damping, shape)
@@ -256,21 +326,21 @@ def _file(path: Path, damping: float) -> Target:
 
 
 def _units(path: Path, head: list[str]) -> tuple[float, float]:
-    """What one of each column is in SI."""
-    found = []
+    """The factor of each column to SI."""
+    sizes = []
     quantities: tuple[Quantity, Quantity] = (PERIOD, PGA)
     for words, quantity in zip(head, quantities, strict=False):
         unit = _HEADER.fullmatch(words)
         try:
-            found.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
+            sizes.append(parse(f"1 {unit[1]}", quantity) if unit else 0.0)
         except QuantityError as error:
             raise RecordError(f'{path}: the column "{words.strip()}": {error}') from None
-    if len(head) != 2 or 0.0 in found:
+    if len(head) != 2 or 0.0 in sizes:
         raise RecordError(
             f'{path}: the first line is "{", ".join(words.strip() for words in head)}"; it must name two columns with '
             "their units in brackets, such as period [s], Sa [g]: units are not guessed"
         )
-    return found[0], found[1]
+    return sizes[0], sizes[1]
 
 
 def _row(path: Path, number: int, words: list[str]) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What is done to a processed record before a run, in one order: window, polarity, amplitude, tail of zeros.
+"""Treatment of a processed record before a run, in one order: window, polarity, amplitude, tail of zeros.
 
 `read_motion`, the records of a scene and those of a manifest all pass `treated`; nothing else cuts or scales them.
 """
@@ -12,16 +12,16 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import scaling
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.window import cut, doubts
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral
 from pounding_risk.motions.source import check_shaking
 
 
 class Treatment(NamedTuple):
-    """What is done to a processed record, in SI; fields in the order in which they act.
+    """The treatment of a processed record, in SI; the fields stand in the order in which they act.
 
-    Of ``pga``, ``sa`` and ``to_median`` one at most; ``scale`` stands alone or follows ``to_median``
-    (`record_request.conflicts` has the rule).
+    Of ``pga``, ``sa`` and ``to_median`` one at most is given; ``scale`` stands alone or follows ``to_median``
+    (`pounding_risk.motions.request.conflicts` has the rule).
     """
 
     window: tuple[float, float] | None = None  # s; None keeps the whole record
@@ -34,7 +34,7 @@ class Treatment(NamedTuple):
 
 
 def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
-    """What a request asks for, in the records' own polarity; without ``scaled`` they keep their amplitude."""
+    """The treatment that a request asks for, in the records' own polarity; without ``scaled`` the amplitude is kept."""
     if not scaled:
         return Treatment(request.window, tail=request.tail)
     return Treatment(
@@ -48,7 +48,7 @@ def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
 
 
 def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
-    """The motions as runs see them.
+    """Apply a treatment to motions, all at once where their median sets the amplitude.
 
     Parameters
     ----------
@@ -57,27 +57,32 @@ def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
     how : Treatment
         What is done to each of them.
 
+    Returns
+    -------
+    list of Motion
+        The motions as runs take them.
+
     Raises
     ------
     RecordError
-        For a window or tail that is none, a window without shaking, and an amplitude out of reach.
+        For a window or tail out of range, a window without shaking, and an amplitude out of reach.
     """
     shaking = [_before_scaling(motion, how) for motion in motions]
     return [_as_seen(motion, how) for motion in _scaled(shaking, how)]
 
 
 def _before_scaling(motion: Motion, how: Treatment) -> Motion:
-    """The part of a motion that is kept, in the polarity that is asked for; it must hold some shaking."""
-    place, repair = str(motion.record.get("source") or motion.name), "its processing"
+    """The window of a motion, in the polarity asked for; raises RecordError where it holds no shaking."""
+    where, repair = str(motion.record.get("source") or motion.name), "its processing"
     if how.window is not None:
         motion = motion.after(cut(motion.acceleration, motion.dt, how.window))
-        place, repair = f"{place}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
-    check_shaking(motion.acceleration, place, repair)
+        where, repair = f"{where}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
+    check_shaking(motion.acceleration, where, repair)
     return motion.reversed() if how.polarity == REVERSED else motion
 
 
 def _scaled(motions: Sequence[Motion], how: Treatment) -> Sequence[Motion]:
-    """Each motion times one factor, or two: that to the median and the common one after it."""
+    """The motions times their factors: that to the aim, and the common one after the median."""
     if how.pga is not None:
         motions = [scaling.to_pga(motion, how.pga) for motion in motions]
     if how.sa is not None:
@@ -96,7 +101,7 @@ def _to_spectral(motion: Motion, aim: Spectral) -> Motion:
 
 
 def _at_median(motions: Sequence[Motion], aim: str | Spectral) -> Sequence[Motion]:
-    """The motions at their ensemble's median; both components of a recording share one factor."""
+    """The motions scaled to the median of their ensemble; both components of a recording share one factor."""
     measure = f"sa({aim.period!r} s)" if isinstance(aim, Spectral) else aim
     damping = aim.damping if isinstance(aim, Spectral) else 0.05
     groups = [recording(motion.record, motion.name) for motion in motions]
@@ -104,6 +109,6 @@ def _at_median(motions: Sequence[Motion], aim: str | Spectral) -> Sequence[Motio
 
 
 def _as_seen(motion: Motion, how: Treatment) -> Motion:
-    """With the doubts about what a run sees, and the zeros after it."""
+    """The motion with flags about the samples that a run takes, and with the zeros after it."""
     motion = motion.doubted(doubts(motion.acceleration, motion.dt))
     return motion.with_tail(how.tail) if how.tail else motion

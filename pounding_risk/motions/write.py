@@ -1,69 +1,143 @@
-"""A motion as a file that other programs read, and this package too: plain columns in m/s², or PEER AT2 in g."""
+"""Writing a motion to a file that other programs and this package read: plain columns in m/s², or PEER AT2 in g."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pounding_risk._common.files import check_target
-from pounding_risk.errors import PoundingError
+import numpy as np
+
+from pounding_risk._common.files import check_target, write_whole
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import one_trace
+from pounding_risk.motions.source import open_source
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
+    from obspy import Trace
+
     from pounding_risk.motions.motion import Motion
 
 SUFFIXES = (".csv", ".at2")
-A_LINE = 5  # samples of an AT2 file
+AT2_COLUMNS = 5  # samples on a line
+# Starts of the sentences of steps that leave a raw record raw: it keeps its offset and drift.
+HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")
 
 
 def write_motion(motion: Motion, path: str | Path) -> Path:
-    """Write a motion under a temporary name and move it into place; the suffix says as what.
+    """Write a motion to a file whose suffix names the format; the file appears under its name when it is whole.
 
-    ``.csv``: time [s] and acceleration [m/s²] with every digit, below the facts and the steps, so that the very
-    samples are read again (`formats.columns`). ``.at2``: acceleration in g with eight digits, as PEER writes it;
-    whoever reads it again takes it for a processed record. Raises PoundingError for another suffix, and for a place
-    that cannot be written.
+    Parameters
+    ----------
+    motion : Motion
+        The motion to write.
+    path : str or Path
+        ``.csv``: columns of time [s] and acceleration [m/s²] with every digit, below the facts and the processing
+        steps, so that the same samples are read again. ``.at2``: acceleration in g with eight digits, as PEER writes
+        it; it is read again as a processed record.
+
+    Returns
+    -------
+    Path
+        The file written, after symbolic links.
+
+    Raises
+    ------
+    PoundingError
+        For another suffix, and where the file cannot be written.
     """
     target = check_target(path, SUFFIXES)
     if target.suffix.lower() == ".csv":
-        from pounding_risk.motions.formats.columns import write_columns
-
         return write_columns(motion, target)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    text = "\n".join([*_at2(motion), ""])
+    return write_text(target, text.encode("latin-1", errors="replace"), "choose another place")
+
+
+def write_columns(source: Motion | Trace, path: str | Path) -> Path:
+    """Write a motion or an ObsPy trace in m/s² as columns of time and acceleration, read back bit for bit.
+
+    Parameters
+    ----------
+    source : Motion or obspy.Trace
+        Acceleration [m/s²].
+    path : str or Path
+        The file; any suffix.
+
+    Returns
+    -------
+    Path
+        The file written. Its head states unit, time step, state, number of samples and what is known of the recording.
+
+    Raises
+    ------
+    RecordError
+        For samples that no run could use, and where the file cannot be written.
+    """
+    from pounding_risk.motions.formats.columns import FACTS  # imports ObsPy, and reading a manifest needs none of it
+
+    samples, dt, known, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
+    lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
+    facts = {key: known.get(key) for key in ("state", "starttime", *FACTS, "source")}
+    lines += [f"# {key} = {_one_line(value)}" for key, value in facts.items() if value not in (None, "")]
+    lines += [f"# processing: {_one_line(step)}" for step in history]
+    lines += ["time [s], acceleration [m/s^2]"]
+    lines += [f"{at * dt!r}, {value!r}" for at, value in enumerate(samples)]
+    return write_text(Path(path), ("\n".join(lines) + "\n").encode(), "choose another place")
+
+
+def write_text(target: Path, text: bytes, repair: str) -> Path:
+    """Write a whole file; raises RecordError, which ends with the ``repair``, where it cannot be written."""
     try:
-        partial.write_text("\n".join([*_at2(motion), ""]), encoding="latin-1", errors="replace")
-        os.replace(partial, target)
+        write_whole(target, lambda file: file.write(text))
     except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
+        raise RecordError(f"{target}: cannot be written ({error.strerror}); {repair}") from None
     return target
 
 
+def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
+    """Samples, time step, facts and history of a motion; a raw record is processed once a correcting step was taken."""
+    is_processed = any(not line.startswith(HARMLESS) for line in motion.processing)
+    state = "processed" if is_processed else motion.record.get("state", "processed")
+    source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
+    facts = {**motion.record, "state": state, "starttime": motion.record.get("start"), "source": ", ".join(source)}
+    return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing
+
+
+def _of_trace(trace: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
+    """Samples, time step, facts and history of an ObsPy trace."""
+    source = open_source(one_trace(trace))
+    stats = source.trace.stats
+    history = stats.get("processing", [])
+    state = "processed" if history else stats.get("record", {}).get("state", "processed")
+    facts = {**source.record, "state": state, "starttime": stats.starttime, "source": ""}
+    samples = np.asarray(source.trace.data, dtype=np.float64)
+    return samples.tolist(), float(stats.delta), facts, (*history, source.units)
+
+
 def _at2(motion: Motion) -> Iterator[str]:
+    """The lines of a PEER AT2 file."""
     record = motion.record
     parts = (record.get("event"), _american(record.get("date")), record.get("station"), record.get("component"))
     yield "PEER AT2 RECORD, WRITTEN BY POUNDING_RISK"
-    yield ", ".join(_line(part or "") for part in parts)
+    yield ", ".join(" ".join(str(part or "").split()) for part in parts)
     yield "ACCELERATION TIME SERIES IN UNITS OF G"
     yield f"NPTS= {len(motion.acceleration)}, DT= {motion.dt!r} SEC"
     values = motion.acceleration / STANDARD_GRAVITY
-    for start in range(0, len(values), A_LINE):
-        yield "".join(f"{value:15.7E}" for value in values[start : start + A_LINE])
+    for start in range(0, len(values), AT2_COLUMNS):
+        yield "".join(f"{value:15.7E}" for value in values[start : start + AT2_COLUMNS])
 
 
 def _american(day: object) -> str:
-    """Month/day/year, as PEER writes a date; what is none is left as it is."""
+    """Month/day/year, as PEER writes a date; text that is no ISO date stays as it is."""
     try:
-        found = date.fromisoformat(str(day))
+        parsed = date.fromisoformat(str(day))
     except ValueError:
         return str(day or "")
-    return f"{found.month}/{found.day}/{found.year}"
+    return f"{parsed.month}/{parsed.day}/{parsed.year}"
 
 
-def _line(words: object) -> str:
-    """Words on one line."""
-    return " ".join(str(words).split())
+def _one_line(value: Any) -> str:
+    """A fact as text on one line, without characters that cannot be printed."""
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in str(value)).split())

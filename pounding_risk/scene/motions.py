@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects.contact import wave_of
-from pounding_risk.motions.ensemble import Gathered, gather
+from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.request import conflicts
@@ -19,16 +19,16 @@ def motions_of(study: Study) -> tuple[Motion, ...]:
     return gathered(study).motions
 
 
-def gathered(study: Study) -> Gathered:
+def gathered(study: Study) -> MotionEnsemble:
     """The scene's ground motions, one per record, before polarity and the grid's amplitudes, and what was left out.
 
-    Raises as `gather`, and SceneError where the grid sets the amplitude that the records have already, where no file is
-    a record and where a record ends before a passing wave has reached both buildings.
+    Raises as `read_ensemble`, and SceneError where the grid sets the amplitude that the records have already, where no
+    file is a record and where a record ends before a passing wave has reached both buildings.
     """
     faults = conflicts(study.records.given(), grid_pga=study.grid.pgas != (None,) and study.records.pga is None)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
-    found = gather(study.records, study.folder, scaled=study.grid.pgas == (None,))
+    found = read_ensemble(study.records, study.folder, scaled=study.grid.pgas == (None,))
     found = found._replace(motions=tuple(_for_buildings(motion, study) for motion in found.motions))
     if not found.motions:
         asked = ", ".join(study.records.files)

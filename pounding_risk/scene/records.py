@@ -8,7 +8,7 @@ from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.chain import STEPS, read_steps
+from pounding_risk.motions.processing import known_steps, read_steps
 from pounding_risk.motions.request import (
     AS_RECORDED,
     MEDIANS,
@@ -100,7 +100,7 @@ def _steps(asked: list[Any]) -> tuple[StepTable, ...]:
 def _fault(table: Any, key: str = "") -> str:
     """What is wrong with a step's table, or with its option ``key``; "" where nothing is."""
     try:
-        kind = STEPS[table["step"]].options.get(key) if key else None
+        kind = known_steps()[table["step"]].options.get(key) if key else None
         if isinstance(kind, Quantity):
             parse(table[key], kind)  # a bare number is SI to a script, but has no unit in a scene
         read_steps([table])

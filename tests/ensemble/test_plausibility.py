@@ -17,8 +17,8 @@ from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, of
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Hertz, Linear
-from pounding_risk.motions.formats.columns import write_columns
 from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.write import write_columns
 from pounding_risk.reports import report
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.summary import summary

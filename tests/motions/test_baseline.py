@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.chain import Step
+from pounding_risk.motions.processing import Step
 from pounding_risk.motions.processing.signals import butterworth, velocity_displacement
 from pounding_risk.motions.read import read_motion
 

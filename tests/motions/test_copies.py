@@ -17,7 +17,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions import copies as module
 from pounding_risk.motions.copies import copies
-from pounding_risk.motions.ensemble import gather
+from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record_sets import load, members
 from pounding_risk.motions.request import RecordRequest, Spectral
@@ -116,7 +116,7 @@ def test_rounding_makes_no_other_record_and_a_filter_does():
 
 
 def test_the_same_motion_is_used_once_and_what_differs_shares_a_recording(folder):
-    found = gather(PLAIN._replace(files=(".",)), folder)
+    found = read_ensemble(PLAIN._replace(files=(".",)), folder)
     assert [motion.name for motion in found.motions] == ["a", "d", "e", "f", "g"]
     assert [sentence.replace(f"{folder}/", "") for sentence in found.left_out] == [
         "b.AT2 is a copy of the file a.AT2, which is used once",
@@ -131,21 +131,21 @@ def test_the_same_motion_is_used_once_and_what_differs_shares_a_recording(folder
 
 @pytest.mark.parametrize("aim", [{"pga": 3.0}, {"sa": Spectral(0.5, 0.05, 4.0)}])
 def test_copies_of_another_size_are_one_motion_where_all_are_scaled_to_one(folder, aim):
-    found = gather(PLAIN._replace(files=("a.AT2", "g.csv"), **aim), folder)
+    found = read_ensemble(PLAIN._replace(files=("a.AT2", "g.csv"), **aim), folder)
     assert [motion.name for motion in found.motions] == ["a"]
 
 
 def test_a_median_counts_a_record_once(folder):
     """Of PGA 2.754 and 6.323 m/s² the median is their mean, with or without a copy of the first."""
-    alone = gather(PLAIN._replace(files=("a.AT2", "f.AT2"), to_median="pga"), folder).motions
-    again = gather(PLAIN._replace(files=("a.AT2", "b.AT2", "c.csv", "f.AT2"), to_median="pga"), folder).motions
+    alone = read_ensemble(PLAIN._replace(files=("a.AT2", "f.AT2"), to_median="pga"), folder).motions
+    again = read_ensemble(PLAIN._replace(files=("a.AT2", "b.AT2", "c.csv", "f.AT2"), to_median="pga"), folder).motions
     assert [motion.pga for motion in again] == [motion.pga for motion in alone]
     assert alone[0].pga == pytest.approx((2.75366 + 6.32261) / 2.0, rel=1e-5)
 
 
 def test_components_and_polarities_are_no_copies():
     names = ("RSN6-180", "RSN6-270", "CCC-HN1", "CCC-HN2")
-    found = gather(PLAIN._replace(names=names, polarities=("as recorded", "reversed")), None)
+    found = read_ensemble(PLAIN._replace(names=names, polarities=("as recorded", "reversed")), None)
     assert len(found.motions) == 4 and found.copies == () and found.left_out == ()
 
 
@@ -153,15 +153,15 @@ def test_a_copy_in_a_pair_of_components_is_left_out_before_the_row_turns_them(fo
     for name in ("RSN6-180", "RSN6-270"):
         shutil.copy(catalogue.path(name), folder / f"{name}.AT2")
     request = PLAIN._replace(files=("RSN6-180.AT2", "b.AT2", "RSN6-270.AT2"), direction=200.0)
-    (turned,) = gather(request, folder).motions
-    (known,) = gather(PLAIN._replace(names=("RSN6-180", "RSN6-270"), direction=200.0), folder).motions
+    (turned,) = read_ensemble(request, folder).motions
+    (known,) = read_ensemble(PLAIN._replace(names=("RSN6-180", "RSN6-270"), direction=200.0), folder).motions
     assert np.array_equal(turned.acceleration, known.acceleration)
 
 
 def test_a_component_that_is_its_partners_copy_is_named_where_the_partner_is_missed(folder):
     request = PLAIN._replace(files=("a.AT2", "b.AT2"), direction=200.0)
     with pytest.raises(RecordError, match=r"there is a\.AT2; .* left out: .*b\.AT2 is a copy of the file .*a\.AT2"):
-        gather(request, folder)
+        read_ensemble(request, folder)
 
 
 def test_scan_and_assessment_count_a_record_once(folder, tmp_path):
@@ -252,7 +252,7 @@ def test_a_file_that_is_written_again_is_a_copy(tmp_path):
     """As `records process` writes it, with the facts of the record."""
     write_motion(read_motion("RSN753-090"), tmp_path / "again.csv")
     shutil.copy(catalogue.path("RSN753-090"), tmp_path / "one.AT2")
-    assert len(gather(PLAIN._replace(files=("*",)), tmp_path).motions) == 1
+    assert len(read_ensemble(PLAIN._replace(files=("*",)), tmp_path).motions) == 1
 
 
 def test_the_example():

@@ -308,5 +308,5 @@ def bits() -> list[str]:
 
 @pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 def test_interpreted_spectra_are_the_same_bits():
-    code = "import json, test_measures; print(json.dumps(test_measures.bits()))"
+    code = "import json, test_intensity; print(json.dumps(test_intensity.bits()))"
     assert interpreted(code) == bits()

@@ -12,11 +12,11 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.ensemble import gather
+from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.manifest import write_manifest
 from pounding_risk.motions.read import read_motion
-from pounding_risk.motions.recordings import recording
+from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.selection import select
@@ -62,7 +62,7 @@ def names(found):
 
 
 def test_a_folder_stands_for_its_horizontal_records(folder):
-    found = gather(PLAIN._replace(files=(".",)), folder)
+    found = read_ensemble(PLAIN._replace(files=(".",)), folder)
     assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
     assert found.left_out == (f"{folder / 'notes.md'} is not a record", "NAPA-HNZ is vertical", "RSN6-UP is vertical")
     assert np.array_equal(found.motions[1].acceleration, read_motion("RSN6-180").acceleration)
@@ -70,37 +70,37 @@ def test_a_folder_stands_for_its_horizontal_records(folder):
 
 
 def test_a_pattern_leaves_verticals_out_and_a_name_does_not(folder):
-    assert names(gather(PLAIN._replace(files=("*.AT2",)), folder)) == ["RSN6-180", "RSN6-270"]
-    assert names(gather(PLAIN._replace(files=("RSN6-UP.AT2",)), folder)) == ["RSN6-UP"]
+    assert names(read_ensemble(PLAIN._replace(files=("*.AT2",)), folder)) == ["RSN6-180", "RSN6-270"]
+    assert names(read_ensemble(PLAIN._replace(files=("RSN6-UP.AT2",)), folder)) == ["RSN6-UP"]
 
 
 def test_a_file_named_twice_is_read_once(folder):
-    assert names(gather(PLAIN._replace(files=("RSN6-180.AT2", "*.AT2")), folder)) == ["RSN6-180", "RSN6-270"]
+    assert names(read_ensemble(PLAIN._replace(files=("RSN6-180.AT2", "*.AT2")), folder)) == ["RSN6-180", "RSN6-270"]
 
 
 def test_records_of_one_name_are_told_apart(folder):
     for part, component in (("a", "180"), ("b", "270")):
         (folder / part).mkdir()
         shutil.copy(folder / f"RSN6-{component}.AT2", folder / part / "x.AT2")
-    assert names(gather(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
+    assert names(read_ensemble(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
 
 
 def test_text_that_is_no_table_is_no_record_of_a_folder(folder):
     """A README.txt lies beside the files of many archives; numbers without a unit are samples, and are asked after."""
     (folder / "README.txt").write_text("Files of the archive:\none for each component\n")
-    found = gather(PLAIN._replace(files=(".",)), folder)
+    found = read_ensemble(PLAIN._replace(files=(".",)), folder)
     assert names(found) == ["NAPA-HNE", "RSN6-180", "RSN6-270"]
     assert f"{folder / 'README.txt'} is not a record" in found.left_out
     for text, sentence in (("0.1\n0.2\n", "says neither the unit"), ("", "is empty")):
         (folder / "README.txt").write_text(text)
         with pytest.raises(RecordError, match=sentence):
-            gather(PLAIN._replace(files=(".",)), folder)
+            read_ensemble(PLAIN._replace(files=(".",)), folder)
 
 
 def test_files_that_differ_by_their_suffix_are_told_apart(folder):
     shutil.copy(folder / "RSN6-180.AT2", folder / "x.N")
     shutil.copy(folder / "RSN6-270.AT2", folder / "x.E")
-    assert names(gather(PLAIN._replace(files=("x.*",)), folder)) == ["x.E", "x.N"]
+    assert names(read_ensemble(PLAIN._replace(files=("x.*",)), folder)) == ["x.E", "x.N"]
 
 
 def test_a_scene_tells_what_it_leaves_out(folder, capsys):
@@ -118,7 +118,7 @@ def test_a_scene_tells_what_it_leaves_out(folder, capsys):
 
 
 def test_two_components_are_turned_to_the_row():
-    (turned,) = gather(PAIR._replace(direction=200.0), None).motions
+    (turned,) = read_ensemble(PAIR._replace(direction=200.0), None).motions
     first, second = read_motion("RSN6-180"), read_motion("RSN6-270")
     assert np.array_equal(turned.acceleration, rotated(first, second, 200.0).acceleration)
     count = len(turned.acceleration)
@@ -126,7 +126,7 @@ def test_two_components_are_turned_to_the_row():
         np.deg2rad(-70.0)
     )
     assert np.abs(turned.acceleration - by_hand).max() < 1e-14  # rounding of two products
-    (along,) = gather(PAIR._replace(direction=180.0), None).motions
+    (along,) = read_ensemble(PAIR._replace(direction=180.0), None).motions
     assert np.allclose(along.acceleration, first.acceleration[:count], rtol=0.0, atol=1e-15)
 
 
@@ -134,15 +134,17 @@ def test_stationxml_tells_where_the_components_of_a_file_point(folder):
     """Its azimuths are those of the catalogue; the vertical of Napa has one too, and no dip."""
     shutil.copy(catalogue.path("NAPA-HNN"), folder)
     request = PLAIN._replace(files=("NAPA-*.mseed",), direction=30.0, processing="none")
-    (turned,) = gather(request, folder).motions
-    (known,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0, processing="none"), None).motions
+    (turned,) = read_ensemble(request, folder).motions
+    (known,) = read_ensemble(
+        PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0, processing="none"), None
+    ).motions
     assert np.allclose(turned.acceleration, known.acceleration, rtol=1e-9, atol=1e-12)
     assert not any("azimuths are unknown" in flag for flag in turned.flags)
 
 
 def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
     """The stricter corners of each raw component, by which the softest building is judged."""
-    (turned,) = gather(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
+    (turned,) = read_ensemble(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
     assert turned.record["low_corner"] > 0.0
     assert turned.record["lowest_usable_frequency"] == pytest.approx(1.25 * turned.record["low_corner"])
     assert turned.record["high_corner"] == 40.0
@@ -150,7 +152,7 @@ def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
 
 def test_a_component_without_its_partner_has_no_direction():
     with pytest.raises(RecordError) as caught:
-        gather(PAIR._replace(names=("RSN6-180",), direction=0.0), None)
+        read_ensemble(PAIR._replace(names=("RSN6-180",), direction=0.0), None)
     assert str(caught.value) == (
         "direction: of Imperial Valley-02, California at El Centro Array #9 there is RSN6-180; a row's "
         "direction takes the two horizontal components of each recording: name both, or leave direction out"
@@ -158,7 +160,7 @@ def test_a_component_without_its_partner_has_no_direction():
 
 
 def test_every_record_is_scaled_to_one_spectral_acceleration():
-    found = gather(PAIR._replace(sa=Spectral(1.0, 0.05, 0.4 * G), tail=2.0), None).motions
+    found = read_ensemble(PAIR._replace(sa=Spectral(1.0, 0.05, 0.4 * G), tail=2.0), None).motions
     for motion in found:
         kept = motion.acceleration[: -round(2.0 / motion.dt)]
         spectrum = response_spectra(kept, motion.dt, [1.0])
@@ -168,7 +170,7 @@ def test_every_record_is_scaled_to_one_spectral_acceleration():
 def test_both_components_keep_one_factor_to_the_median_and_then_the_common_one():
     ids = ("RSN6-180", "RSN6-270", "RSN77-164", "RSN77-254", "RSN753-000", "RSN753-090")
     before = [read_motion(name) for name in ids]
-    after = gather(PLAIN._replace(names=ids, to_median="pgv", scale=2.0), None).motions
+    after = read_ensemble(PLAIN._replace(names=ids, to_median="pgv", scale=2.0), None).motions
     factors = [new.pga / old.pga for new, old in zip(after, before, strict=True)]
     assert factors[0::2] == pytest.approx(factors[1::2], rel=1e-12)
     speeds = [measure(motion.acceleration, motion.dt).pgv for motion in before]
@@ -178,7 +180,7 @@ def test_both_components_keep_one_factor_to_the_median_and_then_the_common_one()
 
 def refused(request, folder=None):
     with pytest.raises(RecordError) as caught:
-        gather(request, folder)
+        read_ensemble(request, folder)
     return str(caught.value)
 
 
@@ -223,9 +225,9 @@ def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):
     """Window, factor and tail act in one order, and to the same bits, whoever asks."""
     asked = {"window": (1.0, 9.0), "scale": 1.5, "tail": 2.0}
     alone = read_motion("RSN6-180", **asked)
-    (named,) = gather(PLAIN._replace(names=("RSN6-180",), **asked), None).motions
+    (named,) = read_ensemble(PLAIN._replace(names=("RSN6-180",), **asked), None).motions
     write_manifest([read_motion("RSN6-180")], tmp_path / "a.csv")
-    (listed,) = gather(PLAIN._replace(manifest="a.csv", **asked), tmp_path).motions
+    (listed,) = read_ensemble(PLAIN._replace(manifest="a.csv", **asked), tmp_path).motions
     whole = read_motion("RSN6-180").acceleration
     by_hand = np.pad(1.5 * whole[100:901], (0, 200))  # samples 0.01 s apart, both ends of the window included
     for motion in (alone, named, listed):
@@ -236,7 +238,7 @@ def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):
 
 
 def test_a_window_comes_before_the_scale():
-    (motion,) = gather(
+    (motion,) = read_ensemble(
         PLAIN._replace(names=("RSN6-180",), window=(0.0, 6.0), sa=Spectral(0.5, 0.05, 0.5 * G)), None
     ).motions
     assert motion.duration == pytest.approx(6.0)
@@ -321,7 +323,7 @@ def test_what_a_manifest_excludes(tmp_path, lines, sentence):
 
 def test_raw_components_of_a_row_pass_one_filter():
     """The stricter corners of both: a rotated motion would otherwise hold a band of which it has only one half."""
-    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    (turned,) = read_ensemble(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
     filters = [sentence.partition("bandpass: ")[2] for sentence in turned.processing if "bandpass" in sentence]
     bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
     assert len(bands) == 2 and bands[0] == bands[1]
@@ -339,5 +341,5 @@ def test_two_earthquakes_of_one_day_at_one_station_are_two_recordings():
 
 
 def test_a_turned_pair_says_why_its_corners_are_where_they_are():
-    (turned,) = gather(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
+    (turned,) = read_ensemble(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
     assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")

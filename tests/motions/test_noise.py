@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.processing.chain import Step
+from pounding_risk.motions.processing import Step
 from pounding_risk.motions.processing.noise import BANDWIDTH, corners_from_noise, shared_corners, signal_to_noise
 from pounding_risk.motions.processing.signals import energy_time, quiet_before
 from pounding_risk.motions.read import read_motion, read_trace

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.processing.chain import Step
+from pounding_risk.motions.processing import Step
 from pounding_risk.motions.read import read_motion, read_trace
 
 

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from matplotlib.path import Path as Outline
 
 from pounding_risk.scene.street import footprints
-from pounding_risk.scene.street.distances import clear_between, close_pairs, faced
-from pounding_risk.scene.street.footprints import Footprint
+from pounding_risk.scene.street.footprints import Footprint, clear_between, close_pairs, faced
 
 # WGS 84 once more, by its semi-axes, so that a slip in the module's numbers shows.
 LONG_AXIS, SHORT_AXIS = 6378137.0, 6356752.314245
@@ -177,7 +176,7 @@ def test_large_outlines_are_compared_in_blocks(monkeypatch):
     round_ones = Footprint((ring,)), Footprint((ring + np.array([40.03, 0.0]),))
     whole = clear_between(*round_ones)
     assert whole == pytest.approx(0.03, rel=1e-9)
-    monkeypatch.setattr("pounding_risk.scene.street.distances.MOST_AT_ONCE", 97)
+    monkeypatch.setattr("pounding_risk.scene.street.footprints.MOST_AT_ONCE", 97)
     assert clear_between(*round_ones) == whole
     assert clear_between(*round_ones, 0.1) == whole
 

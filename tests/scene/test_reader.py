@@ -15,7 +15,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.laws import LAWS, Hertz, Linear, VanMier
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.motions.processing.chain import read_steps
+from pounding_risk.motions.processing import read_steps
 from pounding_risk.motions.request import Spectral, matching
 from pounding_risk.scene import reader as scenario
 from pounding_risk.scene import records as scene_records

@@ -17,7 +17,7 @@ from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
 if TYPE_CHECKING:
-    from pounding_risk.motions.ensemble import Gathered
+    from pounding_risk.motions.ensemble import MotionEnsemble
 
 
 @dataclass(frozen=True, repr=False)
@@ -140,7 +140,7 @@ def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) ->
         return None
 
 
-def _timed(made: Plan, found: Gathered) -> Plan:
+def _timed(made: Plan, found: MotionEnsemble) -> Plan:
     """The plan with what it takes the motion without contact, and then the solving of some lines, to know."""
     from pounding_risk.ensemble.plan.cost import alone, costs, few_lines
     from pounding_risk.ensemble.plan.size import memory

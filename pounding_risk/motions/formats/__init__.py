@@ -1,9 +1,10 @@
-"""Strong-motion files: which formats are read, how one is told from another, and the formats ObsPy lacks.
+"""Strong-motion files: the formats that are read, how a file's format is recognised, and readers that ObsPy lacks.
 
-A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and says yes to its own
-files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` gives m/s² as float64 with ``stats.calib = 1`` and
-``stats.record`` (`_text.told`), or raises RecordError. Two entry points make it known to ObsPy, so that ``obspy.read``
-opens such files in any script once this package is installed:
+A format is a module here that ends with its ``FORMAT``. ``_is_x(file) -> bool`` never raises and is True for its own
+files only; ``_read_x(file, headonly=False, **kwargs) -> Stream`` takes a path or an open file and gives m/s² as float64
+with ``stats.calib = 1`` and ``stats.record`` (`_text.record_facts`), without samples where ``headonly`` is True, or
+raises RecordError.
+Two entry points make it known to ObsPy, so that ``obspy.read`` opens such files in any script:
 
     [project.entry-points."obspy.plugin.waveform"]
     PEER_AT2 = "pounding_risk.motions.formats.peer_at2"
@@ -14,7 +15,7 @@ opens such files in any script once this package is installed:
 A format that ObsPy reads by itself is ``native``: its module says what its samples are and how they become m/s².
 
 `read_components` itself never lets ObsPy guess: its detection unpickles a file that looks like one of its own pickles,
-which runs whatever code the file holds. Formats are an allow-list, told by content.
+which runs whatever code the file holds. Formats are an allow-list, recognised by content.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ COMPONENT = "#"  # parts the name of a file from that of one of its components
 
 
 class Format(NamedTuple):
-    """A file format.
+    """A file format: its name, its usual suffixes, how it is recognised and read.
 
     ``read`` takes an open file and the keywords ``name`` (what messages call the file), ``folder`` (where the file is,
     for what stands beside it), ``unit`` and ``dt`` [s] (what the user says of files that do not say it).
@@ -69,7 +70,7 @@ class FileRead(NamedTuple):
 @lru_cache(maxsize=1)
 def formats() -> tuple[Format, ...]:
     """Every format that is read, by name: one a module of this folder."""
-    modules = (import_module(f"{__name__}.{found.name}") for found in iter_modules(__path__) if found.name[0] != "_")
+    modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__) if module.name[0] != "_")
     return tuple(sorted(module.FORMAT for module in modules))
 
 
@@ -79,7 +80,7 @@ def _columns() -> Any:
 
 def readable() -> str:
     """The formats that are read, in words."""
-    *most, last = (each.words for each in formats())
+    *most, last = (kind.words for kind in formats())
     return f"{', '.join(most)} and {last}"
 
 
@@ -88,18 +89,18 @@ def read_file(path: Path, component: str = "", *, unit: str | None = None, dt: f
 
     Raises as `read_components`, and RecordError where a file has several components and none, or another, is named.
     """
-    found = read_components(path, unit=unit, dt=dt)
-    if not component and len(found) == 1:
-        return found[0]
-    names = [each.component or each.trace.stats.channel for each in found]
-    chosen = [each for each, name in zip(found, names, strict=True) if name.lower() == component.lower()]
+    components = read_components(path, unit=unit, dt=dt)
+    if not component and len(components) == 1:
+        return components[0]
+    names = [part.component or part.trace.stats.channel for part in components]
+    chosen = [part for part, name in zip(components, names, strict=True) if name.lower() == component.lower()]
     if len(chosen) == 1:
         return chosen[0]
     listed = ", ".join(f'"{name}"' for name in names)
     if component:
         raise RecordError(f'{path}: has no component "{component}"; it has {listed}')
     raise RecordError(
-        f"{path}: holds {len(found)} components ({listed}), one is needed; name it after {COMPONENT}, such as "
+        f"{path}: holds {len(components)} components ({listed}), one is needed; name it after {COMPONENT}, such as "
         f"{path.name}{COMPONENT}{names[0]}"
     )
 
@@ -115,15 +116,15 @@ def read_components(path: Path, *, unit: str | None = None, dt: float | None = N
     Raises RecordError for a missing, empty, unknown or damaged file, gaps, and an unknown unit.
     """
     raw = _bytes(path)
-    found = _format(path, raw, unit is not None or dt is not None)
-    stream = found.read(BytesIO(raw), name=str(path), folder=path.parent, unit=unit, dt=dt)
+    kind = _format(path, raw, unit is not None or dt is not None)
+    stream = kind.read(BytesIO(raw), name=str(path), folder=path.parent, unit=unit, dt=dt)
     traces = _whole(stream, str(path))
     digest = sha256(raw).hexdigest()
     names = _component_names(traces)
-    given = [word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in found.takes]
+    given = [word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in kind.takes]
     unused = f"; the file states its own, the {' and '.join(given)} given went unused" if given else ""
     return tuple(
-        FileRead(trace, trace.stats.record.state, found.name, digest, trace.stats.record.units + unused, name)
+        FileRead(trace, trace.stats.record.state, kind.name, digest, trace.stats.record.units + unused, name)
         for trace, name in zip(traces, names, strict=True)
     )
 
@@ -135,16 +136,16 @@ def is_record(path: Path) -> bool:
     """
     known, suffix = formats(), path.suffix.lower()
     columns = _columns()
-    if any(suffix in each.suffixes for each in known if each is not columns.FORMAT):
+    if any(suffix in kind.suffixes for kind in known if kind is not columns.FORMAT):
         return True
     with path.open("rb") as opened:
-        if any(each.recognises(opened) for each in known):
+        if any(kind.recognises(opened) for kind in known):
             return True
         return suffix in columns.FORMAT.suffixes and (not path.stat().st_size or columns.fits(opened))
 
 
 def _component_names(traces: list[Trace]) -> list[str]:
-    """What to call each trace of a file: nothing where it is alone, otherwise its component or whole id."""
+    """The name of each trace of a file: empty where it is alone, otherwise its component or its whole id."""
     if len(traces) == 1:
         return [""]
     for names in (
@@ -193,7 +194,7 @@ def single_trace(stream: Stream | list[Trace], name: str) -> Trace:
 
 
 def one_trace(source: Any) -> Trace:
-    """The trace that an ObsPy trace or stream in memory is; raises RecordError for anything else."""
+    """The trace of an ObsPy trace or stream in memory; raises RecordError for anything else."""
     from obspy import Stream, Trace
 
     if isinstance(source, Stream):
@@ -236,14 +237,14 @@ def _format(path: Path, raw: bytes, stated: bool) -> Format:
         raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
     if raw[:1] == b"\x80" or b"obspy.core.stream" in raw[:100]:
         raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {readable()} are read")
-    found = next((each for each in formats() if each.recognises(BytesIO(raw))), None)
-    if found is None:
+    kind = next((candidate for candidate in formats() if candidate.recognises(BytesIO(raw))), None)
+    if kind is None:
         # Its reader says what is missing. Files of plain columns say little of themselves.
-        found = next((each for each in formats() if path.suffix.lower() in each.suffixes), None)
-        if (found is None or stated) and _columns().fits(BytesIO(raw)):
-            found = _columns().FORMAT
-    if found is None:
+        kind = next((candidate for candidate in formats() if path.suffix.lower() in candidate.suffixes), None)
+        if (kind is None or stated) and _columns().fits(BytesIO(raw)):
+            kind = _columns().FORMAT
+    if kind is None:
         raise RecordError(
             f"{path}: is not a known record format; {readable()} are read: convert the record to one of them"
         )
-    return found
+    return kind

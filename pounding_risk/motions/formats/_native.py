@@ -1,4 +1,4 @@
-"""What the formats share that ObsPy reads by itself: no guess, no warning on the screen, one sentence a fault."""
+"""Reading through ObsPy, for formats that it has: by name of the format, without warnings, errors as one sentence."""
 
 from __future__ import annotations
 
@@ -11,14 +11,9 @@ import obspy
 from obspy import Stream
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats._text import check_step, start_of, text_of
+from pounding_risk.motions.formats._text import check_step, text_of
 
 LONGEST_REASON = 200  # characters of what ObsPy says
-
-
-def start_bytes(file: Any, size: int) -> bytes:
-    """The first bytes of a path or of an open file, whose position is left where it was."""
-    return start_of(file, size).encode("latin-1")
 
 
 def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
@@ -28,7 +23,7 @@ def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
 
 
 def unreadable(name: str, kind: str, reason: str) -> RecordError:
-    """The refusal of a damaged file; a reason of ObsPy's own may quote its bytes."""
+    """The error for a damaged file; a reason from ObsPy may quote its bytes."""
     plain = "".join(letter if letter.isprintable() else " " for letter in reason[:LONGEST_REASON])
     return RecordError(f"{name}: cannot be read as {kind} ({' '.join(plain.split())}); fetch the record again")
 
@@ -36,7 +31,7 @@ def unreadable(name: str, kind: str, reason: str) -> RecordError:
 def read_by_obspy(raw: bytes, name: str, format: str, kind: str, *, refused: type[Warning] | None = None) -> Stream:
     """Every trace that ObsPy finds in the bytes of a file of the ``format`` of that name.
 
-    A warning of the class ``refused`` is an error, as it tells of damage that ObsPy reads around; others, about header
+    A warning of the class ``refused`` is an error, as it means damage that ObsPy reads around; others, about header
     fields that nothing here uses, are not shown. Raises RecordError for what ObsPy cannot read, for samples that are no
     finite numbers, fewer than two of them, and a time step out of range.
     """

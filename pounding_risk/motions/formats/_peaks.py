@@ -1,4 +1,4 @@
-"""The peak that a file states of itself, against the samples that stand below it."""
+"""Comparison of the peak that a file states with the samples in it."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ class StatedPeak(NamedTuple):
     place: str  # file and line
 
 
-def stated_peak(word: str, unit: str, size: float, place: str) -> StatedPeak | None:
+def stated_peak(word: str, unit: str, size: float, where: str) -> StatedPeak | None:
     """The peak of a header's number as text; None where it is no number, or zero, which stands for not evaluated."""
     value = number(word.strip())
-    return StatedPeak(abs(value), half_digit(word.strip()), unit, size, place) if value else None
+    return StatedPeak(abs(value), half_digit(word.strip()), unit, size, where) if value else None
 
 
 def half_digit(word: str) -> float:
     """Half of the last digit that a number is printed with: 0.0005 of -.058."""
-    found = _DIGITS.fullmatch(word)
-    if found is None:
+    match = _DIGITS.fullmatch(word)
+    if match is None:
         raise ValueError(f"{word!r} is not a number")
-    return 0.5 * 10.0 ** (int(found["exponent"] or 0) - len(found["decimals"]))
+    return 0.5 * 10.0 ** (int(match["exponent"] or 0) - len(match["decimals"]))
 
 
 def check_peak(
@@ -74,7 +74,7 @@ def check_peak(
         largest = float(np.abs(samples).max())
         less_mean = float(np.abs(samples - samples.mean()).max())
     for peak in stated:
-        if any(_agree(samples, peak, found, relative) for found in (largest, less_mean)):
+        if any(_agree(samples, peak, peak_found, relative) for peak_found in (largest, less_mean)):
             return peak
     first = stated[0]
     raise RecordError(
@@ -83,9 +83,9 @@ def check_peak(
     )
 
 
-def _agree(samples: NDArray[np.float64], peak: StatedPeak, found: float, relative: float) -> bool:
+def _agree(samples: NDArray[np.float64], peak: StatedPeak, largest: float, relative: float) -> bool:
     """True where the peak found is the stated one, within the rounding of both and a share of it."""
-    off = abs(found - peak.value * peak.size) - peak.rounding * peak.size - relative * peak.value * peak.size
+    off = abs(largest - peak.value * peak.size) - peak.rounding * peak.size - relative * peak.value * peak.size
     return bool(off <= 0.0 or off <= _half_digit_of_samples(samples / peak.size) * peak.size)
 
 

@@ -1,4 +1,4 @@
-"""From counts to m/s² by the StationXML file that stands beside a record, or by what the user says a sample is."""
+"""Counts to m/s², by a StationXML file beside the record or by the unit that the user states."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import obspy
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats._native import unreadable
-from pounding_risk.motions.formats._text import told
+from pounding_risk.motions.formats._text import record_facts
 from pounding_risk.motions.formats._unit import TO_GIVE, known, sentence, size_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
             f"{TO_GIVE}"
         )
     trace.stats.calib = 1.0
-    trace.stats.record = told(
+    trace.stats.record = record_facts(
         state=state,
         units=units,
         date=str(trace.stats.starttime.date),
@@ -68,12 +68,12 @@ def _names(trace: Trace, name: str) -> tuple[str, str]:
 
 def _beside(trace: Trace, name: str, folder: Path | None) -> Path | None:
     """The StationXML of a trace, where there is one."""
-    place = Path(name).parent if folder is None else folder
-    return next((place / each for each in _names(trace, name) if (place / each).is_file()), None)
+    beside = Path(name).parent if folder is None else folder
+    return next((beside / file_name for file_name in _names(trace, name) if (beside / file_name).is_file()), None)
 
 
 def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:
-    """How many counts are one m/s², the sentence that says so, and where the channel points."""
+    """Counts per m/s², the sentence that says so, and the azimuth of the channel."""
     stats = trace.stats
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")

@@ -1,15 +1,18 @@
-"""What the readers of text formats share: bytes to lines, numbers that are numbers, and the words of a refusal."""
+"""Helpers of the text formats: lines, tables of numbers in columns, facts of a header, errors by line."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from functools import wraps
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from obspy import Trace
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
@@ -17,7 +20,7 @@ from pounding_risk.errors import RecordError
 LARGEST = 256 * 2**20  # bytes; the longest records of the databases have some megabytes
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
 LONGEST_NUMBER = 64  # characters; no program writes more, and the search takes the square of them
-START = 8192  # bytes that tell a format
+START = 8192  # bytes from which a format is recognised
 NEWLINE = re.compile(r"\r\n|\r|\n")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 # What `stats.record` of a reader may hold, beside what is particular to its format.
@@ -29,13 +32,13 @@ FACTS = {
 _SAMPLE = re.compile(NUMBER, re.ASCII)
 
 
-def told(*, state: str, units: str, **facts: Any) -> AttribDict:
+def record_facts(*, state: str, units: str, **facts: Any) -> AttribDict:
     """``stats.record`` of a trace: the facts of a header under the names that every reader uses.
 
     ``state`` is "raw" or "processed"; ``units`` the sentence that says how the samples became m/s². ``azimuth`` is in
     degrees clockwise from north, None for a vertical; corners in Hz; ``header_pga``, ``header_pgv`` and ``header_pgd``
     are the header's own peaks in m/s², m/s and m. ``timed`` is False where ``stats.starttime`` is not when the record
-    starts; ``sensor`` tells those of one station apart. What a header does not know is left out.
+    starts; ``sensor`` distinguishes the sensors of one station. Facts that a header lacks are left out.
     """
     unknown = set(facts) - FACTS
     if unknown:
@@ -43,20 +46,51 @@ def told(*, state: str, units: str, **facts: Any) -> AttribDict:
     return AttribDict({"state": state, "units": units, **facts})
 
 
+def trace_of(samples: NDArray[np.float64] | int, factor: float, stats: dict[str, Any], start: Any = None) -> Trace:
+    """A trace in m/s² of samples times a ``factor``, or without samples where only their number is handed over.
+
+    ``start`` is the time of the first sample, None where it is unknown.
+    """
+    if start is not None:
+        stats = {**stats, "starttime": start}
+    return (
+        Trace(header={**stats, "npts": samples}) if isinstance(samples, int) else Trace(samples * factor, header=stats)
+    )
+
+
 def start_of(file: Any, size: int = START) -> str:
     """The first characters of a path or of an open file, whose position is left where it was."""
     if hasattr(file, "read"):
-        place = file.tell()
+        position = file.tell()
         start = file.read(size)
-        file.seek(place)
+        file.seek(position)
     else:
         with Path(file).open("rb") as opened:
             start = opened.read(size)
     return start.decode("latin-1") if isinstance(start, bytes) else str(start)
 
 
+def recogniser(size: int = START) -> Callable[[Callable[[str], bool]], Callable[[Any], bool]]:
+    """Turn a test of a file's first ``size`` characters into ``isFormat`` of ObsPy's plugins.
+
+    It takes a path or an open file, whose position is left where it was, and returns False instead of raising.
+    """
+
+    def of_file(test: Callable[[str], bool]) -> Callable[[Any], bool]:
+        @wraps(test)
+        def recognises(file: Any) -> bool:
+            try:
+                return test(start_of(file, size))
+            except Exception:
+                return False
+
+        return recognises
+
+    return of_file
+
+
 def text_of(file: Any, name: str, kind: str) -> tuple[str, str]:
-    """Name and text of a file; every byte has a meaning in latin-1, so none stops the reading here.
+    """Name and text of a file, decoded as latin-1, in which every byte has a meaning.
 
     ``kind`` is the format in words, for messages, such as "PEER AT2". Raises RecordError for a file that cannot be
     read, is too large or is blank.
@@ -110,16 +144,16 @@ def fixed_numbers(
     values = _plain_columns(lines, width)
     if values is None:
         words = (
-            (at, line[place : place + width].strip())
+            (at, line[column : column + width].strip())
             for at, line in enumerate(lines)
-            for place in range(0, len(line), width)
+            for column in range(0, len(line), width)
         )
         values = _numbers(name, words, first, example, what)
     return values
 
 
 def _plain_columns(lines: Sequence[str], width: int) -> NDArray[np.float64] | None:
-    """The numbers of lines whose columns are all full, in one go; None where a closer look is needed.
+    """The numbers of lines whose columns are all full, in one call; None where one of them is not.
 
     NumPy reads a word as Python's float() does; what that takes beside plain numbers needs other characters.
     """
@@ -150,25 +184,237 @@ def _numbers(
     return np.array(values, dtype=np.float64)
 
 
-def check_count(place: str, promised: int, found: int, count_name: str) -> None:
+def check_count(where: str, promised: int, count: int, count_name: str) -> None:
     """Raise RecordError where a file has another number of samples than ``count_name`` of its header says."""
-    if found != promised:
+    if count != promised:
         cut = "the file is cut short: fetch it again"
-        repair = cut if found < promised else f"correct {count_name}, or fetch the file again"
-        raise RecordError(f"{place}: the header promises {promised} samples, {found} found; {repair}")
+        repair = cut if count < promised else f"correct {count_name}, or fetch the file again"
+        raise RecordError(f"{where}: the header promises {promised} samples, {count} found; {repair}")
 
 
-def check_step(place: str, dt: float | None, word: str, name: str = "DT") -> float:
+def check_step(where: str, dt: float | None, word: str, name: str = "DT") -> float:
     """The time step [s]; raises RecordError where it is no number in range."""
     if dt is None or not SHORTEST_STEP <= dt <= LONGEST_STEP:
         raise RecordError(
-            f"{place}: {name} is {quoted(word)}; the time step must be a number of seconds greater than 0, "
+            f"{where}: {name} is {quoted(word)}; the time step must be a number of seconds greater than 0, "
             f"from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s: restore that line, or fetch the file again"
         )
     return dt
 
 
 def quoted(text: str) -> str:
-    """Text of a file for a message, shortened and printable."""
+    """Text of a file for a message: in quotes, shortened and printable."""
     shown = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
     return f'"{shown}"' if len(shown) <= 40 else f'"{shown[:37]}..."'
+
+
+PADDING = "\0\x1a \r\n"  # fills the last block of a file, of DOS and others
+LONGEST_LINE = 2000  # characters; looking for words in a line takes a time that grows with its square
+LONGEST_GAP = 0.05  # s between samples at uneven times; a straight line over more is no record
+END = re.compile(r"\s*(?:end.of.data|/&)", re.I)  # starts the line that ends a channel
+_CHANNELS = re.compile(r"\(\s*(\d{1,3})\s+chns\s+of\b", re.I)
+_COLUMNS = re.compile(
+    r"\(\s*(\d{1,3})\s*\(?\s*(?:1?P,?)?\s*[IFEDG]\s*(\d{1,2})(?:\.\d{1,2})?(?:E\d?)?\s*\)?\s*\)", re.I
+)
+
+
+class Columns(NamedTuple):
+    """The layout of numbers by Fortran: how many on a line, and the characters of each."""
+
+    each: int
+    width: int
+
+
+def columns_of(text: str) -> Columns | None:
+    """The columns that a format in parentheses, such as (8F10.5) or (1E15.6), stands for; None for no such format."""
+    match = _COLUMNS.search(text)
+    columns = Columns(int(match[1]), int(match[2])) if match else None
+    return columns if columns and min(columns) > 0 else None
+
+
+class Lines:
+    """The lines of a file, with the position that the reading has reached.
+
+    ``name`` is what messages call the file, ``at`` how many lines are behind. Raises RecordError for a line that is
+    longer than any of these formats has.
+    """
+
+    def __init__(self, name: str, text: str):
+        self.name = name
+        self.at = 0
+        self._lines = NEWLINE.split(text.rstrip(PADDING))
+        long = next((at for at, line in enumerate(self._lines, start=1) if len(line) > LONGEST_LINE), None)
+        if long is not None:
+            raise RecordError(
+                f"{name}, line {long}: has {len(self._lines[long - 1])} characters, {LONGEST_LINE} at most are read; "
+                "restore its line ends, or fetch the file again"
+            )
+
+    @property
+    def place(self) -> str:
+        """File and number of the line last taken."""
+        return f"{self.name}, line {self.at}"
+
+    @property
+    def ahead(self) -> str:
+        """The next line, not taken; empty at the end of the file."""
+        return self._lines[self.at] if self.at < len(self._lines) else ""
+
+    def ended(self) -> bool:
+        """True where nothing but blank lines is left; blank lines are passed over."""
+        while self.at < len(self._lines) and not self._lines[self.at].strip():
+            self.at += 1
+        return self.at == len(self._lines)
+
+    def take(self, count: int, what: str) -> list[str]:
+        """The next ``count`` lines; raises RecordError where the file ends before them."""
+        if self.at + count > len(self._lines):
+            raise RecordError(
+                f"{self.name}: ends at line {len(self._lines)}, where {what} should be; the file is cut short: "
+                "fetch it again"
+            )
+        self.at += count
+        return self._lines[self.at - count : self.at]
+
+    def table(self, count: int, columns: Columns, example: str, what: str) -> NDArray[np.float64]:
+        """The next ``count`` numbers, in columns, on as many lines as that takes.
+
+        ``what`` says in messages what they are. Raises RecordError where there are fewer or more on these lines, and
+        where one is no finite number.
+        """
+        promise, first = self.place, self.at
+        lines = self._lines[first : first + -(-count // columns.each)]
+        # What ends a channel ends it before its time where lines are missing.
+        end = next((at for at, line in enumerate(lines) if END.match(line)), None)
+        lines = lines if end is None else lines[:end]
+        self._check_width(lines, columns)
+        wide = columns.each * columns.width
+        values = fixed_numbers(self.name, [line[:wide] for line in lines], first, columns.width, example, what)
+        if len(values) != count:
+            cut = "the file is cut short: fetch it again"
+            repair = cut if len(values) < count else "correct that number, or fetch the file again"
+            raise RecordError(f"{promise}: {count} {what} should follow, {len(values)} found; {repair}")
+        self._check_ends(lines, columns)
+        self.at += len(lines)
+        return values
+
+    def end_channel(self, due: str) -> None:
+        """Take the line that ends a channel, which the last one of a file may lack; ``due`` is its text."""
+        if not self.ended() and not END.match(self.take(1, "the end of the channel")[0]):
+            raise RecordError(
+                f"{self.place}: {quoted(self._lines[self.at - 1])} follows the last promised sample, where {due} "
+                "should be; correct the number of samples, or fetch the file again"
+            )
+
+    def word(self, at: int, columns: Columns, number: int) -> tuple[str, str]:
+        """A number of a table as text, counted from 1, with file and line; ``at`` lines of the file are before it."""
+        row, column = divmod(number - 1, columns.each)
+        start = column * columns.width
+        return self._lines[at + row][start : start + columns.width], f"{self.name}, line {at + row + 1}"
+
+    def _check_width(self, lines: list[str], columns: Columns) -> None:
+        """Raise RecordError for a line that goes on after its last column."""
+        wide = columns.each * columns.width
+        for at, line in enumerate(lines):
+            if len(line) > wide and line[wide:].strip():
+                raise RecordError(
+                    f"{self.name}, line {self.at + at + 1}: has {quoted(line[wide:])} after its {columns.each} "
+                    f"columns of {columns.width} characters; repair that line, or fetch the file again"
+                )
+
+    def _check_ends(self, lines: list[str], columns: Columns) -> None:
+        """Raise RecordError for a line that ends within a column.
+
+        Fortran writes numbers to the right end of their columns. Such a line lost or gained a character: its numbers
+        may still be numbers, with other digits.
+        """
+        for at, line in enumerate(lines):
+            end = len(line.rstrip())
+            if end % columns.width:
+                raise RecordError(
+                    f"{self.name}, line {self.at + at + 1}: ends after {end} characters, within a column of "
+                    f"{columns.width}, so that some were lost or put in; repair that line, or fetch the file again"
+                )
+
+    def skip(self, count: int, columns: Columns) -> None:
+        """Pass over a table without reading its numbers; raises RecordError where the file ends before."""
+        self.take(-(-count // columns.each), "its samples")
+
+
+def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
+    """The SEED code of a channel: the band by the time step, N for an accelerometer, the direction."""
+    band = "H" if dt <= 1.0 / 80.0 else "B"
+    directions = {0.0: "N", 90.0: "E", 360.0: "N"}
+    direction = "Z" if vertical else directions.get(-1.0 if azimuth is None else azimuth, "")
+    return f"{band}N{direction}"
+
+
+def numbered(traces: list[Trace], numbers: list[str]) -> list[Trace]:
+    """Give each component of a file a name of its own: shared names are followed by the channel's number.
+
+    ``numbers`` are the channels' own; where they are no different numbers, the channels are counted.
+    """
+    if len({number for number in numbers if number.isdigit()}) < len(traces):
+        numbers = [str(number) for number in range(1, len(traces) + 1)]
+    shared = Counter(trace.stats.record.component.lower() for trace in traces)
+    for trace, number in zip(traces, numbers, strict=True):
+        component = trace.stats.record.component
+        if shared[component.lower()] > 1 or not component:
+            trace.stats.record.component = f"{component} channel {number}".strip()
+    return traces
+
+
+def note_missing_channels(traces: list[Trace], line: str, channels: int) -> None:
+    """Say in the history of each trace where a file has fewer channels than the line "(3 Chns of 12 at Sta)" promises.
+
+    Agencies cut such files into channels too, so that one of three is no damage for certain.
+    """
+    promised = _CHANNELS.search(line)
+    if promised and int(promised[1]) > channels:
+        for trace in traces:
+            trace.stats.record.units += f"; the header tells of {int(promised[1])} channels, the file holds {channels}"
+
+
+class Even(NamedTuple):
+    """Samples at even times, their step [s], and what was done for it, in words that follow the unit's."""
+
+    samples: NDArray[np.float64]
+    dt: float
+    words: str
+    digitised: NDArray[np.float64]  # the samples of the file itself, at whatever times
+
+
+def even_samples(
+    where: str, pairs: NDArray[np.float64], dt: float | None, rounding: float | NDArray[np.float64]
+) -> Even:
+    """Samples at even times, from pairs of time [s] and value as records of film have them.
+
+    Times that are even but for the ``rounding`` [s] of their digits, of each or of all, are taken as even. Others are
+    read at every ``dt`` [s] off the straight lines between them; of times that are the same in their digits the last
+    counts. Raises RecordError where they are uneven and ``dt`` is not given, and for times that fall, that leave a gap
+    longer than ``LONGEST_GAP``, or that are all the same.
+    """
+    times, values = pairs[0::2], pairs[1::2]
+    steps = np.diff(times)
+    worst = int(np.argmin(steps)) if steps.min() < 0.0 else int(np.argmax(steps))
+    if steps.min() < 0.0 or not 0.0 < steps[worst] <= LONGEST_GAP:
+        raise RecordError(
+            f"{where}: after the time {times[worst]:g} s comes {times[worst + 1]:g} s; times must rise, by at most "
+            f"{LONGEST_GAP:g} s: take the corrected file of this record, or cut it there and hand it over in columns"
+        )
+    mean = float(times[-1] - times[0]) / len(steps)
+    if np.all(np.abs(times - times[0] - mean * np.arange(len(times))) <= rounding):
+        return Even(values, check_step(where, mean, f"{mean:g}", "the step of the times"), "", values)
+    if dt is None:
+        raise RecordError(
+            f"{where}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
+            'give the even step at which to read them: records.dt = "0.005 s" in a scene, dt=0.005 in Python, '
+            '--dt "0.005 s" on the command line, or take the corrected file of this record'
+        )
+    check_step(where, dt, f"{dt:g}", "dt as given")
+    count = int((times[-1] - times[0]) / dt * (1.0 + 1e-12)) + 1
+    if count < 2:
+        raise RecordError(f"{where}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
+    last = np.append(steps > 0.0, True)
+    even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
+    return Even(even, dt, f", uneven times read at every {dt:g} s", values)

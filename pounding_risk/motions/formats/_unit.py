@@ -1,4 +1,4 @@
-"""Units of acceleration: what one of a file's samples is in m/s², as the file or the user says it."""
+"""Units of acceleration: the size of a file's unit in m/s², as the file or the user states it."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def known(unit: str) -> float | None:
     return _USUAL.get(spelling)
 
 
-def size_of(unit: object, place: str) -> float:
-    """How many m/s² one ``unit`` is; ``place`` begins the message.
+def size_of(unit: object, where: str) -> float:
+    """How many m/s² one ``unit`` is; ``where`` begins the message.
 
     Raises RecordError for what is no unit of acceleration, "" and counts too.
     """
@@ -37,10 +37,10 @@ def size_of(unit: object, place: str) -> float:
     except QuantityError:
         shown = "".join(letter if letter.isprintable() else "?" for letter in str(unit)[:40])
         raise RecordError(
-            f'{place}: "{shown}" is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
+            f'{where}: "{shown}" is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
         ) from None
 
 
 def sentence(unit: str, size: float) -> str:
-    """How samples became m/s², as the history of a motion tells it: "units: cm/s^2, times 0.01"."""
+    """The sentence on units in the history of a motion: "units: cm/s^2, times 0.01"."""
     return f"units: {unit.strip()}, times {size:.10g}"

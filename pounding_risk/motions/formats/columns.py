@@ -9,50 +9,288 @@ Commas, semicolons, tabs or blanks part the columns. Comments begin with #, % or
 unit, dt, state ("raw" or "processed"), samples (their number), starttime (of the first sample), event, magnitude, date,
 distance_km, station, component, azimuth, low_corner, high_corner, processing (a line a step).
 
-Such a file says of itself only what somebody wrote into it. Where it states no unit or no time step, whoever reads it
-must; neither is guessed. Its state is "processed" unless it says "# state = raw": somebody made it, with a program that
-had read the record before, and filtering a processed record again is the commoner damage.
+Where such a file states no unit or no time step, the user must state it; neither is guessed. Its
+state is "processed" unless it says "# state = raw": it was made by a program that had read the record before, and
+filtering a processed record again is the more common damage.
 """
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from obspy import Stream, Trace, UTCDateTime
+from numpy.typing import NDArray
+from obspy import Stream, UTCDateTime
 
-from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.motions.formats import Format, one_trace
-from pounding_risk.motions.formats._columns_head import Head, Statement, head_of, parts
-from pounding_risk.motions.formats._columns_times import TIGHTEST, column, step_of_times
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import Format
 from pounding_risk.motions.formats._text import (
+    LONGEST_LINE,
     NEWLINE,
     check_count,
     check_step,
     number,
     quoted,
-    start_of,
+    recogniser,
+    record_facts,
     text_of,
-    told,
+    trace_of,
 )
 from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
+
+COMMENTS = "#%!"
+MOST_COLUMNS = 2
+# What a comment may state, by the names it may use.
+KEYS = {
+    **{name: "unit" for name in ("unit", "units")},
+    **{name: "dt" for name in ("dt", "delta", "time step", "timestep", "sampling interval")},
+    **{name: "samples" for name in ("samples", "npts")},
+    **{name: name for name in ("state", "starttime", "processing", "event", "date", "station", "component")},
+    **{name: name for name in ("magnitude", "distance_km", "azimuth", "low_corner", "high_corner")},
+}
+REPEATED = "processing"  # a history has a line a step
+
+_TIME = re.compile(r"t|times?\b.*", re.IGNORECASE)
+_ACCELERATION = re.compile(r"a|acc\w*\b.*|.*\bacc(eleration)?s?", re.IGNORECASE)
+
+
+class Title(NamedTuple):
+    """The head of a column: its name, and the unit in brackets after it, None where there is none."""
+
+    name: str
+    unit: str | None
+
+    def is_time(self) -> bool:
+        """True where the name is that of a time."""
+        return _TIME.fullmatch(self.name) is not None
+
+    def is_acceleration(self) -> bool:
+        """True where the name is that of an acceleration, or where any name has a unit, which is then read."""
+        return not self.is_time() and (self.unit is not None or _ACCELERATION.fullmatch(self.name) is not None)
+
+
+class Statement(NamedTuple):
+    """What a comment states, and the line it stands in."""
+
+    value: str
+    line: int  # counted from 1
+
+
+class Head(NamedTuple):
+    """The lines above the samples, and how the first line of samples is laid out."""
+
+    first: int  # index of the first line of samples
+    columns: int
+    separator: str | None  # None: blanks or tabs
+    decimal_comma: bool
+    statements: dict[str, Statement]
+    titles: tuple[Title, ...]  # none, or one a column
+    title_line: int  # counted from 1
+    history: tuple[str, ...]
+
+
+def parts(line: str, separator: str | None, decimal_comma: bool = False) -> list[str]:
+    """The words of a line of samples, with decimal points."""
+    if decimal_comma:
+        line = line.replace(",", ".")
+    return line.split() if separator is None else [word.strip() for word in line.split(separator)]
+
+
+def layout(line: str) -> tuple[int, str | None] | None:
+    """How many columns a line of numbers has, and their separator; None for any other line.
+
+    Semicolon, comma or blanks part the columns. A decimal comma is read where semicolons do: nowhere else is it sure.
+    """
+    separator = next((mark for mark in ";," if mark in line), None)
+    words = parts(line, separator, separator == ";" and "," in line)
+    if not words or any(number(word) is None for word in words):
+        return None
+    return len(words), separator
+
+
+def head_of(name: str, lines: Sequence[str]) -> Head:
+    """Everything above the first line of samples.
+
+    Raises RecordError, naming the line, for a line that is no comment, no head of columns and no sample, for more than
+    two columns, for heads that fit neither, and where there are no samples.
+    """
+    statements: dict[str, Statement] = {}
+    history: list[str] = []
+    titled = 0
+    for at, line in enumerate(lines):
+        text = line.strip()
+        if not text:
+            continue
+        _check_length(f"{name}, line {at + 1}", text)
+        if text[0] in COMMENTS:
+            _take_statement(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), at + 1, statements, history)
+            continue
+        laid_out = layout(text)
+        if laid_out is None:
+            if titled or not (text[0].isalpha() or text[0] == '"'):
+                raise _strange(f"{name}, line {at + 1}", text)
+            titled = at + 1
+            continue
+        columns, separator = laid_out
+        _check_columns(f"{name}, line {at + 1}", columns)
+        titles = _titles(f"{name}, line {titled}", lines[titled - 1], columns) if titled else ()
+        comma = separator == ";" and any("," in line for line in lines[at:])
+        return Head(at, columns, separator, comma, statements, titles, titled, tuple(history))
+    if titled:
+        raise _strange(f"{name}, line {titled}", lines[titled - 1])
+    raise RecordError(f"{name}: has no samples, every line is blank or a comment; fetch the record again")
+
+
+def _check_length(where: str, text: str) -> None:
+    """Raise RecordError for a line that is longer than any head or sample; looking for words in it takes its square."""
+    if len(text) > LONGEST_LINE:
+        raise RecordError(
+            f"{where}: has {len(text)} characters, {LONGEST_LINE} at most are read; restore its line ends, or fetch "
+            "the file again"
+        )
+
+
+def _strange(where: str, text: str) -> RecordError:
+    hint = ""
+    if re.search(r"\d,\d", text):
+        hint = " (a decimal comma is read only where semicolons part the columns)"
+    return RecordError(
+        f"{where}: {quoted(text)} is neither numbers nor the heads of columns{hint}; a file of plain columns has one "
+        "column, acceleration, or two, time and acceleration, under comments after # and at most one line of heads "
+        'such as "time [s], acceleration [g]": repair that line'
+    )
+
+
+def _check_columns(where: str, columns: int) -> None:
+    if columns > MOST_COLUMNS:
+        raise RecordError(
+            f"{where}: has {columns} columns; one, acceleration, or two, time and acceleration, are read: keep one "
+            "component a file, with one sample a line"
+        )
+
+
+def _take_statement(where: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
+    """Add what a comment states to the statements or the history; other comments are passed over."""
+    before, *after = re.split("[=:]", text, maxsplit=1)
+    key = KEYS.get(" ".join(before.split()).lower())
+    if key is None or not after:
+        return
+    value = after[0].strip()
+    if key == REPEATED:
+        history.append(value)
+    elif key in statements and statements[key].value != value:
+        raise RecordError(
+            f"{where}: states {key} {quoted(value)}, line {statements[key].line} states "
+            f"{quoted(statements[key].value)}; keep one"
+        )
+    else:
+        statements[key] = Statement(value, line)
+
+
+def _titles(where: str, line: str, columns: int) -> tuple[Title, ...]:
+    """The head of each column; raises RecordError where there is not one for each."""
+    text = line.strip()
+    pieces = re.split(r"[,;\t]", text)
+    if len(pieces) < columns:
+        pieces = re.split(r"(?<=[\])])\s+|\s{2,}", text)
+    if len(pieces) < columns:
+        pieces = text.split()
+    titles = tuple(title for piece in pieces if (title := _title(piece.strip().strip('"').strip())))
+    named = len(titles) == len(pieces) == columns and titles[-1].is_acceleration()
+    if not named or (columns == MOST_COLUMNS and not titles[0].is_time()):
+        raise _strange(where, text)
+    return titles
+
+
+def _title(text: str) -> Title | None:
+    """Name and unit of one head, such as "acceleration [g]" or "Acc (m/s2)"."""
+    if not text[:1].isalpha():
+        return None
+    opening = re.search(r"[\[(]", text)
+    if opening is None:
+        return Title(text, None)
+    if text[-1] != {"[": "]", "(": ")"}[opening[0]]:
+        return None
+    return Title(text[: opening.start()].strip(), text[opening.end() : -1].strip())
+
+
+LOOSEST, TIGHTEST = 0.1, 1e-3  # of the time step: how far off a time may be at most, and may always be
+
+
+def column(name: str, first: int, words: list[str]) -> NDArray[np.float64]:
+    """The numbers of a column; ``first`` is the index of the line that its first word stands in.
+
+    Raises RecordError, naming the line, for a word that is no finite number.
+    """
+    values = [number(word) for word in words]
+    for at, value in enumerate(values):
+        if value is None:
+            raise RecordError(
+                f"{name}, line {first + at + 1}: {quoted(words[at])} is not a finite number; every line after the head "
+                "must hold plain numbers such as -0.0123: repair that line, or fetch the file again"
+            )
+    return np.array(values, dtype=np.float64)
+
+
+def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float]:
+    """The time step [s] of a column of times [s], and how far off the last of them may be [s].
+
+    Times rise in equal steps where each is off its place on the line from the first to the last by no more than one
+    unit of the last digit printed (of the most decimals, or of the most significant digits, whichever is coarser) and
+    no more than a tenth of the step; a thousandth of it is always allowed. The step is the decimal of fewest digits
+    that fits. Raises RecordError, naming the line, where they do not.
+    """
+    times = column(name, first, words)
+    rises = np.diff(times)
+    flat = np.flatnonzero(~(rises > 0.0))
+    if len(flat):
+        at = int(flat[0]) + 1
+        raise RecordError(
+            f"{name}, line {first + at + 1}: the time {words[at]} is not after the {words[at - 1]} of the line before; "
+            "write times that rise, with enough digits to tell them apart"
+        )
+    steps = len(times) - 1
+    step = float(times[-1] - times[0]) / steps
+    check_step(f"{name}, line {first + 1}", step, f"{step:g}", "the step of the times")
+    off = np.clip(_last_digit(times, words), TIGHTEST * step, LOOSEST * step)
+    if (np.abs(times - (times[0] + np.arange(steps + 1) * step)) > off).any():
+        usual = float(np.median(rises))
+        at = int(np.argmax(np.abs(rises - usual))) + 1
+        raise RecordError(
+            f"{name}, line {first + at + 1}: the times do not rise in equal steps, by {rises[at - 1]:.6g} s here and "
+            f"by {usual:.6g} s elsewhere; restore missing lines, print more digits, or resample to equal steps"
+        )
+    return _shortest(step, float(off[-1]) / steps), float(off[-1])
+
+
+def _last_digit(times: NDArray[np.float64], words: list[str]) -> NDArray[np.float64]:
+    """One unit of the last digit printed of each time [s]."""
+    decimals, digits = 0, 1
+    for word in words:
+        mantissa, _, exponent = word.lower().replace("d", "e").partition("e")
+        whole, _, fraction = mantissa.lstrip("+-").partition(".")
+        decimals = max(decimals, len(fraction) - int(exponent or 0))
+        digits = max(digits, len((whole + fraction).lstrip("0")))
+    leading = np.floor(np.log10(np.maximum(np.abs(times), 1e-12))) + 1.0
+    return np.asarray(10.0 ** np.maximum(-min(decimals, 20), leading - digits), dtype=np.float64)
+
+
+def _shortest(value: float, off: float) -> float:
+    """The decimal of fewest digits within ``off`` of ``value``: 0.01 and not 0.010000000000000002."""
+    return next((short for digits in range(16) if abs((short := round(value, digits)) - value) <= off), value)
+
 
 KIND = "plain columns"
 STATES = ("raw", "processed")
 SECONDS = ("s", "sec", "secs", "second", "seconds")
 WORDS, NUMBERS = ("event", "date", "station", "component"), ("magnitude", "distance_km", "azimuth")
 CORNERS = ("low_corner", "high_corner")
-HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")  # sentences of what leaves a raw record raw
+FACTS = (*WORDS, *NUMBERS, *CORNERS)  # what a comment may state of the recording
 TO_STATE = {
-    "unit": (
-        "the unit of its acceleration",
-        f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}',
-    ),
+    "unit": ("the unit of its acceleration", f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}'),
     "dt": (
         "its time step",
         'write "# dt = 0.01 s" above the samples, or give it: records.dt = "0.01 s" in a scene, dt=0.01 in Python, '
@@ -64,36 +302,28 @@ _INSTANT = re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?)
 
 
 class _Said(NamedTuple):
-    """Something stated, and where: "x.txt, line 2" or "unit" of a caller."""
+    """A value that is stated, and where: "x.txt, line 2" or "unit" of a caller."""
 
     value: Any
     place: str
 
 
-def fits(file: Any) -> bool:
-    """True where text is laid out as plain columns, whether it states unit and time step or not. Never raises."""
-    try:
-        return _start(file) is not None
-    except Exception:
-        return False
+@recogniser()
+def fits(start: str) -> bool:
+    """True where text is laid out as plain columns, whether it states unit and time step or not."""
+    return _start(start) is not None
 
 
-def _is_columns(file: Any) -> bool:
-    """True for plain columns that state their unit and, by ``dt`` or a column, their time step. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = _start(file)
-        unit = head is not None and ("unit" in head.statements or bool(head.titles and head.titles[-1].unit))
-        return head is not None and unit and (head.columns > 1 or "dt" in head.statements)
-    except Exception:
-        return False
+@recogniser()
+def _is_columns(start: str) -> bool:
+    """True for plain columns that state their unit and, by ``dt`` or a column, their time step."""
+    head = _start(start)
+    unit = head is not None and ("unit" in head.statements or bool(head.titles and head.titles[-1].unit))
+    return head is not None and unit and (head.columns > 1 or "dt" in head.statements)
 
 
-def _start(file: Any) -> Head | None:
-    """The head, from the start of a file alone; None where that is none of plain columns."""
-    text = start_of(file)
+def _start(text: str) -> Head | None:
+    """The head of plain columns, from the start of a file alone; None where that is none."""
     if "\0" in text:
         return None
     try:
@@ -111,7 +341,7 @@ def _read_columns(
     dt: float | None = None,
     **_kwargs: Any,
 ) -> Stream:
-    """One trace in m/s² from plain columns: a path, or a file open for reading.
+    """One trace in m/s² from plain columns.
 
     ``unit`` and ``dt`` [s] are what the caller knows of a file that does not say it; where both say it, they must
     agree. A column of times must rise in equal steps: each may be off its place on the line from the first to the last
@@ -130,21 +360,16 @@ def _read_columns(
     if "samples" in head.statements:
         _check_samples(name, head.statements["samples"], len(words))
     stats = {"delta": _time_step(name, words, head, dt), "calib": 1.0, **facts}
-    if headonly:
-        return Stream([Trace(header={**stats, "npts": len(words)})])
-    values = column(name, head.first, [row[-1] for row in words])
-    return Stream([Trace(values * size, header=stats)])
+    samples = len(words) if headonly else column(name, head.first, [row[-1] for row in words])
+    return Stream([trace_of(samples, size, stats)])
 
 
 def _unicode(text: str) -> str:
-    """Text that was read byte by byte, as UTF-8 where it is that."""
+    """Text that was read as latin-1, decoded as UTF-8 where it is that."""
     try:
         return text.encode("latin-1").decode("utf-8-sig")
     except UnicodeError:
         return text
-
-
-# --- what is stated ---------------------------------------------------------------------------------------
 
 
 def _unit(name: str, head: Head, given: str | None, dt: float | None) -> tuple[float, str]:
@@ -159,7 +384,7 @@ def _unit(name: str, head: Head, given: str | None, dt: float | None) -> tuple[f
     if not said:
         stepless = head.columns == 1 and dt is None and "dt" not in head.statements
         raise _unstated(name, "unit", *(["dt"] if stepless else []))
-    sizes = [size_of(each.value, each.place) for each in said]
+    sizes = [size_of(statement.value, statement.place) for statement in said]
     for other, size in zip(said[1:], sizes[1:], strict=True):
         if size != sizes[0]:
             raise RecordError(
@@ -176,37 +401,39 @@ def _unstated(name: str, *missing: str) -> RecordError:
 
 
 def _state(name: str, head: Head) -> str:
-    found = head.statements.get("state")
-    if found is None:
+    statement = head.statements.get("state")
+    if statement is None:
         return "processed"
-    if found.value not in STATES:
-        raise RecordError(f'{name}, line {found.line}: state is {quoted(found.value)}; it may be "raw" or "processed"')
-    return found.value
+    if statement.value not in STATES:
+        raise RecordError(
+            f'{name}, line {statement.line}: state is {quoted(statement.value)}; it may be "raw" or "processed"'
+        )
+    return statement.value
 
 
 def _stated_step(name: str, head: Head) -> _Said | None:
     """The time step that a comment states [s]; a number without a unit is in seconds, as in every format."""
-    found = head.statements.get("dt")
-    if found is None:
+    statement = head.statements.get("dt")
+    if statement is None:
         return None
-    place, step = f"{name}, line {found.line}", number(found.value)
+    where, step = f"{name}, line {statement.line}", number(statement.value)
     if step is None:
         try:
-            step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", found.value), STEP)
+            step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", statement.value), STEP)
         except QuantityError:
             step = None
-    return _Said(check_step(place, step, found.value, "dt"), place)
+    return _Said(check_step(where, step, statement.value, "dt"), where)
 
 
-def _check_samples(name: str, stated: Statement, found: int) -> None:
-    place, word = f"{name}, line {stated.line}", stated.value
+def _check_samples(name: str, stated: Statement, count: int) -> None:
+    where, word = f"{name}, line {stated.line}", stated.value
     if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
-        raise RecordError(f"{place}: samples is {quoted(word)}; it must be a whole number, how many there are")
-    check_count(place, int(word), found, "samples")
+        raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
+    check_count(where, int(word), count, "samples")
 
 
 def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
-    """The other facts as ObsPy statistics."""
+    """Facts of the recording as ObsPy statistics."""
     facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
     for key in (*NUMBERS, *CORNERS):
         value = number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
@@ -224,17 +451,14 @@ def _facts(name: str, head: Head, units: str) -> dict[str, Any]:
             ) from None
     if head.history:
         stats["processing"] = list(head.history)
-    return {**stats, "record": told(state=_state(name, head), units=units, **facts)}
+    return {**stats, "record": record_facts(state=_state(name, head), units=units, **facts)}
 
 
 def _instant(text: str) -> UTCDateTime:
-    """A time of day in UTC; raises ValueError for any other text."""
+    """A time in UTC; raises ValueError for any other text."""
     if not _INSTANT.fullmatch(text):
         raise ValueError("not a time")
     return UTCDateTime(text)
-
-
-# --- samples and times ------------------------------------------------------------------------------------
 
 
 def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
@@ -247,9 +471,9 @@ def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
                 "write one of the two throughout"
             )
         if len(row) != head.columns or not row[0]:
-            found = f"{quoted(lines[at])} has {len(row)}" if lines[at].strip() else "is blank"
+            contents = f"{quoted(lines[at])} has {len(row)}" if lines[at].strip() else "is blank"
             raise RecordError(
-                f"{name}, line {at + 1}: {found}, where the first line of samples has {head.columns} "
+                f"{name}, line {at + 1}: {contents}, where the first line of samples has {head.columns} "
                 f"column{'s' if head.columns > 1 else ''}; repair that line, or fetch the file again"
             )
     if len(rows) < 2:
@@ -287,69 +511,6 @@ def _check_seconds(name: str, head: Head) -> None:
             f"{name}, line {head.title_line}: the times are in {quoted(unit)}; write them in seconds, in a column "
             "headed time [s]"
         )
-
-
-# --- writing ----------------------------------------------------------------------------------------------
-
-
-def write_columns(source: Any, path: str | Path) -> Path:
-    """Write a `Motion` or an ObsPy trace in m/s² as two columns, which `_read_columns` reads back bit for bit.
-
-    The head states unit, time step, state, number of samples and what is known of the recording. The file appears under
-    its name when it is whole. Raises RecordError for samples no run could use, PoundingError where nothing can be
-    written.
-    """
-    samples, dt, facts, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
-    lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
-    lines += [f"# {key} = {_plain(value)}" for key, value in facts.items() if value not in (None, "")]
-    lines += [f"# processing: {_plain(step)}" for step in history]
-    lines += ["time [s], acceleration [m/s^2]"]
-    lines += [f"{at * dt!r}, {value!r}" for at, value in enumerate(samples)]
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("w", encoding="utf-8", newline="\n") as opened:
-            opened.write("\n".join(lines) + "\n")
-            opened.flush()
-            os.fsync(opened.fileno())
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
-
-
-def _plain(value: Any) -> str:
-    """A fact on one line."""
-    return " ".join("".join(letter if letter.isprintable() else " " for letter in str(value)).split())
-
-
-def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
-    """Samples, time step, facts and history of a motion; what was raw is processed once a step was taken.
-
-    A raw record that is cut, turned or scaled still has its offset and drift, and is still raw.
-    """
-    keys = (*WORDS, *NUMBERS, *CORNERS)
-    taken = [line for line in motion.processing if not line.startswith(HARMLESS)]
-    state = "processed" if taken else motion.record.get("state", "processed")
-    source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
-    facts = {"state": state, "starttime": motion.record.get("start"), **{key: motion.record.get(key) for key in keys}}
-    facts["source"] = ", ".join(source)
-    return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing
-
-
-def _of_trace(source: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
-    from pounding_risk.motions.source import open_source
-
-    found = open_source(one_trace(source))
-    stats = found.trace.stats
-    history = stats.get("processing", [])
-    state = "processed" if history else stats.get("record", {}).get("state", "processed")
-    keys = (*WORDS, *NUMBERS, *CORNERS)
-    facts = {"state": state, "starttime": stats.starttime, **{key: found.record.get(key) for key in keys}}
-    samples = np.asarray(found.trace.data, dtype=np.float64)
-    return samples.tolist(), float(stats.delta), facts, (*history, found.units)
 
 
 FORMAT = Format(

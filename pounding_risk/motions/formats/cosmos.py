@@ -28,14 +28,27 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._lines import END, Columns, Lines, channel_code, columns_of, counted, tell_missing
 from pounding_risk.motions.formats._peaks import check_peak, stated_peak
-from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+from pounding_risk.motions.formats._text import (
+    NEWLINE,
+    Columns,
+    Lines,
+    channel_code,
+    check_step,
+    columns_of,
+    note_missing_channels,
+    numbered,
+    quoted,
+    recogniser,
+    record_facts,
+    text_of,
+    trace_of,
+)
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "COSMOS"
 VERSION = "01.20"
-TEXT_LINES = 13  # or more; these are told
+TEXT_LINES = 13  # at least
 HEADER = 100  # whole numbers, and as many real ones
 PEAK = 64  # of the real numbers
 UNKNOWN = -999.0  # where the text does not say another number for what is not known
@@ -80,7 +93,7 @@ _SCNL = re.compile(r"<SCNL>\s*(\w+)\.(\w+)\.(\w+)\.([\w-]+)", re.I)
 
 
 class Channel(NamedTuple):
-    """One channel: its headers, its samples in the unit of the file, and where messages say that they are."""
+    """One channel: its headers, its samples in the unit of the file, and its place for messages."""
 
     place: str  # of the line that starts the whole numbers
     stage: int
@@ -102,25 +115,19 @@ class Channel(NamedTuple):
         return _known(self.text, 2, self.reals[number - 1])
 
 
-def _is_cosmos(file: Any) -> bool:
-    """True for a file whose first line names a version of the COSMOS format. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        return bool(_TITLE.match(NEWLINE.split(start_of(file, 512))[0]))
-    except Exception:
-        return False
+@recogniser(512)
+def _is_cosmos(start: str) -> bool:
+    """True for a file whose first line names a version of the COSMOS format."""
+    return bool(_TITLE.match(NEWLINE.split(start)[0]))
 
 
 def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """The traces of acceleration, in m/s², of a COSMOS file: a path, or a file open for reading.
+    """The traces of acceleration, in m/s², of a COSMOS file.
 
     Stages 0 (counts) and 1 (uncorrected) are raw, 2 (corrected) is processed. Counts become m/s² by the
     least significant bit, the gain and the sensitivity of the header, where it has all of them and they agree with
     the full scale of the sensor. ``stats.cosmos`` has stage, unit and coordinates. Velocity and displacement beside
-    the acceleration are left out. With ``headonly`` no sample is read. ``name`` is what messages call a file that
-    has no name of its own.
+    the acceleration are left out.
 
     Raises RecordError, naming file and line, for another version, headers of other lengths, a file without
     acceleration, response spectra, a unit that is none of acceleration, a time step out of range or against the
@@ -139,10 +146,10 @@ def _read_cosmos(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
         raise RecordError(
             f"{channels[0].place}: holds {quantity}, no acceleration; take the file of acceleration of this record"
         )
-    numbers = [found[1] if (found := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
+    numbers = [match[1] if (match := _ORIENTATION.search(channel.text[8])) else "" for channel in wanted]
     traces = [_trace(channel) for channel in wanted]
-    tell_missing(traces, channels[0].text[6], len(channels))
-    return Stream(counted(traces, numbers))
+    note_missing_channels(traces, channels[0].text[6], len(channels))
+    return Stream(numbered(traces, numbers))
 
 
 def _of_acceleration(channel: Channel) -> bool:
@@ -152,14 +159,14 @@ def _of_acceleration(channel: Channel) -> bool:
 def _channels(lines: Lines, headonly: bool) -> list[Channel]:
     """The series under the next headers: one as a rule, or acceleration, velocity and displacement in turn."""
     text = _text(lines)
-    place = f"{lines.name}, line {lines.at + 1}"
+    where = f"{lines.name}, line {lines.at + 1}"
     codes, _, _ = _header(lines, "integer", "-999")
-    stage = _stage(place, text, codes)
+    stage = _stage(where, text, codes)
     reals, columns, at = _header(lines, "real", "-999.000000")
     peak = lines.word(at, columns, PEAK)
     comments = _comments(lines)
-    found: list[Channel] = []
-    while not found or _SAMPLES.match(lines.ahead):
+    channels: list[Channel] = []
+    while not channels or _SAMPLES.match(lines.ahead):
         (line,) = lines.take(1, "the line that says how many samples follow")
         words, count, columns = _promise(lines, line, codes)
         if headonly:
@@ -167,25 +174,25 @@ def _channels(lines: Lines, headonly: bool) -> list[Channel]:
             samples = np.empty(0)
         else:
             samples = lines.table(count, columns, "-.12345", "samples")
-        found.append(Channel(place, stage, text, codes, reals, comments, words, count, samples, peak))
-    _end(lines)
-    return found
+        channels.append(Channel(where, stage, text, codes, reals, comments, words, count, samples, peak))
+    lines.end_channel("End-of-data")
+    return channels
 
 
 def _text(lines: Lines) -> list[str]:
     (title,) = lines.take(1, 'a first line with "(Format v01.20 with 13 text lines)"')
-    found = _TITLE.match(title)
-    if not found:
+    match = _TITLE.match(title)
+    if not match:
         raise RecordError(
             f'{lines.place}: {quoted(title)} is no first line of a COSMOS channel, which says "(Format v01.20 with 13 '
             'text lines)"; check that this is one, or fetch the file again'
         )
-    if found[2] != VERSION or int(found[3]) < TEXT_LINES:
+    if match[2] != VERSION or int(match[3]) < TEXT_LINES:
         raise RecordError(
-            f"{lines.place}: says version {found[2]} with {found[3]} text lines; version {VERSION} with at least "
+            f"{lines.place}: says version {match[2]} with {match[3]} text lines; version {VERSION} with at least "
             f"{TEXT_LINES} is read: fetch the record in that version"
         )
-    return [title, *lines.take(int(found[3]) - 1, "the lines of text of its header")]
+    return [title, *lines.take(int(match[3]) - 1, "the lines of text of its header")]
 
 
 def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64], Columns, int]:
@@ -194,35 +201,35 @@ def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64],
     More than a hundred are allowed, and not used.
     """
     (line,) = lines.take(1, f"the {kind} header")
-    found, columns = _HEADER.match(line), columns_of(line)
-    if not found or found[2].lower() != kind or columns is None:
+    match, columns = _HEADER.match(line), columns_of(line)
+    if not match or match[2].lower() != kind or columns is None:
         sample = f"100 {kind.capitalize()}-header values follow on ... lines, Format= (...)"
         raise RecordError(
             f'{lines.place}: {quoted(line)} should be "{sample}"; restore that line, or fetch the file again'
         )
-    if int(found[1]) < HEADER:
+    if int(match[1]) < HEADER:
         raise RecordError(
-            f"{lines.place}: promises {found[1]} values of the {kind} header; the format has {HEADER}: fetch the file "
+            f"{lines.place}: promises {match[1]} values of the {kind} header; the format has {HEADER}: fetch the file "
             "again"
         )
     at = lines.at
-    return lines.table(int(found[1]), columns, example, f"values of the {kind} header"), columns, at
+    return lines.table(int(match[1]), columns, example, f"values of the {kind} header"), columns, at
 
 
 def _known(text: list[str], group: int, value: float) -> float | None:
     """A number of a header; None for the one that stands for what is not known, as line 13 of the text says."""
-    found = _UNKNOWN.search(text[12])
-    return None if value == (float(found[group]) if found else UNKNOWN) else float(value)
+    match = _UNKNOWN.search(text[12])
+    return None if value == (float(match[group]) if match else UNKNOWN) else float(value)
 
 
-def _stage(place: str, text: list[str], codes: NDArray[np.float64]) -> int:
+def _stage(where: str, text: list[str], codes: NDArray[np.float64]) -> int:
     """The stage of processing: the first whole number or, where that is not known, the first line in words."""
     stage = _known(text, 1, codes[0])
     if stage is None:
         stage = next((number for start, number in TITLES.items() if text[0].strip().lower().startswith(start)), None)
     if stage not in STATES:
         raise RecordError(
-            f"{place}: the first whole number, the stage of processing, is {codes[0]:g}; 0 (counts), 1 (uncorrected) "
+            f"{where}: the first whole number, the stage of processing, is {codes[0]:g}; 0 (counts), 1 (uncorrected) "
             "and 2 (corrected acceleration) are read: take such a file of this record"
         )
     return int(stage)
@@ -230,49 +237,37 @@ def _stage(place: str, text: list[str], codes: NDArray[np.float64]) -> int:
 
 def _comments(lines: Lines) -> list[str]:
     (line,) = lines.take(1, "the line that says how many comments follow")
-    found = _COMMENTS.match(line)
-    if not found:
+    match = _COMMENTS.match(line)
+    if not match:
         raise RecordError(
             f'{lines.place}: {quoted(line)} should be "... Comment line(s) follow"; restore that line, or fetch the '
             "file again"
         )
-    return lines.take(int(found[1]), "its comments")
+    return lines.take(int(match[1]), "its comments")
 
 
 def _promise(lines: Lines, line: str, codes: NDArray[np.float64]) -> tuple[str, int, Columns]:
     """The quantity in words, the number of samples and their columns; the unit must be that of the header."""
-    found, columns = _SAMPLES.match(line), columns_of(line)
-    if not found or columns is None:
+    match, columns = _SAMPLES.match(line), columns_of(line)
+    if not match or columns is None:
         sample = "7000 acceleration pts, approx 70 secs, units=cm/sec2(04), Format=(8F10.5)"
         raise RecordError(
             f'{lines.place}: {quoted(line)} does not say what follows, as "{sample}" does; restore that line, or '
             "fetch the file again"
         )
-    count = int(found[1])
+    count = int(match[1])
     if count < 2:
         raise RecordError(f"{lines.place}: promises {count} samples; a record needs at least 2: fetch the file again")
-    if "acc" in found[2].lower() and found[4] and float(found[4]) != codes[2]:
+    if "acc" in match[2].lower() and match[4] and float(match[4]) != codes[2]:
         raise RecordError(
-            f"{lines.place}: says unit {int(found[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
+            f"{lines.place}: says unit {int(match[4])}, the integer header {codes[2]:g}; correct the wrong one, or "
             "fetch the file again"
         )
-    return found[2].strip(), count, columns
-
-
-def _end(lines: Lines) -> None:
-    """The line that ends a channel, which the last one of a file may lack."""
-    if lines.ended():
-        return
-    (line,) = lines.take(1, "the end of the channel")
-    if not END.match(line):
-        raise RecordError(
-            f"{lines.place}: {quoted(line)} follows the last promised sample, where End-of-data should be; correct "
-            "the number of samples, or fetch the file again"
-        )
+    return match[2].strip(), count, columns
 
 
 def _trace(channel: Channel) -> Trace:
-    """A trace in m/s², with what the headers say."""
+    """A trace in m/s², with the facts of the headers."""
     stage = channel.stage
     words, factor = _counts(channel) if stage == RAW_COUNTS else _unit(channel)
     dt = _step(channel)
@@ -282,7 +277,7 @@ def _trace(channel: Channel) -> Trace:
         word, place = channel.peak
         unit = words.partition(",")[0]
         check_peak(channel.samples, stated_peak(word, unit, 1.0, place))
-    record = told(
+    record = record_facts(
         state=STATES[stage],
         units=f"units: {words}",
         date="" if start is None else str(start.date),
@@ -299,11 +294,7 @@ def _trace(channel: Channel) -> Trace:
         stage=stage, unit=int(channel.codes[2]), latitude=channel.real(1), longitude=channel.real(2)
     )
     stats.update(_codes(channel, dt, record.azimuth))
-    if start is not None:
-        stats["starttime"] = start
-    if not channel.samples.size:
-        return Trace(header={**stats, "npts": channel.npts})
-    return Trace(channel.samples * factor, header=stats)
+    return trace_of(channel.samples if channel.samples.size else channel.npts, factor, stats, start)
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -319,7 +310,7 @@ def _unit(channel: Channel) -> tuple[str, float]:
 
 
 def _counts(channel: Channel) -> tuple[str, float]:
-    """What one count is: (least significant bit [V]) / gain / (sensitivity [V/g]), and 9.80665 m/s² in g."""
+    """The size of one count: (least significant bit [V]) / gain / (sensitivity [V/g]), times 9.80665 m/s²."""
     bit, gain, sensitivity, volts, full = (channel.real(number) or 0.0 for number in (22, 47, 42, 43, 44))
     agreed = abs(volts - sensitivity * full) <= 0.01 * volts
     if channel.code(3) != COUNTS or min(bit, gain, sensitivity, volts, full) <= 0.0 or not agreed:
@@ -333,7 +324,7 @@ def _counts(channel: Channel) -> tuple[str, float]:
 
 
 def _step(channel: Channel) -> float:
-    """The time step [s], which the stated length must bear out to 1 %, enough to tell a wrong digit."""
+    """The time step [s]; the stated length must agree with it to 1 %, enough to tell a wrong digit."""
     step, length = channel.real(62), channel.real(63)
     word = f"{channel.reals[61]:g} ms"
     dt = check_step(channel.place, None if step is None else 1e-3 * step, word, "the 62nd real number")
@@ -387,7 +378,7 @@ def _place(channel: Channel) -> dict[str, Any]:
 
 
 def _scnl(channel: Channel) -> re.Match[str] | None:
-    return next((found for found in map(_SCNL.search, channel.comments) if found), None)
+    return next((match for match in map(_SCNL.search, channel.comments) if match), None)
 
 
 def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]:

@@ -27,19 +27,24 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._lines import (
-    END,
+from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
+from pounding_risk.motions.formats._text import (
+    NEWLINE,
     Columns,
     Even,
     Lines,
     channel_code,
+    check_step,
     columns_of,
-    counted,
-    evened,
-    tell_missing,
+    even_samples,
+    note_missing_channels,
+    numbered,
+    quoted,
+    recogniser,
+    record_facts,
+    text_of,
+    trace_of,
 )
-from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "CSMIP"
@@ -97,19 +102,14 @@ class Channel(NamedTuple):
     peak: tuple[str, str]  # the header's number for the largest sample, as text, with file and line
 
 
-def _is_csmip(file: Any) -> bool:
-    """True for a file of volume 1, 2 or 3: the title and, for the later volumes, those before. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = NEWLINE.split(start_of(file, 1024))
-        volume = _volume(head[0])
-        titles = [_volume(line) for line in head[: volume or 0]]
-        text = head[(volume or 0) - 1 :]
-        return bool(titles) and titles[-1] == UNCORRECTED and (volume == SPECTRA or bool(_CHANNEL.match(text[6])))
-    except Exception:
-        return False
+@recogniser(1024)
+def _is_csmip(start: str) -> bool:
+    """True for a file of volume 1, 2 or 3: the title and, for the later volumes, those before."""
+    head = NEWLINE.split(start)
+    volume = _volume(head[0])
+    titles = [_volume(line) for line in head[: volume or 0]]
+    text = head[(volume or 0) - 1 :]
+    return bool(titles) and titles[-1] == UNCORRECTED and (volume == SPECTRA or bool(_CHANNEL.match(text[6])))
 
 
 def _volume(line: str) -> int | None:
@@ -119,11 +119,10 @@ def _volume(line: str) -> int | None:
 def _read_csmip(
     file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any
 ) -> Stream:
-    """The traces of acceleration, in m/s², of a file of volume 1 or 2: a path, or a file open for reading.
+    """The traces of acceleration, in m/s², of a file of volume 1 or 2.
 
     Volume 1 is raw, volume 2 processed. Film that was digitised at uneven times is read at every ``dt`` [s] off the
-    straight lines between them. ``stats.csmip`` has volume, channel and agency's line. With ``headonly`` the samples
-    are left out. ``name`` is what messages call a file that has no name of its own.
+    straight lines between them. ``stats.csmip`` has volume, channel and agency's line.
 
     Raises RecordError, naming file and line, for volume 3, headers cut short, an unknown unit, a time step out of
     range or against the stated length, uneven times without ``dt``, that do not rise or leave gaps, another number of
@@ -135,17 +134,17 @@ def _read_csmip(
     while not lines.ended() or not channels:
         channels.append(_channel(lines, dt))
     traces = [_trace(channel, headonly) for channel in channels]
-    tell_missing(traces, channels[0].text[4], len(channels))
-    return Stream(counted(traces, [trace.stats.csmip.channel for trace in traces]))
+    note_missing_channels(traces, channels[0].text[4], len(channels))
+    return Stream(numbered(traces, [trace.stats.csmip.channel for trace in traces]))
 
 
 def _channel(lines: Lines, dt: float | None) -> Channel:
     volume = _volume(lines.ahead)
-    place = f"{lines.name}, line {lines.at + 1}"
+    where = f"{lines.name}, line {lines.at + 1}"
     if volume not in STATES:
         allowed = '"Uncorrected Accelerogram Data" (volume 1) or "Corrected accelerogram" (volume 2)'
         raise RecordError(
-            f"{place}: {quoted(lines.ahead)} is not the title of a channel of acceleration, {allowed}; take such a "
+            f"{where}: {quoted(lines.ahead)} is not the title of a channel of acceleration, {allowed}; take such a "
             "file of this record"
         )
     text = lines.take(TEXT_LINES[volume], "the lines of text of its header")[volume - 1 :]
@@ -159,8 +158,8 @@ def _channel(lines: Lines, dt: float | None) -> Channel:
         even, unit = _pairs(lines, volume, text, dt)
     while volume == CORRECTED and _SERIES.match(lines.ahead):  # velocity and displacement
         _series(lines, volume, text, reals)
-    _end(lines)
-    return Channel(place, volume, text, reals, even, unit, peak)
+    lines.end_channel("/& and End of data")
+    return Channel(where, volume, text, reals, even, unit, peak)
 
 
 def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float64]) -> tuple[Even, str]:
@@ -187,59 +186,47 @@ def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tupl
             f'{lines.name}, line {lines.at + 1}: {quoted(lines.ahead)} does not say what follows, as "12000 points of '
             'accel data equally spaced at .005 sec, in cm/sec2" does; restore that line, or fetch the file again'
         )
-    place = f"{lines.name}, line {lines.at + 1}"
+    where = f"{lines.name}, line {lines.at + 1}"
     if int(count[1]) < 2:
-        raise RecordError(f"{place}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
-    even = evened(place, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
+        raise RecordError(f"{where}: {count[1]} samples are promised; a record needs at least 2: fetch the file again")
+    even = even_samples(where, lines.table(2 * int(count[1]), PAIRS, ".123", "numbers in pairs"), dt, ROUNDING)
     return even, unit[1]
 
 
-def _rounded(place: str, shown: str, finer: float | None) -> float:
+def _rounded(where: str, shown: str, finer: float | None) -> float:
     """The time step [s] of a line, or the one of the header where that has more digits of the same step."""
     half = 0.5 * 10.0 ** -len(shown.partition(".")[2])
     value = float(shown)
     if finer is not None and finer > 0.0:
         if abs(finer - value) > 1.001 * half:
             raise RecordError(
-                f"{place}: says a step of {shown} s, the 61st real number of the header {finer:g} s; correct the wrong "
+                f"{where}: says a step of {shown} s, the 61st real number of the header {finer:g} s; correct the wrong "
                 "one, or fetch the file again"
             )
         value = finer
-    return check_step(place, value, f"{value:g}", "the time step")
+    return check_step(where, value, f"{value:g}", "the time step")
 
 
-def _check_length(place: str, text: list[str], count: int, dt: float) -> None:
-    """The stated length must bear out number and step to 1 %, enough to tell a wrong digit."""
+def _check_length(where: str, text: list[str], count: int, dt: float) -> None:
+    """Raise RecordError where the stated length does not agree with number and step to 1 %."""
     if count < 2:
-        raise RecordError(f"{place}: {count} samples are promised; a record needs at least 2: fetch the file again")
+        raise RecordError(f"{where}: {count} samples are promised; a record needs at least 2: fetch the file again")
     found = _LENGTH.search(text[10])
     if found and abs(float(found[1]) - count * dt) > dt + 0.01 * count * dt:
         raise RecordError(
-            f"{place}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {found[1]} s; correct the "
+            f"{where}: {count} samples every {dt:g} s last {count * dt:g} s, the text says {found[1]} s; correct the "
             "wrong one, or fetch the file again"
         )
 
 
-def _end(lines: Lines) -> None:
-    """The line that ends a channel, which the last one of a file may lack."""
-    if lines.ended():
-        return
-    (line,) = lines.take(1, "the end of the channel")
-    if not END.match(line):
-        raise RecordError(
-            f"{lines.place}: {quoted(line)} follows the last promised sample, where /& and End of data should be; "
-            "correct the number of samples, or fetch the file again"
-        )
-
-
 def _trace(channel: Channel, headonly: bool) -> Trace:
-    """A trace in m/s², with what the headers say."""
+    """A trace in m/s², with the facts of the headers."""
     words, factor = _unit(channel)
     number, component, azimuth = _orientation(channel.text[6])
     readings = _stated_peaks(channel)
     peak = readings[0] if headonly else check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
-    record = told(
+    record = record_facts(
         state=STATES[channel.volume],
         units=f"units: {words}, times {factor:.7g}{' m/s²' if 'g' in words else ''}{channel.even.words}",
         date="" if start is None else str(start.date),
@@ -257,11 +244,8 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     stats: dict[str, Any] = {"delta": channel.even.dt, "calib": 1.0, "record": record}
     stats["csmip"] = AttribDict(volume=channel.volume, channel=number, processed=channel.text[0].strip())
     stats.update(network=network, station=station, channel=channel_code(channel.even.dt, azimuth, vertical))
-    if start is not None:
-        stats["starttime"] = start
-    if headonly:
-        return Trace(header={**stats, "npts": len(channel.even.samples)})
-    return Trace(channel.even.samples * factor, header=stats)
+    samples = channel.even.samples
+    return trace_of(len(samples) if headonly else samples, factor, stats, start)
 
 
 def _unit(channel: Channel) -> tuple[str, float]:
@@ -275,17 +259,17 @@ def _unit(channel: Channel) -> tuple[str, float]:
 
 
 def _stated_peaks(channel: Channel) -> tuple[StatedPeak | None, ...]:
-    """What the header's peak may mean: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
-    word, place = channel.peak
+    """The possible readings of the header's peak: cm/s² in volume 2; g in volume 1, or the unit of its samples."""
+    word, where = channel.peak
     if channel.volume == CORRECTED:
-        return (stated_peak(word, *_CM, place),)
-    return tuple(stated_peak(word, *unit, place) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
+        return (stated_peak(word, *_CM, where),)
+    return tuple(stated_peak(word, *unit, where) for unit in dict.fromkeys((UNITS["g"], _unit(channel))))
 
 
 def _orientation(line: str) -> tuple[str, str, float | None]:
-    """The channel's number, its direction in the file's words, and degrees from north where these are some."""
-    found = _CHANNEL.match(line)
-    number, words = (found[1], found[2]) if found else ("", line.strip())
+    """The channel's number, its direction in the file's words, and its azimuth [degrees] where it has one."""
+    match = _CHANNEL.match(line)
+    number, words = (match[1], match[2]) if match else ("", line.strip())
     degrees = re.match(r"(\d{1,3})\s*deg", words, re.I)
     if degrees and int(degrees[1]) <= 360:
         return number, degrees[1], float(degrees[1])
@@ -299,15 +283,15 @@ def _event(line: str) -> str:
 
 def _magnitude(line: str) -> float | None:
     """Moment, local or surface magnitude, in this order of choice."""
-    found = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
-    return next((found[kind] for kind in "WLS" if found.get(kind)), None)
+    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(line)}
+    return next((magnitudes[kind] for kind in "WLS" if magnitudes.get(kind)), None)
 
 
 def _station(text: list[str]) -> tuple[str, str]:
     """Network and station: of the record's id in later files, otherwise the station's number and, of CSMIP, CE."""
-    found = _NETWORK.match(text[3])
-    if found:
-        return found[1], found[2]
+    match = _NETWORK.match(text[3])
+    if match:
+        return match[1], match[2]
     network = "CE" if re.search(r"\b(CDMG|CGS)\b", text[0]) else ""
     return network, text[4][11:19].strip()
 
@@ -324,27 +308,22 @@ def _header_numbers(channel: Channel) -> dict[str, float | None]:
 
 def _start(channel: Channel) -> UTCDateTime | None:
     """The time of the first sample in UTC; None where the text has none with a zone."""
-    found = _START.search(channel.text[3])
-    if not found:
+    match = _START.search(channel.text[3])
+    if not match:
         return None
-    month, day, year, hour, minute = (int(found[group]) for group in range(1, 6))
+    month, day, year, hour, minute = (int(match[group]) for group in range(1, 6))
     if year < 100:
         year += 1900 if year >= CENTURY else 2000
     try:
-        local = UTCDateTime(year, month, day, hour, minute) + float(found[6] or 0.0)
-        return local + 3600.0 * ZONES[found[7].upper()]
+        local = UTCDateTime(year, month, day, hour, minute) + float(match[6] or 0.0)
+        return local + 3600.0 * ZONES[match[7].upper()]
     except ValueError:
         raise RecordError(
-            f"{channel.place}: the channel that starts here has no valid time in {quoted(found[0])}; correct that "
+            f"{channel.place}: the channel that starts here has no valid time in {quoted(match[0])}; correct that "
             "line, or remove the time where it is not known"
         ) from None
 
 
 FORMAT = Format(
-    "CSMIP",
-    "CSMIP volumes 1 and 2 (.v1, .v2, .raw)",
-    (".v1", ".v2", ".raw"),
-    _is_csmip,
-    _read_csmip,
-    takes=("dt",),
+    "CSMIP", "CSMIP volumes 1 and 2 (.v1, .v2, .raw)", (".v1", ".v2", ".raw"), _is_csmip, _read_csmip, takes=("dt",)
 )

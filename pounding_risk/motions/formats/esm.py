@@ -10,10 +10,10 @@ A header of lines KEY: value, from EVENT_NAME to USER5 (55 lines in DYNA 1.0, 64
     DATA_TYPE: ACCELERATION
     PROCESSING: manual (Paolucci et al., 2011)
 
-A record is processed where the header tells a corner of the filter, LOW_CUT_FREQUENCY_HZ or HIGH_CUT_FREQUENCY_HZ, and
-raw where it tells none: every processing that ESM knows filters, while other keys are not always to be believed. Files
-of the Turkish archive that are called RawAcc say "PROCESSING: Automatic" and "BASELINE REMOVED", and the drift of their
-samples is that of a record that nobody filtered.
+A record is processed where the header states a corner of the filter, LOW_CUT_FREQUENCY_HZ or HIGH_CUT_FREQUENCY_HZ, and
+raw where it states none: every processing of ESM filters, while other keys are not reliable. Files of the Turkish
+archive called RawAcc say "PROCESSING: Automatic" and "BASELINE REMOVED", and their samples drift as those of an
+unfiltered record.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from pounding_risk.motions.formats._text import (
     free_numbers,
     number,
     quoted,
-    start_of,
+    recogniser,
+    record_facts,
     text_of,
-    told,
 )
 
 KIND = "ESM"
@@ -95,23 +95,17 @@ class Header(dict[str, str]):
         return value
 
 
-def _is_esm(file: Any) -> bool:
-    """True for a text file of ESM or ITACA, of whatever quantity. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        start = start_of(file)
-        return bool(_START.match(start)) and "SAMPLING_INTERVAL_S" in start
-    except Exception:
-        return False
+@recogniser()
+def _is_esm(start: str) -> bool:
+    """True for a text file of ESM or ITACA, of whatever quantity."""
+    return bool(_START.match(start)) and "SAMPLING_INTERVAL_S" in start
 
 
 def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """One trace in m/s² from an ESM or ITACA file: a path, or a file open for reading.
+    """One trace in m/s² from an ESM or ITACA file.
 
     ``stats.channel`` and ``stats.record.component`` are the header's STREAM, such as HNE; the azimuth is known where
-    that ends with N or E. ``stats.esm`` has every key of the header. With ``headonly`` no sample is kept.
+    that ends with N or E. ``stats.esm`` has every key of the header.
 
     Raises RecordError, naming file and line, for a header without a key that is needed or with one twice, a quantity
     other than acceleration, a unit other than cm/s^2, a time step out of range, a duration that contradicts it, a
@@ -169,13 +163,13 @@ def _check_kind(header: Header, lines: list[str]) -> None:
 
 
 def _count(header: Header, dt: float) -> int:
-    """NDATA, in accord with the duration where the header tells it."""
-    place, word = header.place("NDATA"), header["NDATA"]
+    """NDATA, which must agree with the duration where the header states it."""
+    where, word = header.place("NDATA"), header["NDATA"]
     if not re.fullmatch(r"\d{1,15}", word, re.ASCII):
-        raise RecordError(f"{place}: NDATA is {quoted(word)}; it must be a whole number of samples")
+        raise RecordError(f"{where}: NDATA is {quoted(word)}; it must be a whole number of samples")
     count = int(word)
     if count < 2:
-        raise RecordError(f"{place}: NDATA is {count}; a record needs at least 2 samples")
+        raise RecordError(f"{where}: NDATA is {count}; a record needs at least 2 samples")
     duration = header.number("DURATION_S")
     # Told as n dt or (n - 1) dt, to a thousandth of a second.
     if duration is not None and not (count - 1) * dt - 0.001 <= duration <= count * dt + 0.001:
@@ -187,7 +181,7 @@ def _count(header: Header, dt: float) -> int:
 
 
 def _check_rows(name: str, samples: list[str], first: int) -> None:
-    """Raise RecordError where a line after the header has not one word."""
+    """Raise RecordError for a line after the header that does not hold exactly one word."""
     for at, line in enumerate(samples):
         if len(line.split()) != 1:
             raise RecordError(
@@ -197,13 +191,13 @@ def _check_rows(name: str, samples: list[str], first: int) -> None:
 
 
 def _stats(header: Header, dt: float) -> dict[str, Any]:
-    """The header as ObsPy statistics."""
+    """ObsPy statistics from the header."""
     low, high, peak = header.number(LOW), header.number(HIGH), header.number(PEAK)
     magnitude = header.number("MAGNITUDE_W")
     day = _time(header, "EVENT_DATE_YYYYMMDD")
     start = _time(header, FIRST_SAMPLE) or day
     stream, location = header["STREAM"], header["LOCATION"]
-    record = told(
+    record = record_facts(
         **({} if header[FIRST_SAMPLE] else {"timed": False}),
         state="raw" if low is None and high is None else "processed",
         units="units: cm/s², times 0.01",
@@ -232,7 +226,7 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
         return None
     clock = _CLOCK.search(words)
     day = words[: clock.start()] if clock else words
-    date = next(filter(None, (each.fullmatch(day) for each in _DAYS)), None)
+    date = next(filter(None, (pattern.fullmatch(day) for pattern in _DAYS)), None)
     if date and (clock or key != FIRST_SAMPLE):
         hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
         try:

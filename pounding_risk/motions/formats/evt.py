@@ -13,8 +13,8 @@ from obspy import Stream, Trace
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, start_bytes, unreadable
-from pounding_risk.motions.formats._text import told
+from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
+from pounding_risk.motions.formats._text import recogniser, record_facts
 from pounding_risk.units import STANDARD_GRAVITY
 
 KIND = "Kinemetrics EVT"
@@ -25,13 +25,11 @@ HEADER, FRAME = 1, 2  # types of a tag
 ACCELEROMETERS = {1, *range(10, 17), 20, 32, 39}
 
 
-def _is_evt(file: Any) -> bool:
-    """True for a Kinemetrics EVT file. Never raises; the position of ``file``, a path or a binary file, is left."""
-    try:
-        sync, order, _, _, kind, length, *_ = TAG.unpack(start_bytes(file, TAG.size))
-        return sync == b"K" and order == 1 and kind == HEADER and length in (2040, 2736)
-    except Exception:
-        return False
+@recogniser(TAG.size)
+def _is_evt(start: str) -> bool:
+    """True for a Kinemetrics EVT file."""
+    sync, order, _, _, kind, length, *_ = TAG.unpack(start.encode("latin-1"))
+    return sync == b"K" and order == 1 and kind == HEADER and length in (2040, 2736)
 
 
 def _read_evt(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
@@ -65,7 +63,7 @@ def _in_si(trace: Trace, name: str) -> Trace:
     size = volts / FULL_SCALE / per_g * STANDARD_GRAVITY
     trace.data = trace.data.astype(float) * size
     trace.stats.calib = 1.0
-    trace.stats.record = told(
+    trace.stats.record = record_facts(
         state="raw",
         units=f"units: counts, times {size:.10g} m/s² per count ({per_g:g} V per g)",
         date=str(trace.stats.starttime.date),

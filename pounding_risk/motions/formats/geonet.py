@@ -6,8 +6,8 @@ checked too, but only the acceleration is kept. GNS Science describes the headin
 data files, standard format"; the GeoNet page "Strong Motion File Formats").
 
 A corrected record begins before the recorder's buffer does, by the quiet that was put before it; peaks of the heading
-are timed from the buffer's start. The filter is known by its two transitions: the corners told are where they leave
-the pass band, 0.25 and 24.5 Hz of "transition bands are .10-.25 Hz and 24.50-25.50 Hz".
+are timed from the buffer's start. The filter is known by its two transitions: the corners are where they meet the
+pass band, 0.25 and 24.5 Hz of "transition bands are .10-.25 Hz and 24.50-25.50 Hz".
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from math import ceil
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
-from obspy import Stream, Trace, UTCDateTime
+from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
@@ -31,9 +31,10 @@ from pounding_risk.motions.formats._text import (
     fixed_numbers,
     number,
     quoted,
-    start_of,
+    recogniser,
+    record_facts,
     text_of,
-    told,
+    trace_of,
 )
 
 KIND = "GeoNet"
@@ -65,7 +66,7 @@ _PEAKS = tuple(
 
 
 class Heading(NamedTuple):
-    """What the lines before the samples of one component say."""
+    """The lines before the samples of one component, with the values read from them."""
 
     text: list[str]
     whole: list[int]
@@ -76,25 +77,19 @@ class Heading(NamedTuple):
     counts: tuple[int, int, int]  # samples of acceleration, velocity and displacement
 
 
-def _is_geonet(file: Any) -> bool:
-    """True for a GeoNet V1A or V2A file. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        first, second = NEWLINE.split(start_of(file, 512))[:2]
-        return bool(_TITLE.match(first) and _SITE.match(second))
-    except Exception:
-        return False
+@recogniser(512)
+def _is_geonet(start: str) -> bool:
+    """True for a GeoNet V1A or V2A file."""
+    first, second = NEWLINE.split(start)[:2]
+    return bool(_TITLE.match(first) and _SITE.match(second))
 
 
 def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """Three traces in m/s² from a GeoNet file: a path, or a file open for reading.
+    """Three traces in m/s² from a GeoNet file.
 
     A V1A file is raw, a V2A file processed. ``stats.channel`` ends with N, E and Z where the components are so within
     5°, otherwise with 1, 2 and Z; ``stats.record.component`` is the file's own name, such as N28W. ``stats.geonet`` has
-    the title, the site's name, its latitude and longitude, and the two transitions of the filter [Hz]. With
-    ``headonly`` no sample is kept.
+    the title, the site's name, its latitude and longitude, and the two transitions of the filter [Hz].
 
     Raises RecordError, naming file and line, for a heading that is not whole or contradicts itself, a unit other than
     mm/s/s, a time step out of range, samples that are no finite numbers or not as many as the heading says, another
@@ -109,9 +104,8 @@ def _read_geonet(file: Any, headonly: bool = False, *, name: str = "", **_kwargs
     stats = [_stats(name, heading, code) for (heading, _), code in zip(components, codes, strict=True)]
     for heading, acceleration in components:
         check_peak(acceleration, _stated_peak(name, heading))
-    if headonly:
-        return Stream([Trace(header={**each, "npts": len(a)}) for (_, a), each in zip(components, stats, strict=True)])
-    return Stream([Trace(a * MILLIMETRE, header=each) for (_, a), each in zip(components, stats, strict=True)])
+    samples = [len(acceleration) if headonly else acceleration for _, acceleration in components]
+    return Stream([trace_of(values, MILLIMETRE, header) for values, header in zip(samples, stats, strict=True)])
 
 
 def _components(name: str, lines: list[str]) -> list[tuple[Heading, NDArray]]:
@@ -164,7 +158,7 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
 
 
 def _check_text(places: list[str], text: list[str]) -> None:
-    """Raise RecordError where a line of the heading that is needed is something else."""
+    """Raise RecordError where a line that the heading needs is something else."""
     for row, pattern, example in (
         (0, _TITLE, "Uncorrected accelerogram 20161113_110256_THZ_20 GNS Science"),
         (1, _SITE, "Site THZ"),
@@ -178,23 +172,23 @@ def _check_text(places: list[str], text: list[str]) -> None:
             )
 
 
-def _table_row(place: str, line: str) -> list[float]:
+def _table_row(where: str, line: str) -> list[float]:
     """The ten numbers of a line of the heading, in columns of eight characters."""
     words = [line[column * WIDTH : (column + 1) * WIDTH].strip() for column in range(COLUMNS)]
     values = [value for value in map(number, words) if value is not None]
     if len(values) < COLUMNS or line[COLUMNS * WIDTH :].strip():
         raise RecordError(
-            f"{place}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
+            f"{where}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
             "that line of the heading, or fetch the file again"
         )
     return values
 
 
-def _check_whole(place: str, row: list[float]) -> None:
+def _check_whole(where: str, row: list[float]) -> None:
     broken = [value for value in row if value != int(value)]
     if broken:
         raise RecordError(
-            f"{place}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
+            f"{where}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
             "or fetch the file again"
         )
 
@@ -218,14 +212,14 @@ def _check_unit(name: str, text: list[str], at: int) -> None:
 
 
 def _counts(name: str, whole: list[int], at: int) -> tuple[int, int, int]:
-    """How many samples of acceleration, velocity and displacement follow."""
+    """The number of samples of acceleration, velocity and displacement."""
     acceleration, velocity, displacement = whole[COUNTS]
-    place = f"{name}, line {at + TEXT_LINES + WHOLE_LINES}"
+    where = f"{name}, line {at + TEXT_LINES + WHOLE_LINES}"
     if acceleration < 2:
-        raise RecordError(f"{place}: the number of acceleration samples is {acceleration}; a record needs at least 2")
+        raise RecordError(f"{where}: the number of acceleration samples is {acceleration}; a record needs at least 2")
     if min(velocity, displacement, whole[PREPENDED]) < 0 or whole[PREPENDED] > acceleration:
         raise RecordError(
-            f"{place}: {velocity} samples of velocity, {displacement} of displacement and {whole[PREPENDED]} prepended "
+            f"{where}: {velocity} samples of velocity, {displacement} of displacement and {whole[PREPENDED]} prepended "
             f"ones do not go with {acceleration} of acceleration; restore that line, or fetch the file again"
         )
     return acceleration, velocity, displacement
@@ -311,7 +305,7 @@ def _azimuth(name: str, heading: Heading) -> float | None:
 
 
 def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
-    """The heading as ObsPy statistics."""
+    """ObsPy statistics from the heading."""
     text, whole, real = heading.text, heading.whole, heading.real
     title, site = _TITLE.match(text[0]), _SITE.match(text[1])
     assert title and site
@@ -321,7 +315,7 @@ def _stats(name: str, heading: Heading, code: str) -> dict[str, Any]:
     origin = _time(name, heading.line + 17, (*whole[ORIGIN], 0, 0, 0.0))
     buffer = (*whole[START_YEAR], *whole[START_DAY], whole[START_MINUTE][0], whole[START_MINUTE][1] / 1000.0)
     start = _time(name, heading.line + 17, buffer)
-    record = told(
+    record = record_facts(
         **({} if start else {"timed": False}),
         state="raw" if title["kind"].lower() == "uncorrected" else "processed",
         units="units: mm/s², times 0.001",

@@ -15,9 +15,9 @@ from obspy import Stream, Trace
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, start_bytes, unreadable
+from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, unreadable
 from pounding_risk.motions.formats._peaks import StatedPeak, check_peak
-from pounding_risk.motions.formats._text import check_count, quoted, told
+from pounding_risk.motions.formats._text import check_count, quoted, recogniser, record_facts
 
 KIND = "K-NET"
 GAL = 0.01  # m/s²
@@ -33,12 +33,10 @@ _LINES = {
 }
 
 
-def _is_knet(file: Any) -> bool:
-    """True for a K-NET or KiK-net file. Never raises; the position of ``file``, a path or a binary file, is left."""
-    try:
-        return start_bytes(file, 11) == b"Origin Time"
-    except Exception:
-        return False
+@recogniser(11)
+def _is_knet(start: str) -> bool:
+    """True for a K-NET or KiK-net file."""
+    return start == "Origin Time"
 
 
 def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
@@ -65,7 +63,7 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
     check_peak(trace.data - trace.data.mean(), stated, relative=0.0)
     trace.stats.calib = 1.0
     channel = trace.stats.channel
-    trace.stats.record = told(
+    trace.stats.record = record_facts(
         state="raw",
         event=trace.stats.knet.evot.strftime("%Y-%m-%d %H:%M UTC"),
         units=f"units: counts, times {size:.10g} m/s² per count",
@@ -81,8 +79,8 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
 
 
 def _numbers(name: str, lines: list[str], label: str) -> tuple[float, ...]:
-    """The numbers of a header line."""
-    line = next((each for each in lines if each.startswith(label)), None)
+    """The numbers of the header line that starts with ``label``."""
+    line = next((candidate for candidate in lines if candidate.startswith(label)), None)
     if line is None:
         raise RecordError(f'{name}: has no line "{label}" in its header; fetch the record again')
     found = _LINES[label].fullmatch(line[len(label) :].strip())

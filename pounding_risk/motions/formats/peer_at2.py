@@ -19,7 +19,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from obspy import Stream, Trace, UTCDateTime
+from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
@@ -32,9 +32,10 @@ from pounding_risk.motions.formats._text import (
     free_numbers,
     number,
     quoted,
-    start_of,
+    recogniser,
+    record_facts,
     text_of,
-    told,
+    trace_of,
 )
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -56,7 +57,7 @@ _TITLE = re.compile(
 
 
 class Header(NamedTuple):
-    """What the lines before the samples say."""
+    """The lines before the samples, with the values read from them."""
 
     title: str  # the line with event, date, station and component
     unit_line: str
@@ -65,26 +66,20 @@ class Header(NamedTuple):
     lines: int  # of the file, up to the first sample
 
 
-def _is_at2(file: Any) -> bool:
-    """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = [line.upper() for line in NEWLINE.split(start_of(file))[:HEADER_LINES]]
-        of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
-        return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
-    except Exception:
-        return False
+@recogniser()
+def _is_at2(start: str) -> bool:
+    """True for a PEER AT2 file: acceleration, its unit and NPTS are named in the first lines."""
+    head = [line.upper() for line in NEWLINE.split(start)[:HEADER_LINES]]
+    of_acceleration = any("ACCELERATION" in line and _UNIT.search(line) for line in head)
+    return of_acceleration and any("NPTS" in line and "DT" in line for line in head)
 
 
 def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: Any) -> Stream:
-    """One trace in m/s² from a PEER AT2 file: a path, or a file open for reading.
+    """One trace in m/s² from a PEER AT2 file.
 
     ``stats.station`` and ``stats.channel`` are the station and the component in the header's words;
     ``stats.peer_at2`` has event, date, time, station, component, unit and filter corners. The header has no
-    absolute time: ``starttime`` is the day of the earthquake at 0:00. With ``headonly`` no sample is read.
-    ``name`` is what messages call a file that has no name of its own.
+    absolute time: ``starttime`` is the day of the earthquake at 0:00.
 
     Raises RecordError, naming file and line, for a header without unit, NPTS or DT, a unit other than g, a
     time step that is not positive, fewer than two samples, a number of samples other than NPTS, and for any
@@ -95,10 +90,10 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     header = _header(name, lines)
     stats = _stats(header)
     if headonly:
-        return Stream([Trace(header={**stats, "npts": header.npts})])
+        return Stream([trace_of(header.npts, 1.0, stats)])
     values = free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
     check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
-    return Stream([Trace(values * STANDARD_GRAVITY, header=stats)])
+    return Stream([trace_of(values, STANDARD_GRAVITY, stats)])
 
 
 def _header(name: str, lines: list[str]) -> Header:
@@ -125,8 +120,8 @@ def _header(name: str, lines: list[str]) -> Header:
 
 
 def _check_unit(name: str, number: int, line: str) -> None:
-    found = _UNIT.search(line)
-    unit = found[1].rstrip(".") if found else ""
+    match = _UNIT.search(line)
+    unit = match[1].rstrip(".") if match else ""
     if "ACCELERATION" not in line.upper() or unit.upper() != "G":
         quantity = "acceleration" if "ACCELERATION" in line.upper() else "something other than acceleration"
         raise RecordError(
@@ -135,7 +130,7 @@ def _check_unit(name: str, number: int, line: str) -> None:
         )
 
 
-def _count_and_step(place: str, line: str) -> tuple[int, float]:
+def _count_and_step(where: str, line: str) -> tuple[int, float]:
     """NPTS and DT, in the words `NPTS= n, DT= dt` or `n dt NPTS, DT`."""
     bare = _BARE.match(line)
     if bare:
@@ -145,18 +140,18 @@ def _count_and_step(place: str, line: str) -> tuple[int, float]:
         if not count_found or not step_found:
             missing = "NPTS" if not count_found else "DT"
             repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
-            raise RecordError(f"{place}: no {missing} in {quoted(line)}; {repair}")
+            raise RecordError(f"{where}: no {missing} in {quoted(line)}; {repair}")
         count_text, step_text = count_found[1], step_found[1]
     if not re.fullmatch(r"[+-]?\d{1,15}", count_text, re.ASCII):
-        raise RecordError(f"{place}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
+        raise RecordError(f"{where}: NPTS is {quoted(count_text)}; it must be a whole number of samples")
     count = int(count_text)
     if count < 2:
-        raise RecordError(f"{place}: NPTS is {count}; a record needs at least 2 samples")
-    return count, check_step(place, number(step_text), step_text)
+        raise RecordError(f"{where}: NPTS is {count}; a record needs at least 2 samples")
+    return count, check_step(where, number(step_text), step_text)
 
 
 def _stats(header: Header) -> dict[str, Any]:
-    """The header as ObsPy statistics."""
+    """ObsPy statistics from the header."""
     title = _TITLE.fullmatch(header.title) if len(header.title) <= LONGEST_TITLE else None
     facts = {key: (title[key] or "").strip(" ,") if title else "" for key in _TITLE.groupindex}
     facts["time"] = facts.pop("clock") or facts["time"]
@@ -164,9 +159,9 @@ def _stats(header: Header) -> dict[str, Any]:
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
     at2 |= {name: corners[kind] for name, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
     day = _day(facts["date"])
-    record = told(
+    record = record_facts(
         state="processed",
-        timed=False,  # the day is all that a header tells
+        timed=False,  # a header states the day alone
         units="units: g, times 9.80665 m/s²",
         event=facts["event"],
         date=facts["date"] if day is None else str(day.date),

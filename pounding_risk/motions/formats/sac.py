@@ -16,10 +16,10 @@ from obspy import Stream
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, start_bytes
+from pounding_risk.motions.formats._native import bytes_of, read_by_obspy
 from pounding_risk.motions.formats._peaks import StatedPeak, check_peak
 from pounding_risk.motions.formats._response import to_acceleration
-from pounding_risk.motions.formats._text import check_step
+from pounding_risk.motions.formats._text import check_step, recogniser
 
 KIND = "SAC"
 HEAD = 632  # bytes
@@ -33,7 +33,7 @@ OTHERS = {6: "a displacement", 7: "a velocity", 50: "volts"}
 
 
 def _order(start: bytes) -> str | None:
-    """The byte order of a SAC header; None where it is none."""
+    """The byte order of a SAC header, "<" or ">"; None where there is no such header."""
     for order in "<>":
         if len(start) < HEAD:
             return None
@@ -44,12 +44,10 @@ def _order(start: bytes) -> str | None:
     return None
 
 
-def _is_sac(file: Any) -> bool:
-    """True for a binary SAC file. Never raises; the position of ``file``, a path or a binary file, is left."""
-    try:
-        return _order(start_bytes(file, HEAD)) is not None
-    except Exception:
-        return False
+@recogniser(HEAD)
+def _is_sac(start: str) -> bool:
+    """True for a binary SAC file."""
+    return _order(start.encode("latin-1")) is not None
 
 
 def _read_sac(
@@ -97,11 +95,5 @@ def _stated_peak(raw: bytes, order: str, name: str) -> StatedPeak | None:
 
 
 FORMAT = Format(
-    "SAC",
-    "SAC (.sac, with a StationXML file beside it)",
-    (".sac",),
-    _is_sac,
-    _read_sac,
-    native=True,
-    takes=("unit",),
+    "SAC", "SAC (.sac, with a StationXML file beside it)", (".sac",), _is_sac, _read_sac, native=True, takes=("unit",)
 )

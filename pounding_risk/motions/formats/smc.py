@@ -26,9 +26,20 @@ from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._lines import Columns, Even, Lines, channel_code, evened
 from pounding_risk.motions.formats._peaks import StatedPeak, check_peak, stated_peak
-from pounding_risk.motions.formats._text import NEWLINE, check_step, quoted, start_of, text_of, told
+from pounding_risk.motions.formats._text import (
+    NEWLINE,
+    Columns,
+    Even,
+    Lines,
+    channel_code,
+    check_step,
+    even_samples,
+    quoted,
+    recogniser,
+    record_facts,
+    text_of,
+)
 
 KIND = "SMC"
 TEXT_LINES = 11
@@ -46,7 +57,7 @@ _STATION = re.compile(r"station\s*=(.*?)\s*component\s*=(.*)", re.I)
 
 
 class Header(NamedTuple):
-    """What stands before the samples."""
+    """The texts and numbers before the samples."""
 
     name: str
     text: list[str]
@@ -65,27 +76,21 @@ class Header(NamedTuple):
         return None if value == self.reals[0] or abs(value) > LARGEST else value
 
 
-def _is_smc(file: Any) -> bool:
-    """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them. Never raises.
-
-    ``file`` is a path or a binary file, whose position is left where it was.
-    """
-    try:
-        head = NEWLINE.split(start_of(file, 1024))
-        magnitudes, station, instrument = head[4].lower(), head[5].lower(), head[7].lower()
-        words = station.startswith("station") and "component" in station
-        return magnitudes.startswith("moment mag") and words and instrument.startswith("inst type")
-    except Exception:
-        return False
+@recogniser(1024)
+def _is_smc(start: str) -> bool:
+    """True for an SMC file, of whatever it holds: magnitudes and station are where the format has them."""
+    head = NEWLINE.split(start)
+    magnitudes, station, instrument = head[4].lower(), head[5].lower(), head[7].lower()
+    words = station.startswith("station") and "component" in station
+    return magnitudes.startswith("moment mag") and words and instrument.startswith("inst type")
 
 
 def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | None = None, **_kwargs: Any) -> Stream:
-    """One trace in m/s² from an SMC file: a path, or a file open for reading.
+    """One trace in m/s² from an SMC file.
 
     Uncorrected accelerograms are raw, corrected ones processed. Those of film that were digitised at uneven times are
     read at every ``dt`` [s] off the straight lines between them. ``stats.smc`` has the title, the coordinates and
-    whether the file is marked as having a problem. With ``headonly`` the samples are left out. ``name`` is what
-    messages call a file that has no name of its own.
+    whether the file is marked as having a problem.
 
     Raises RecordError, naming file and line, for anything but acceleration, for uneven times without ``dt``, that do
     not rise or leave gaps, a time step out of range, another number of samples than the header says, another largest
@@ -101,12 +106,12 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
     header = Header(name, head, codes, reals, _peak(lines, at, reals))
     count = _count(header)
     _check_comments(lines, header)
-    place, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
+    where, rate = f"{name}, line {TEXT_LINES + 7}", header.real(2)
     if rate is None:  # pairs of times and accelerations
         pairs = _samples(lines, count, spare=1)
-        even = evened(place, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
+        even = even_samples(where, pairs, dt, 10.0 ** (np.floor(np.log10(np.abs(pairs[0::2]) + TINY)) - 4.0))
     else:
-        step = check_step(place, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
+        step = check_step(where, 1.0 / rate if rate > 0.0 else None, f"1/({rate:g}/s)", "the time step")
         # A header's count may be damaged, so that nothing is allocated for it.
         samples = np.broadcast_to(0.0, count) if headonly else _samples(lines, count)
         even = Even(samples, step, "", samples)
@@ -118,7 +123,7 @@ def _read_smc(file: Any, headonly: bool = False, *, name: str = "", dt: float | 
 
 
 def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
-    """The numbers after the comments, and nothing but blank lines behind them.
+    """The numbers after the comments; raises RecordError where other lines than blank ones follow them.
 
     Files of pairs have a ``spare`` line, of times that do not go on from the promised ones, which is left out; those
     of the Loma Prieta earthquake do.
@@ -135,14 +140,14 @@ def _samples(lines: Lines, count: int, spare: int = 0) -> NDArray[np.float64]:
 
 
 def _state(name: str, title: str) -> str:
-    found = " ".join(title.upper().split())
-    if found not in STATES:
-        allowed = " or ".join(f'"{each}"' for each in STATES)
+    words = " ".join(title.upper().split())
+    if words not in STATES:
+        allowed = " or ".join(f'"{title_known}"' for title_known in STATES)
         raise RecordError(
             f"{name}, line 1: the title is {quoted(title)}; an SMC file of acceleration has {allowed} there: take "
             "such a file of this record"
         )
-    return STATES[found]
+    return STATES[words]
 
 
 def _count(header: Header) -> int:
@@ -171,15 +176,15 @@ def _check_comments(lines: Lines, header: Header) -> None:
 
 
 def _stats(header: Header, state: str, even: Even) -> dict[str, Any]:
-    """The header as ObsPy statistics."""
+    """ObsPy statistics from the header."""
     vertical, direction = header.code(13) in (0, 180), header.code(14)
     azimuth = None if vertical or direction is None or not 0 <= direction <= 360 else float(direction)
     start, facts = _start(header), _facts(header)
-    record = told(
+    record = record_facts(
         state=state,
         units=f"units: cm/s², times 0.01{even.words}",
         azimuth=azimuth,
-        magnitude=next((each for each in map(header.real, (6, 8, 7, 9)) if each is not None), None),
+        magnitude=next((value for value in map(header.real, (6, 8, 7, 9)) if value is not None), None),
         distance_km=header.real(17),
         low_corner=header.real(33) if state == "processed" else None,
         high_corner=header.real(35) if state == "processed" else None,

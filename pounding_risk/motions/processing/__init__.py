@@ -1,1 +1,153 @@
-"""The processing chain of a record: one module for each family of steps."""
+"""The processing of a record: what a step is, the registry that finds every step, and the chain for raw records.
+
+A step takes samples [m/s²] and the time step [s] and returns new samples with a sentence that says what was done.
+A scene or a script asks for steps by name, ``[{"step": "mean"}, {"step": "bandpass", "low": "0.1 Hz"}]``, and
+`read_steps` turns that into steps with options in SI. To add a step is to write one function under ``@step`` in a
+module of this folder, a new one or the one of its family; nothing else lists it.
+
+No step scales. Scaling comes last, in `pounding_risk.motions.treatment`, on the samples that a run takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from importlib import import_module
+from math import inf
+from pkgutil import iter_modules
+from typing import Any, NamedTuple
+
+from pounding_risk._common.words import nearest
+from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.units import Quantity, QuantityError, shown, si
+
+ORDER = Quantity("1", 1.0, 20.0, "order", example="5")
+DRIFT_OF_PEAK = 0.05  # |d_end|/PGD and |v_end|/PGV above this are flagged
+
+
+class Done(NamedTuple):
+    """The result of a step: samples, a sentence, doubts, and what it changed beside the samples.
+
+    ``cut`` is the number of samples cut from the start, below zero where samples were added before it. ``dt`` [s] is
+    the new time step, None where it stays. ``factor`` is what a scaling multiplied the samples by. ``band`` [Hz] holds
+    the corners of a filter, 0 and inf for none.
+    """
+
+    samples: Samples
+    sentence: str
+    flags: tuple[str, ...] = ()
+    cut: int = 0
+    dt: float | None = None
+    factor: float = 1.0
+    band: tuple[float, float] = (0.0, inf)
+
+
+class Step(NamedTuple):
+    """A step as it is asked for: its name and its options in SI."""
+
+    name: str
+    options: dict[str, Any]
+
+    def apply(self, samples: Samples, dt: float) -> Done:
+        """Apply the step to ``samples`` [m/s²] with the time step ``dt`` [s]."""
+        return known_steps()[self.name].function(samples, dt, **self.options)
+
+
+class Known(NamedTuple):
+    """A step of the registry: its function and, for each option, a Quantity or the words it may be."""
+
+    function: Callable[..., Done]
+    options: dict[str, Quantity | tuple[str, ...]]
+
+
+_REGISTRY: dict[str, Known] = {}
+# What "auto" does to a raw record. No step of it needs a choice by the user; each says what field practice it follows.
+DEFAULT_CHAIN: tuple[Step, ...] = tuple(Step(name, {}) for name in ("mean", "taper", "bandpass", "baseline"))
+
+
+def step(name: str, **options: Quantity | tuple[str, ...]) -> Callable[[Callable[..., Done]], Callable[..., Done]]:
+    """Enter a function in the registry under ``name``, with the options it takes."""
+
+    def enter(function: Callable[..., Done]) -> Callable[..., Done]:
+        _REGISTRY[name] = Known(function, options)
+        return function
+
+    return enter
+
+
+def known_steps() -> Mapping[str, Known]:
+    """List the processing steps of all modules of this folder, and those that users have added.
+
+    Returns
+    -------
+    mapping of str to Known
+        Function and options of each step by its name, in alphabetical order.
+    """
+    _import_steps()
+    return dict(sorted(_REGISTRY.items()))
+
+
+@cache
+def _import_steps() -> None:
+    for module in iter_modules(__path__):
+        import_module(f"{__name__}.{module.name}")
+
+
+def read_steps(asked: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
+    """Read the steps of a list of tables.
+
+    Parameters
+    ----------
+    asked : sequence of mapping
+        Tables with the key ``step``, and options as text with a unit or SI numbers.
+
+    Returns
+    -------
+    tuple of Step
+        The steps with their options in SI.
+
+    Raises
+    ------
+    RecordError
+        For an unknown step or option, and for a value that an option cannot take.
+    """
+    return tuple(_read_step(f"processing, step {number}", table) for number, table in enumerate(asked, start=1))
+
+
+def _read_step(where: str, table: Mapping[str, Any]) -> Step:
+    if not isinstance(table, Mapping) or "step" not in table:
+        raise RecordError(f'{where}: {shown(table)} names no step; write a table such as {{step = "mean"}}')
+    name, steps = table["step"], known_steps()
+    if not isinstance(name, str) or name not in steps:
+        hint = nearest(name, steps) if isinstance(name, str) else ""
+        raise RecordError(f"{where}: {shown(name)} is not a step{hint}; it may be {', '.join(steps)}")
+    known = steps[name].options
+    options = {}
+    for key, value in table.items():
+        if key == "step":
+            continue
+        if key not in known:
+            allowed = f"it takes {', '.join(known)}" if known else "it takes none"
+            raise RecordError(f'{where}: "{name}" has no option {shown(key)}{nearest(str(key), known)}; {allowed}')
+        options[key] = _option(f"{where}, {key}", value, known[key])
+    return Step(name, options)
+
+
+def _option(where: str, value: Any, kind: Quantity | tuple[str, ...]) -> Any:
+    if not isinstance(kind, Quantity):
+        if value not in kind:
+            words = " or ".join(f'"{word}"' for word in kind)
+            raise RecordError(f"{where}: {shown(value)} is not a choice; it may be {words}")
+        return value
+    try:
+        return si(value, kind)
+    except QuantityError as error:
+        raise RecordError(f"{where}: {error}") from None
+
+
+def whole(order: float, words: str, least: int) -> int:
+    """An order as a whole number; raises RecordError where it is none, or too low."""
+    if int(order) != order or order < least:
+        raise RecordError(f"the order of {words} is {order:g}; it must be a whole number from {least} to 20")
+    return int(order)

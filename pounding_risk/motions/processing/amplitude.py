@@ -1,4 +1,4 @@
-"""Samples times one factor, and doubts about peaks that no earthquake has."""
+"""Scaling of samples by one factor, and flags for peaks outside the range of earthquakes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import Done
+from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import STANDARD_GRAVITY, QuantityError, si
 
@@ -15,8 +15,8 @@ USUAL_FACTORS = (0.25, 4.0)
 LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
 
 
-def asked(key: str, value: Any, quantity: Any) -> float:
-    """A number in SI, or text with a unit; raises RecordError that names ``key``."""
+def in_si(key: str, value: Any, quantity: Any) -> float:
+    """A number in SI from a number or from text with a unit; raises RecordError that names ``key``."""
     try:
         return si(value, quantity)
     except QuantityError as error:
@@ -24,7 +24,7 @@ def asked(key: str, value: Any, quantity: Any) -> float:
 
 
 def scale_samples(samples: Samples, factor: float, aim: str = "") -> Done:
-    """Samples times ``factor``; ``aim`` are the words that say why."""
+    """Multiply samples by ``factor``; ``aim`` says why, for the sentence."""
     before, scaled = float(np.abs(samples).max()), samples * factor
     pga = float(np.abs(scaled).max())
     flags = list(unit_doubts(pga, "after scaling"))
@@ -36,7 +36,7 @@ def scale_samples(samples: Samples, factor: float, aim: str = "") -> Done:
 
 
 def scale_samples_to(samples: Samples, pga: float, name: str) -> Done:
-    """Samples times one factor, so that max|a| is ``pga`` [m/s²]; raises RecordError where no factor does that."""
+    """Multiply samples so that max|a| is ``pga`` [m/s²]; raises RecordError where no factor does that."""
     peak = float(np.abs(samples).max())
     if peak == 0.0:
         raise RecordError(f"{name}: every sample is zero, which no factor scales; check record and window")
@@ -47,7 +47,7 @@ def scale_samples_to(samples: Samples, pga: float, name: str) -> Done:
 
 
 def unit_doubts(pga: float, when: str) -> tuple[str, ...]:
-    """A flag for a peak [m/s²] that no earthquake, or no earthquake of interest, has."""
+    """A flag for a peak [m/s²] outside the range of earthquakes, for which a unit is likely wrong."""
     in_g = pga / STANDARD_GRAVITY
     if SMALLEST_PGA <= in_g <= LARGEST_PGA:
         return ()

@@ -1,5 +1,5 @@
 """Baseline correction of the processing chain, by a polynomial or by offsets in acceleration; see
-`pounding_risk.motions.processing.chain`.
+`pounding_risk.motions.processing`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import DRIFT_OF_PEAK, ORDER, Done, step, whole
+from pounding_risk.motions.processing import DRIFT_OF_PEAK, ORDER, Done, step, whole
 from pounding_risk.motions.processing.signals import Samples, energy_time, quiet_before, velocity_displacement
 from pounding_risk.units import TIME
 
@@ -29,7 +29,7 @@ def baseline(
     start: float | None = None,
     end: float | None = None,
 ) -> Done:
-    """Subtract what makes velocity and displacement drift.
+    """Correct the baseline, which makes velocity and displacement drift.
 
     "polynomial": the second derivative of a polynomial of ``order`` (6) fitted to the displacement. Its constant and
     linear coefficients are zero, so the motion still starts from rest (PEER NGA-West2, Ancheta et al. 2013). Time runs
@@ -38,11 +38,11 @@ def baseline(
 
     "bilinear": offsets in acceleration, for a raw record less its mean before the earthquake, in place of the
     band-pass's lower corner. A line v = v0 + a_f t is fitted to the velocity of the quiet end. Without times the
-    offset a_f is taken off from where that line starts at zero (Boore 2001); nothing is free to choose then. With
-    ``start`` and ``end`` [s], t1 and t2, or where the line has no zero in the shaking, a_m = (v0 + a_f t2)/(t2 - t1)
-    is taken off between them and a_f from t2 on, so that velocity stays continuous (Iwan et al. 1985); t1 and t2 are
-    where 5 % and 95 % of the energy have come unless given. A permanent displacement stays, and is told; it hangs on
-    those times (Boore 2001), and so what another choice of them gives is told with it.
+    offset a_f is subtracted from where that line is zero (Boore 2001), without free parameters. With ``start`` and
+    ``end`` [s], t1 and t2, or where the line has no zero in the shaking, a_m = (v0 + a_f t2)/(t2 - t1) is subtracted
+    between them and a_f from t2 on, so that velocity stays continuous (Iwan et al. 1985); t1 and t2 are the times of
+    5 % and 95 % of the energy unless given. A permanent displacement stays and is reported, with the value that
+    another choice of times gives, as it depends on them (Boore 2001).
 
     Velocity that does not come to rest is flagged, displacement only for a polynomial. Raises RecordError for options
     of the other scheme, times that do not rise, and less than 10 s of quiet at the end to read an offset from.
@@ -58,11 +58,11 @@ def baseline(
 
 def _polynomial(samples: Samples, dt: float, degree: int) -> Done:
     duration = (len(samples) - 1) * dt
-    place = np.linspace(0.0, 1.0, len(samples))
+    share = np.linspace(0.0, 1.0, len(samples))
     powers = np.arange(2, degree + 1)
     _, displacement = velocity_displacement(samples, dt)
-    fit = np.linalg.lstsq(place[:, None] ** powers, displacement, rcond=None)[0]
-    bend = (place[:, None] ** (powers - 2)) @ (fit * powers * (powers - 1)) / duration**2
+    fit = np.linalg.lstsq(share[:, None] ** powers, displacement, rcond=None)[0]
+    bend = (share[:, None] ** (powers - 2)) @ (fit * powers * (powers - 1)) / duration**2
     corrected = samples - bend
     sentence = f"baseline: subtracted the second derivative of an order-{degree} polynomial in displacement"
     words, flags = _ends(corrected, dt, ("velocity", "displacement"))
@@ -70,7 +70,7 @@ def _polynomial(samples: Samples, dt: float, degree: int) -> Done:
 
 
 class _Shaking(NamedTuple):
-    """When [s] the earthquake arrives, when 5 and 95 % of its energy have come, and when its waves have passed."""
+    """Times [s] of the arrival, of 5 and 95 % of the energy, and of the end of the waves."""
 
     arrival: float
     strong: tuple[float, float]
@@ -102,32 +102,32 @@ def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | No
         words = f"offsets of {middle:.4g} m/s² from {times[0]:.4g} to {times[1]:.4g} s and {line.slope:.4g} after"
         others = (shaking.arrival, shaking.settled)
     instead = samples - _offsets(len(samples), dt, line, others)
-    left, otherwise = (100.0 * _static(each, dt, shaking.settled) for each in (corrected, instead))
-    told = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
-    permanent = f"permanent displacement {left:.3g} cm ({told})"
+    displacement, otherwise = (100.0 * _static(trace, dt, shaking.settled) for trace in (corrected, instead))
+    other_words = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
+    permanent = f"permanent displacement {displacement:.3g} cm ({other_words})"
     ends, flags = _ends(corrected, dt, ("velocity",))
     fitted = f"fitted to the velocity after {shaking.settled:.4g} s"
     return Done(corrected, f"baseline: bilinear, {words}, {fitted}; {permanent}; {ends}", flags)
 
 
 def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
-    """When it shakes; what is quiet begins after the ``end`` of the offsets, too, where that is given."""
+    """The times of the shaking; the quiet end begins after the ``end`` of the offsets where that is given."""
     arrival = quiet_before(samples, dt)
     first, last = (energy_time(samples, dt, share) for share in STRONG)
     if not arrival < last > first:
         raise RecordError('the record has no shaking in which its baseline could shift; write scheme = "polynomial"')
     settled = max(last + SETTLING * (last - arrival), end or 0.0)
-    left = (len(samples) - 1) * dt - settled
-    if left < SHORTEST_END:
+    quiet = (len(samples) - 1) * dt - settled
+    if quiet < SHORTEST_END:
         raise RecordError(
             f"the bilinear scheme reads the offset from {SHORTEST_END:g} s or more of quiet after the shaking, the "
-            f'record ends {max(left, 0.0):.3g} s after it; take a longer record, or scheme = "polynomial"'
+            f'record ends {max(quiet, 0.0):.3g} s after it; take a longer record, or scheme = "polynomial"'
         )
     return _Shaking(arrival, (first, last), settled)
 
 
 def _line(samples: Samples, dt: float, settled: float) -> _Line:
-    """Least squares on the velocity from ``settled`` [s] to the end, in time from its middle for a good condition."""
+    """The line through the velocity from ``settled`` [s] to the end (least squares, about its middle)."""
     velocity = velocity_displacement(samples, dt)[0][round(settled / dt) :]
     time = np.arange(len(samples))[round(settled / dt) :] * dt
     middle = float(time.mean())
@@ -136,8 +136,8 @@ def _line(samples: Samples, dt: float, settled: float) -> _Line:
 
 
 def _times(given: tuple[float | None, float | None], strong: tuple[float, float]) -> tuple[float, float]:
-    """The times asked for, and those of the strong shaking in the place of the others."""
-    start, end = (usual if asked is None else asked for asked, usual in zip(given, strong, strict=True))
+    """Start and end of the offsets: as given, or those of the strong shaking."""
+    start, end = (usual if time is None else time for time, usual in zip(given, strong, strict=True))
     if end <= start:
         raise RecordError(
             f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"
@@ -146,14 +146,14 @@ def _times(given: tuple[float | None, float | None], strong: tuple[float, float]
 
 
 def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> Samples:
-    """a_m between the times and a_f after them."""
+    """The offsets [m/s²]: a_m between the two times and a_f after them."""
     middle = line.at(times[1]) / (times[1] - times[0])
     first, second = (_unit_step(count, dt, time) for time in times)
     return middle * first + (line.slope - middle) * second
 
 
 def _unit_step(count: int, dt: float, time: float) -> Samples:
-    """Zero before ``time`` and one after it; what the trapezoidal rule makes of it is right between samples too."""
+    """Zero before ``time`` and one after it, with a ramp of one step so that its integral is exact."""
     rise: Samples = np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
     return rise
 
@@ -164,7 +164,7 @@ def _static(samples: Samples, dt: float, settled: float) -> float:
 
 
 def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
-    """Peaks and last values of velocity and displacement in words; flags where those of ``at_rest`` do not end so."""
+    """Peaks and last values of velocity and displacement in words; flags for those that do not end at rest."""
     flags, words = [], []
     for name, trace, unit in zip(
         ("velocity", "displacement"), velocity_displacement(samples, dt), ("cm/s", "cm"), strict=True

@@ -1,4 +1,4 @@
-"""Steps that cut, level and taper a record; see `pounding_risk.motions.processing.chain`."""
+"""Steps that cut, level and taper a record; see `pounding_risk.motions.processing`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import ceil, floor, inf
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import ORDER, Done, step, whole
+from pounding_risk.motions.processing import ORDER, Done, step, whole
 from pounding_risk.motions.processing.signals import Samples, cosine_rise, quiet_before
 from pounding_risk.units import TIME
 
@@ -56,14 +56,14 @@ def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
 
 @step("trend", order=ORDER)
 def trend(samples: Samples, dt: float, *, order: float = 1) -> Done:
-    """Subtract the polynomial that fits the acceleration best (least squares), a straight line unless told.
+    """Subtract the polynomial that fits the acceleration best (least squares): by default a straight line.
 
     It is fitted as a sum of Legendre polynomials over the record's length, which keeps order 20 as well-conditioned
     as a line.
     """
     degree = whole(order, "a trend", 1)
-    place = np.linspace(-1.0, 1.0, len(samples))
-    shapes = np.polynomial.legendre.legvander(place, degree)
+    position = np.linspace(-1.0, 1.0, len(samples))
+    shapes = np.polynomial.legendre.legvander(position, degree)
     fit = np.linalg.lstsq(shapes, samples, rcond=None)[0]
     if degree > 1:
         return Done(samples - shapes @ fit, f"trend: subtracted a polynomial of order {degree} in acceleration")
@@ -98,5 +98,5 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
 
 
 def usual_lead(quiet: float) -> float:
-    """The taper [s] at the start of a record with so much quiet [s] before the earthquake."""
+    """The default taper [s] at the start of a record, from the quiet [s] before the earthquake."""
     return min(LONGEST_LEAD, quiet / 2) if quiet >= SHORTEST_PRE_EVENT else 0.0

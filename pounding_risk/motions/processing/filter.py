@@ -1,4 +1,4 @@
-"""The band-pass filter of the processing chain; see `pounding_risk.motions.processing.chain`."""
+"""The band-pass filter of the processing chain; see `pounding_risk.motions.processing`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from math import inf
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import ORDER, Done, step
 from pounding_risk.motions.processing.noise import Corners, corners_from_noise, default_corners
-from pounding_risk.motions.processing.registry import ORDER, Done, step
 from pounding_risk.motions.processing.signals import Samples, filtered
 from pounding_risk.units import TIME, Quantity, say
 
@@ -56,20 +56,20 @@ def bandpass(
 
 
 def _chosen(samples: Samples, dt: float, given: tuple[float | None, float | None], corners: str) -> Corners:
-    """The corners given, and in the place of those that are not the ones found."""
+    """The corners: as given, and from the noise or by default where one is not given."""
     low, high = given
     if low is not None and high is not None:
         return Corners(low, high, "")
-    found = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)
+    usual = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)
     if low is not None:
-        return Corners(low, found.high, f"the upper corner: {found.words}", found.flags)
+        return Corners(low, usual.high, f"the upper corner: {usual.words}", usual.flags)
     if high is not None:
-        return Corners(found.low, high, f"the lower corner: {found.words}", found.flags)
-    return found
+        return Corners(usual.low, high, f"the lower corner: {usual.words}", usual.flags)
+    return usual
 
 
 def _check(corners: Corners, dt: float, duration: float) -> None:
-    """Refuse corners that do not rise or do not fit the time step or the record."""
+    """Raise RecordError for corners that do not rise or do not fit the time step or the record."""
     low, high, nyquist = corners.low, corners.high, 0.5 / dt
     if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
         raise RecordError(
@@ -98,7 +98,7 @@ def _filter_words(corners: Corners, order: float, pad: float) -> str:
 
 
 def _filter_flags(samples: Samples, dt: float, low: float) -> tuple[str, ...]:
-    """Doubts about what went into the filter."""
+    """Flags for samples that should not be filtered as they are, and for a corner below one cycle."""
     flags = []
     peak = float(np.abs(samples).max())
     if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * peak:

@@ -1,4 +1,4 @@
-"""What of a record is earthquake and what is noise, frequency by frequency, and the filter corners that follow.
+"""Signal-to-noise ratio of a record by frequency, and the filter corners that follow from it.
 
 The quiet before the earthquake shows the noise. Its Fourier amplitudes, grown to the length of the earthquake, are set
 beside the earthquake's; the band in which the earthquake stands out is worth keeping. Baseline shifts come with the
@@ -49,13 +49,13 @@ class NoiseSpectra(NamedTuple):
 
     @property
     def ratio(self) -> Samples:
-        """Signal, with the noise that is in it, over noise; inf where there is none."""
+        """The spectrum of the signal, noise included, over that of the noise; inf where the noise is zero."""
         out = np.full(len(self.frequency), np.inf)
         return np.divide(self.signal, self.noise, out=out, where=self.noise > 0.0)
 
 
 class Corners(NamedTuple):
-    """The corners of a band-pass [Hz], why they are where they are, and doubts."""
+    """The corners of a band-pass [Hz], the reason for them in words, and flags."""
 
     low: float
     high: float
@@ -121,15 +121,18 @@ def corners_from_noise(samples: Samples, dt: float) -> Corners:
 
 def shared_corners(components: Sequence[Samples], dt: float) -> Corners:
     """The stricter corners of components that belong together, such as both horizontals: one filter for all."""
-    each = [corners_from_noise(samples, dt) for samples in components]
-    low, high = max(each, key=lambda found: found.low), min(each, key=lambda found: found.high)
+    components_corners = [corners_from_noise(samples, dt) for samples in components]
+    low, high = (
+        max(components_corners, key=lambda corners: corners.low),
+        min(components_corners, key=lambda corners: corners.high),
+    )
     words = low.words if low is high or low.words == high.words else f"lower corner: {low.words}; upper: {high.words}"
-    flags = dict.fromkeys(flag for found in each for flag in found.flags)
-    return Corners(low.low, high.high, f"the stricter of {len(each)} components: {words}", tuple(flags))
+    flags = dict.fromkeys(flag for corners in components_corners for flag in corners.flags)
+    return Corners(low.low, high.high, f"the stricter of {len(components_corners)} components: {words}", tuple(flags))
 
 
 def default_corners(dt: float, words: str) -> Corners:
-    """0.08 Hz, and 40 Hz or 3/4 of the Nyquist frequency: where no noise is seen."""
+    """0.08 Hz, and 40 Hz or 3/4 of the Nyquist frequency, for records whose noise is not seen."""
     return Corners(LOW_CORNER, _highest(dt), f"corners {words}")
 
 
@@ -139,8 +142,8 @@ def _highest(dt: float) -> float:
 
 def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
     """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
-    place = np.linspace(0.0, 1.0, len(part))
-    weight = cosine_rise(place / TAPERED) * cosine_rise((1.0 - place) / TAPERED)
+    position = np.linspace(0.0, 1.0, len(part))
+    weight = cosine_rise(position / TAPERED) * cosine_rise((1.0 - position) / TAPERED)
     amplitudes: Samples = np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt
     return amplitudes
 
@@ -150,18 +153,18 @@ def _smoothed(amplitudes: Samples, dt: float, size: int, centres: Samples) -> Sa
     frequency = np.fft.rfftfreq(size, dt)
     reach = 10.0 ** (pi / BANDWIDTH)
     smooth = np.empty(len(centres))
-    for place, centre in enumerate(centres):
+    for number, centre in enumerate(centres):
         # At least the two frequencies beside the centre, of which the transform has few at the lowest.
         first = min(int(np.searchsorted(frequency, centre / reach)), int(np.searchsorted(frequency, centre)) - 1)
         last = max(int(np.searchsorted(frequency, centre * reach)), first + 2)
         near = np.maximum(frequency[first:last], 0.5 * frequency[1])
         weight = np.sinc(BANDWIDTH * np.log10(near / centre) / pi) ** 4
-        smooth[place] = weight @ amplitudes[first:last] / weight.sum()
+        smooth[number] = weight @ amplitudes[first:last] / weight.sum()
     return smooth
 
 
 def _band(spectra: NoiseSpectra) -> tuple[float, float] | None:
-    """The lowest and highest frequency [Hz] of the stretch around 1 Hz in which the ratio is high enough."""
+    """The lowest and highest frequency [Hz] of the band around 1 Hz in which the ratio is high enough."""
     fails = np.flatnonzero(spectra.ratio < LEAST_RATIO)
     centre = int(np.argmin(np.abs(np.log(spectra.frequency / CENTRE))))
     if centre in fails:
@@ -186,29 +189,29 @@ def _weak(spectra: NoiseSpectra) -> tuple[str, ...]:
 
 
 def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, tuple[str, ...]]:
-    """The lowest corner [Hz] from ``lowest`` on down to which no higher one lets the displacement drift."""
+    """The lowest corner [Hz], not below ``lowest``, above which every corner keeps the displacement steady."""
     every = max(1, floor(DRIFT_STEP / dt))
     smooth, pad = filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
     coarse = smooth[pad : pad + len(samples) : every]
     if lowest >= HIGHEST_LOW or len(coarse) <= DRIFT_ORDER + 1:
         return lowest, ()
     tries = np.geomspace(HIGHEST_LOW, lowest, 1 + round(TRIES_PER_DECADE * np.log10(HIGHEST_LOW / lowest)))
-    found = None
+    lowest_steady = None
     for corner in tries:
         if _drift(coarse, every * dt, float(corner)) > DRIFT:
             break
-        found = float(corner)
-    if found is None:
+        lowest_steady = float(corner)
+    if lowest_steady is None:
         flag = f"no lower corner up to {HIGHEST_LOW:g} Hz keeps the displacement from drifting"
         return max(lowest, LOW_CORNER), (flag,)
-    return found, ()
+    return lowest_steady, ()
 
 
 def _drift(samples: Samples, dt: float, corner: float) -> float:
     """The peak of a polynomial fitted to the displacement of the filtered motion, over the displacement's own."""
     passed, pad = filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
     displacement = velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
-    place = np.linspace(-1.0, 1.0, len(samples))
-    fit = np.polynomial.legendre.legval(place, np.polynomial.legendre.legfit(place, displacement, DRIFT_ORDER))
+    position = np.linspace(-1.0, 1.0, len(samples))
+    fit = np.polynomial.legendre.legval(position, np.polynomial.legendre.legfit(position, displacement, DRIFT_ORDER))
     peak = float(np.abs(displacement).max())
     return float(np.abs(fit).max()) / peak if peak > 0.0 else 0.0

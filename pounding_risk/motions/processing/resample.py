@@ -1,4 +1,4 @@
-"""A record at another time step; see `pounding_risk.motions.processing.chain`."""
+"""A record at another time step; see `pounding_risk.motions.processing`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import ceil, inf
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.registry import Done, step
+from pounding_risk.motions.processing import Done, step
 from pounding_risk.motions.processing.signals import Samples, band_limited, butterworth
 from pounding_risk.units import Quantity
 
@@ -23,7 +23,7 @@ MOST = 20_000_000  # samples: 160 MB, some hours at 1 kHz
 
 @step("resample", dt=STEP, method=(LINEAR, FOURIER))
 def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: str = LINEAR) -> Done:
-    """The motion at every ``dt`` [s]; to a coarser one only behind an anti-alias filter.
+    """Resample the motion to every ``dt`` [s], with an anti-alias filter for a longer step.
 
     "linear" draws straight lines, which is what a run assumes between samples: PGA stays, and every old sample where
     ``dt`` divides the old step. "fourier" is the band-limited motion through the samples, zeros put on its spectrum
@@ -45,17 +45,17 @@ def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: st
     corner = NYQUIST_SHARE * 0.5 / dt
     source = _low_pass(samples, dt_before, corner) if coarser else samples
     if method == FOURIER:
-        found = _band_limited(source, dt_before, dt)[:count]
+        resampled = _band_limited(source, dt_before, dt)[:count]
     else:
         # In units of the old step, so that old samples fall on whole numbers and come out as they were.
-        place = np.arange(count) * (dt / dt_before)
-        near = np.round(place)
-        place = np.where(np.abs(place - near) < 1e-9 * np.maximum(near, 1.0), near, place)
-        found = np.interp(place, np.arange(len(source)), source)
+        times = np.arange(count) * (dt / dt_before)
+        near = np.round(times)
+        times = np.where(np.abs(times - near) < 1e-9 * np.maximum(near, 1.0), near, times)
+        resampled = np.interp(times, np.arange(len(source)), source)
     words = f"resample: from {dt_before:g} s to {dt:g} s, {method}"
     if coarser:
         words += f", after an acausal low-pass at {corner:g} Hz"
-    return Done(found, words, _changed(samples, found), dt=dt)
+    return Done(resampled, words, _changed(samples, resampled), dt=dt)
 
 
 def _changed(before: Samples, after: Samples) -> tuple[str, ...]:
@@ -67,7 +67,7 @@ def _changed(before: Samples, after: Samples) -> tuple[str, ...]:
 
 
 def _low_pass(samples: Samples, dt: float, corner: float) -> Samples:
-    """Without phase and without wrapping round."""
+    """The samples through a Butterworth low-pass without phase, padded so that the ends do not wrap round."""
     size = 1 << (len(samples) + ceil(2.0 * STEEPNESS / corner / dt)).bit_length()
     gain = butterworth(np.fft.rfftfreq(size, dt), 0.0, corner, STEEPNESS)
     low: Samples = np.fft.irfft(np.fft.rfft(samples, size) * gain, size)[: len(samples)]
@@ -75,7 +75,7 @@ def _low_pass(samples: Samples, dt: float, corner: float) -> Samples:
 
 
 def _band_limited(samples: Samples, before: float, after: float) -> Samples:
-    """The motion through the samples at a step in whole ratio to the old one."""
+    """The band-limited motion at a time step in a ratio of whole numbers to the old one."""
     ratio = Fraction(before / after).limit_denominator(LARGEST_RATIO)
     if ratio == 0 or abs(float(ratio) * after / before - 1.0) > 1e-9:
         raise RecordError(

@@ -1,6 +1,6 @@
 """Numerics of a sampled acceleration: integrals, the arrival of an earthquake, a filter's response.
 
-Arrays in, arrays out; the steps of `pounding_risk.motions.processing.chain` put them to use.
+Arrays in, arrays out; the steps of `pounding_risk.motions.processing` put them to use.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def velocity_displacement(samples: Samples, dt: float) -> tuple[Samples, Samples
 
 
 def onset(samples: Samples, dt: float) -> float:
-    """When the earthquake arrives [s after the first sample], by the Akaike criterion of two noises.
+    """Arrival of the earthquake [s after the first sample], by the Akaike criterion of two noises.
 
     The samples up to the peak are split where two stationary noises of different variance explain them best:
     least k ln var(a[:k]) + (n - k - 1) ln var(a[k:]) (Maeda 1985). A second pass up to shortly after the
@@ -37,12 +37,12 @@ def onset(samples: Samples, dt: float) -> float:
 
 
 def quiet_before(samples: Samples, dt: float) -> float:
-    """How long the record is quiet before the earthquake arrives [s], for sure; 0 where it starts in motion."""
+    """Time [s] before the arrival of the earthquake, with a margin; 0 where the record starts in motion."""
     return max(0.0, onset(samples, dt) - PICK_MARGIN)
 
 
 def butterworth(frequency: Samples, low: float, high: float, order: float) -> Samples:
-    """Amplitude of a Butterworth high-pass and low-pass in a row; nothing of the mean passes a high-pass."""
+    """Amplitude of a Butterworth high-pass and low-pass in series; a high-pass removes the mean."""
     gain: Samples = 1.0 / np.sqrt(1.0 + (frequency / high) ** (2.0 * order))
     if low > 0.0:
         gain[0] = 0.0
@@ -51,7 +51,7 @@ def butterworth(frequency: Samples, low: float, high: float, order: float) -> Sa
 
 
 def filtered(samples: Samples, dt: float, corners: tuple[float, float], order: float) -> tuple[Samples, int]:
-    """Through an acausal Butterworth filter between ``corners`` [Hz], with its pads, and how many samples each has.
+    """Samples through an acausal Butterworth filter between ``corners`` [Hz], with pads, and the pad's length.
 
     The pads keep the ends from wrapping round: 0.75 n/low seconds (Converse and Brady 1992), of the upper corner where
     there is no lower one.
@@ -60,12 +60,12 @@ def filtered(samples: Samples, dt: float, corners: tuple[float, float], order: f
     pad = ceil(0.75 * order / (low or high) / dt)
     size = 1 << (len(samples) + 2 * pad - 1).bit_length()  # more zeros still, and a fast transform
     gain = butterworth(np.fft.rfftfreq(size, dt), low, high, order)
-    found: Samples = np.fft.irfft(np.fft.rfft(np.pad(samples, pad), size) * gain, size)[: len(samples) + 2 * pad]
-    return found, pad
+    passed: Samples = np.fft.irfft(np.fft.rfft(np.pad(samples, pad), size) * gain, size)[: len(samples) + 2 * pad]
+    return passed, pad
 
 
 def band_limited(samples: Samples, numerator: int, denominator: int) -> Samples:
-    """Sampled numerator/denominator times as densely: the same motion, without what the coarser cannot carry.
+    """Samples at numerator/denominator times the rate, without what the lower rate cannot carry.
 
     The spectrum is cut off or goes on with zeros. The motion is taken for periodic after a tenth of its length of
     zeros, which come with it.
@@ -74,28 +74,28 @@ def band_limited(samples: Samples, numerator: int, denominator: int) -> Samples:
     size, grown = blocks * denominator, blocks * numerator
     spectrum = np.fft.rfft(samples, size)
     edge = min(size, grown) // 2
-    kept = np.zeros(grown // 2 + 1, dtype=complex)
-    kept[: edge + 1] = spectrum[: edge + 1]
+    coefficients = np.zeros(grown // 2 + 1, dtype=complex)
+    coefficients[: edge + 1] = spectrum[: edge + 1]
     # At the lower Nyquist frequency half of the amplitude belongs to the negative frequency; a coarser sampling
     # has none.
-    kept[edge] *= 0.5 if grown > size else float(grown == size)
-    found: Samples = np.fft.irfft(kept, grown) * (numerator / denominator)
-    return found
+    coefficients[edge] *= 0.5 if grown > size else float(grown == size)
+    resampled: Samples = np.fft.irfft(coefficients, grown) * (numerator / denominator)
+    return resampled
 
 
 def energy_time(samples: Samples, dt: float, share: float) -> float:
-    """When ``share`` of the integral of a² has come [s after the first sample]; 0 where there is none."""
+    """Time [s] at which ``share`` of the integral of a² is reached; 0 for samples of zeros."""
     energy = np.cumsum(samples**2)
     return float(np.searchsorted(energy, share * energy[-1])) * dt
 
 
-def cosine_rise(place: Samples) -> Samples:
+def cosine_rise(position: Samples) -> Samples:
     """Half a cosine from 0 at 0 to 1 at 1."""
-    return 0.5 - 0.5 * np.cos(np.pi * np.clip(place, 0.0, 1.0))
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(position, 0.0, 1.0))
 
 
 def _integral(samples: Samples, dt: float) -> Samples:
-    """From zero at the first sample, trapezoidal."""
+    """The integral from zero at the first sample, by the trapezoidal rule."""
     whole = np.zeros(len(samples))
     np.cumsum(0.5 * dt * (samples[1:] + samples[:-1]), out=whole[1:])
     return whole

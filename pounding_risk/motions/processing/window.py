@@ -1,12 +1,12 @@
-"""The part of a record that a run sees, its other sign, zeros after it, and doubts about it."""
+"""Window, polarity and tail of the samples that a run takes, and flags about them."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.basic import window
-from pounding_risk.motions.processing.registry import Done
 from pounding_risk.motions.processing.resample import MOST
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
@@ -15,22 +15,22 @@ WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
 
 
 def cut(samples: Samples, dt: float, span: tuple[float, float]) -> Done:
-    """The part of a record that a run sees; flagged where the strongest shaking is not in it."""
+    """The part of a record within ``span`` [s]; flagged where the strongest shaking is outside it."""
     done = window(samples, dt, start=span[0], end=span[1])
-    peak, kept = float(np.abs(samples).max()), float(np.abs(done.samples).max())
-    if kept >= WEAK_WINDOW * peak:
+    peak, inside = float(np.abs(samples).max()), float(np.abs(done.samples).max())
+    if inside >= WEAK_WINDOW * peak:
         return done
-    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * kept / peak:.2g} % of the record's"
+    flag = f"the window leaves the strong shaking out: its PGA is {100.0 * inside / peak:.2g} % of the record's"
     return done._replace(flags=(*done.flags, flag))
 
 
-def turned_round(samples: Samples) -> Done:
-    """The other sign."""
+def reversed_polarity(samples: Samples) -> Done:
+    """The samples with the opposite sign."""
     return Done(-samples, "polarity: reversed")
 
 
-def extended(samples: Samples, dt: float, seconds: float) -> Done:
-    """Zeros of that duration [s] after the samples."""
+def with_zeros(samples: Samples, dt: float, seconds: float) -> Done:
+    """The samples followed by zeros of that duration [s]."""
     count = round(seconds / dt)
     if count > MOST:
         raise RecordError(f"a tail of {seconds:g} s makes {count} samples, {MOST} are allowed; write a shorter one")
@@ -38,7 +38,7 @@ def extended(samples: Samples, dt: float, seconds: float) -> Done:
 
 
 def doubts(samples: Samples, dt: float) -> tuple[str, ...]:
-    """What a user should know about the samples that a run sees."""
+    """Flags about the samples that a run takes: a start in motion, and a long time step."""
     flags = []
     peak, first = float(np.abs(samples).max()), abs(float(samples[0]))
     if first > FIRST_OF_PEAK * peak:

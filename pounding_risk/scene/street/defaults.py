@@ -1,4 +1,4 @@
-"""Buildings of a street, and the rules that fill what its table does not give; every filled value is noted."""
+"""The buildings of a street, and the rules that fill the values missing in its table; every filled value is noted."""
 
 from __future__ import annotations
 
@@ -13,16 +13,7 @@ from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.scene.street.footprints import Footprint, area
 from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD, Entry
-from pounding_risk.units import (
-    DAMPING,
-    DIRECTION,
-    GAP,
-    MASS,
-    STANDARD_GRAVITY,
-    Quantity,
-    say,
-    si,
-)
+from pounding_risk.units import DAMPING, DIRECTION, GAP, MASS, STANDARD_GRAVITY, Quantity, say, si
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
@@ -34,25 +25,56 @@ Fill = Callable[[str, str, str], None]  # column, value, rule
 
 @dataclass(frozen=True)
 class Rules:
-    """How a table is read: what stands in for values that it does not give, and what makes a row.
+    """How a street's table is read: values for what it does not give, and what makes a row.
 
-    Numbers are SI, text has its unit ("3 m").
-    ``floor_area`` None: a building without floor mass, area and footprint is a fault. ``axis`` None: each street has
-    the direction of its own walls. Raises PoundingError for a value that is out of range.
+    Numbers are in SI, text has its unit ("3 m").
+
+    Parameters
+    ----------
+    storey_height : float or str
+        Height of a storey [m], from which the storeys follow, or the height.
+    typology : str
+        Typology; "masonry" has the C_t of "all other structural systems" in ASCE 7.
+    damping : float or str
+        Damping ratio of a building.
+    floor_load : float or str
+        Weight of a floor with its walls and its share of live load [Pa].
+    floor_area : float or str, optional
+        Area of a floor [m²]. Without it a building without floor mass, area and footprint is a fault.
+    floor_depth : float or str
+        Depth of the floors [m]; floors that overlap in height meet floor to floor.
+    gap : float or str
+        Gap between neighbours [m].
+    limit : float or str
+        Buildings with a gap below it are one row [m].
+    survey : float or str
+        Accuracy of the walls [m]: overlaps up to it are gaps of 0.
+    least_facing : float or str
+        Share of the shorter front; two that face each other over less are no neighbours.
+    metres : bool
+        Whether coordinates of footprints are in metres, not longitude and latitude.
+    axis : float or str, optional
+        Direction of a street from left to right [degrees clockwise from north]; without it each street has the
+        direction of its own walls.
+
+    Raises
+    ------
+    PoundingError
+        For a value out of range.
     """
 
-    storey_height: float = 3.0  # m; storeys from the height, or the height from them
-    typology: str = "masonry"  # whose C_t is that of "all other structural systems" in ASCE 7
+    storey_height: float = 3.0
+    typology: str = "masonry"
     damping: float = 0.05
-    floor_load: float = 10e3  # Pa; the weight of a floor with its walls and its share of live load
-    floor_area: float | None = None  # m²
-    floor_depth: float = USUAL_DEPTH  # m; floors that overlap in height meet floor to floor
-    gap: float = 0.0  # m
-    limit: float = 1.0  # m; buildings with a gap below it are one row
-    survey: float = 0.1  # m, by which walls may be off: overlaps up to it are gaps of 0
-    least_facing: float = 0.0  # share of the shorter front; two that face each other over less are no neighbours
-    metres: bool = False  # coordinates of footprints are metres, not longitude and latitude
-    axis: float | None = None  # degrees clockwise from north, of a street from left to right
+    floor_load: float = 10e3
+    floor_area: float | None = None
+    floor_depth: float = USUAL_DEPTH
+    gap: float = 0.0
+    limit: float = 1.0
+    survey: float = 0.1
+    least_facing: float = 0.0
+    metres: bool = False
+    axis: float | None = None
 
     def __post_init__(self) -> None:
         for name, quantity in _RANGES.items():
@@ -77,7 +99,7 @@ _RANGES = {
 
 
 class House(NamedTuple):
-    """One building of a street, with every value that a scene needs. SI units."""
+    """One building of a street, with every value that a scene needs, in SI."""
 
     name: str
     street: str
@@ -94,7 +116,7 @@ class House(NamedTuple):
 
 
 class Filled(NamedTuple):
-    """A value that the table does not give: whose, the value in words, and the rule that it follows."""
+    """A value that the table does not give: street, building, column, the value in words, and the rule that gave it."""
 
     street: str
     building: str
@@ -104,7 +126,7 @@ class Filled(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What is noted while a table is read."""
+    """Faults, filled values and doubts noted while a table is read."""
 
     faults: list[str]
     filled: list[Filled]
@@ -112,7 +134,7 @@ class Notes(NamedTuple):
 
 
 def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
-    """The building of an entry, the ``number``-th of its file, with what it lacks filled in."""
+    """The building of an entry, the ``number``-th of its file, with missing values filled in."""
     given = entry.values
     name, street = given.get("name", f"building {number}"), given.get("street", "")
     where = f"{entry.place}, {name}"
@@ -142,7 +164,7 @@ def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
 
 
 def _check_typology(where: str, name: str, height: float, has_period: bool, notes: Notes) -> None:
-    """A fault for a typology that is none, or whose period is for lower buildings."""
+    """Note a fault for an unknown typology, and for one whose period is for lower buildings."""
     try:
         kind = known_typology(name)
         if not has_period and not isnan(height):
@@ -152,7 +174,7 @@ def _check_typology(where: str, name: str, height: float, has_period: bool, note
 
 
 def _size(where: str, given: Mapping[str, Any], rules: Rules, notes: Notes, fill: Fill) -> tuple[float, int]:
-    """Height and number of storeys, one from the other where only that is given."""
+    """Height and number of storeys; where one is missing it follows from the other."""
     usual = rules.storey_height
     if "height" not in given and "storeys" not in given:
         notes.faults.append(f"{where}: gives neither height nor storeys; write one of the two")

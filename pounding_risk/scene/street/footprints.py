@@ -1,11 +1,12 @@
-"""Footprints of buildings: metres from longitude and latitude, a street's axis, clear distances along it.
+"""Footprints of buildings: metres from longitude and latitude, the axis of a street, clear distances.
 
-A street's coordinates are u along its axis and v across it, so that neighbours of a row follow each other in u.
+Along a street, coordinates are u along its axis and v across it, so that neighbours of a row follow each other in u.
+`close_pairs` and `clear_between` measure in any direction, which a row does not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import cos, hypot, inf, pi, radians, sin, sqrt
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ GRID = 0.5  # share of the walls' length that must agree on one rectangular grid
 
 
 class Footprint(NamedTuple):
-    """One building's outline: corners (n, 2) of each outer ring and of each hole, the first not repeated."""
+    """The outline of a building: corners (n, 2) of each outer ring and of each hole, the first not repeated."""
 
     rings: tuple[Array, ...]
     holes: tuple[Array, ...] = ()
@@ -36,7 +37,7 @@ class Facing(NamedTuple):
 
 def middle(footprints: Sequence[Footprint]) -> Array:
     """The mean corner of the outer rings."""
-    mean: Array = np.concatenate([ring for each in footprints for ring in each.rings]).mean(axis=0)
+    mean: Array = np.concatenate([ring for footprint in footprints for ring in footprint.rings]).mean(axis=0)
     return mean
 
 
@@ -52,7 +53,7 @@ def local(footprints: Sequence[Footprint], origin: Array) -> list[Footprint]:
     root = 1.0 - squashed * sin(latitude) ** 2
     across = EQUATOR / sqrt(root)
     scale = np.radians([across * cos(latitude), across * (1.0 - squashed) / root])
-    return [moved(each, lambda ring: (ring - origin) * scale) for each in footprints]
+    return [moved(footprint, lambda ring: (ring - origin) * scale) for footprint in footprints]
 
 
 def moved(footprint: Footprint, how: Callable[[Array], Array]) -> Footprint:
@@ -63,7 +64,7 @@ def moved(footprint: Footprint, how: Callable[[Array], Array]) -> Footprint:
 def turned(footprints: Sequence[Footprint], axis: Array) -> list[Footprint]:
     """The footprints in coordinates along and across a unit vector."""
     to = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
-    return [moved(each, lambda ring: ring @ to) for each in footprints]
+    return [moved(footprint, lambda ring: ring @ to) for footprint in footprints]
 
 
 def ring_area(ring: Array) -> float:
@@ -91,10 +92,10 @@ def centre(footprint: Footprint) -> Array:
 
 
 def crosses_itself(ring: Array) -> bool:
-    """True where two sides of a ring that do not follow each other meet: such an outline has no inside.
+    """True where two sides of a ring that do not follow each other meet; such an outline has no inside.
 
-    Walls of which the boxes around them are apart cannot meet: a group of walls that follow each other is compared with
-    those alone whose box meets the group's, so that a ring of many corners takes little memory.
+    Walls whose bounding boxes are apart cannot meet: a group of successive walls is compared only with those whose box
+    meets the group's, so that a ring of many corners takes little memory.
     """
     start, end = ring, np.roll(ring, -1, axis=0)
     low, high = np.minimum(start, end), np.maximum(start, end)
@@ -104,13 +105,13 @@ def crosses_itself(ring: Array) -> bool:
         for others in np.array_split(np.flatnonzero(near), max(1, near.sum() // WALLS)):
             walls = start[group], end[group]
             rest = start[others], end[others]
-            if np.any(parted(walls, rest) & parted(rest, walls).T):
+            if np.any(straddles(walls, rest) & straddles(rest, walls).T):
                 return True
     return False
 
 
-def parted(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
-    """Whether a wall of ``others`` (columns) ends on both sides of the line of one of ``walls`` (rows)."""
+def straddles(walls: tuple[Array, Array], others: tuple[Array, Array]) -> NDArray[np.bool_]:
+    """For walls (rows) and ``others`` (columns): True where the other ends on both sides of the line of the wall."""
     start, step = walls[0], walls[1] - walls[0]
 
     def side(of: Array) -> Array:
@@ -126,11 +127,11 @@ def street_axis(footprints: Sequence[Footprint], farthest: float, tolerance: flo
     Walls agree on a rectangular grid, the argument of Σ length exp(4 i angle), which leaves two directions; where less
     than half of their length agrees, these are the principal ones of the buildings' centres. The one along which more
     pairs face each other within ``farthest`` is the axis; of equals, the one nearer to the line of the centres. It
-    points as the file lists the buildings, first to last, and east where that does not tell.
+    points as the file lists the buildings, first to last, and east where that is undecided.
     """
-    centres = np.array([centre(each) for each in footprints])
+    centres = np.array([centre(footprint) for footprint in footprints])
     centres -= centres.mean(axis=0)
-    walls = np.concatenate([np.roll(ring, -1, axis=0) - ring for each in footprints for ring in each.rings])
+    walls = np.concatenate([np.roll(ring, -1, axis=0) - ring for footprint in footprints for ring in footprint.rings])
     lengths, angles = np.hypot(*walls.T), np.arctan2(walls[:, 1], walls[:, 0])
     agreed = np.sum(lengths * np.exp(4j * angles))
     xx, yy, xy = (centres[:, 0] ** 2).sum(), (centres[:, 1] ** 2).sum(), (centres[:, 0] * centres[:, 1]).sum()
@@ -158,19 +159,19 @@ def facing(footprints: Sequence[Footprint], farthest: float, tolerance: float) -
     The clear distance is measured along u: the least, over all v that both reach, from the last wall of the left one
     to the first of the right one. Both are linear between corners, so that the least is at a corner of one of them.
     """
-    ends = np.array([_ends(each) for each in footprints])  # (n, 2 of low and high, 2 of u and v)
+    ends = np.array([_ends(facing_pair) for facing_pair in footprints])  # (n, 2 of low and high, 2 of u and v)
     low, high = ends[:, 0], ends[:, 1]
     over = np.minimum(high[:, None, 1], high[None, :, 1]) - np.maximum(low[:, None, 1], low[None, :, 1])
     apart = low[None, :, 0] - high[:, None, 0]  # from one to the next at larger u
     near = (over > tolerance) & (np.maximum(apart, apart.T) < farthest)
-    found = []
+    pairs_facing = []
     for one, other in zip(*np.nonzero(np.triu(near, 1)), strict=True):
         pairs = ((int(one), int(other)), (int(other), int(one)))
-        nearest = [Facing(*pair, clear_distance(*(footprints[place] for place in pair))) for pair in pairs]
-        best = max(nearest, key=lambda each: each.gap)
+        nearest = [Facing(*pair, clear_distance(*(footprints[number] for number in pair))) for pair in pairs]
+        best = max(nearest, key=lambda facing_pair: facing_pair.gap)
         if best.gap < farthest:
-            found.append(best)
-    return found
+            pairs_facing.append(best)
+    return pairs_facing
 
 
 def _ends(footprint: Footprint) -> tuple[Array, Array]:
@@ -181,7 +182,7 @@ def _ends(footprint: Footprint) -> tuple[Array, Array]:
 def clear_distance(left: Footprint, right: Footprint) -> float:
     """The least distance along u from ``left`` to ``right``, negative where they overlap; inf where no v is common."""
     (_, bottom), (_, top) = np.maximum(_ends(left)[0], _ends(right)[0]), np.minimum(_ends(left)[1], _ends(right)[1])
-    across = np.concatenate([ring[:, 1] for each in (left, right) for ring in each.rings])
+    across = np.concatenate([ring[:, 1] for footprint in (left, right) for ring in footprint.rings])
     levels = np.unique(np.append(across[(across >= bottom) & (across <= top)], (bottom, top)))
     walls = reaches(right, levels, -1.0) - reaches(left, levels, 1.0)
     return float(walls.min(initial=inf)) if bottom <= top else inf
@@ -201,7 +202,7 @@ def reaches(footprint: Footprint, levels: Array, side: float) -> Array:
 
 
 def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
-    """As `_farthest`, of walls from ``starts`` to ``ends``."""
+    """As `reaches`, for walls from ``starts`` to ``ends``."""
     rise = ends[:, 1] - starts[:, 1]
     # A wall along u counts by its ends, each of which starts a wall.
     part = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
@@ -211,6 +212,150 @@ def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
 
 
 def length(footprints: Sequence[Footprint]) -> float:
-    """The diagonal of the box around all corners."""
-    corners = np.concatenate([ring for each in footprints for ring in each.rings])
+    """The diagonal of the bounding box of all corners."""
+    corners = np.concatenate([ring for footprint in footprints for ring in footprint.rings])
     return hypot(*(corners.max(axis=0) - corners.min(axis=0)))
+
+
+MOST_AT_ONCE = 200_000  # distances of a corner from a wall that are computed in one array
+METRES_A_DEGREE = 110e3  # less than a degree of latitude has anywhere (110.57 km at the equator), so that boxes reach
+
+
+def close_pairs(footprints: Sequence[Footprint], reach: float, metres: bool) -> list[tuple[int, int, float]]:
+    """All pairs of footprints with a clear distance below ``reach``, in any direction.
+
+    Parameters
+    ----------
+    footprints
+        Corners in metres, or in degrees of longitude and latitude.
+    reach
+        m; a pair that is so far apart is not close.
+    metres
+        Whether coordinates are metres; else each pair is laid flat about its own middle.
+
+    Returns
+    -------
+    list of (first place, second place, clear distance [m])
+        In the order of the places; 0 m where two footprints touch or overlap.
+    """
+    close = []
+    for one, other in sorted(_near_boxes(footprints, reach, metres)):
+        pair = [footprints[one], footprints[other]]
+        flat = pair if metres else local(pair, middle(pair))
+        distance = clear_between(flat[0], flat[1], reach)
+        if distance < reach:
+            close.append((one, other, distance))
+    return close
+
+
+def _near_boxes(footprints: Sequence[Footprint], reach: float, metres: bool) -> Iterator[tuple[int, int]]:
+    """Indices of pairs, the smaller first, whose bounding boxes are within reach."""
+    if not footprints:
+        return
+    boxes = np.array([_box(footprint) for footprint in footprints])  # (n, low and high, 2)
+    margin = np.full((len(boxes), 2), reach)
+    if not metres:
+        highest = np.minimum(np.abs(boxes[:, :, 1]).max(axis=1), 89.0)
+        margin /= METRES_A_DEGREE * np.column_stack(
+            [[cos(radians(footprint)) for footprint in highest], np.ones(len(boxes))]
+        )
+    low, high = boxes[:, 0], boxes[:, 1] + margin
+    order = np.argsort(low[:, 1], kind="stable")
+    ends = np.searchsorted(low[order, 1], high[order, 1], side="right")
+    for number, (one, end) in enumerate(zip(order, ends, strict=True)):
+        others = order[number + 1 : end]
+        # Both margins, as a building farther from the equator has the larger one.
+        beside = (low[others, 0] <= high[one, 0]) & (low[one, 0] <= high[others, 0])
+        yield from ((min(int(one), int(other)), max(int(one), int(other))) for other in others[beside])
+
+
+def _box(footprint: Footprint) -> tuple[Array, Array]:
+    corners = np.concatenate(footprint.rings)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def clear_between(one: Footprint, other: Footprint, reach: float = inf) -> float:
+    """The least distance [m] between two footprints in metres, in any direction.
+
+    0 where they touch or overlap; inf where it is more than ``reach``. A court is outside of its building.
+    """
+    walls, others = (_walls(footprint, _box(beside), reach) for footprint, beside in ((one, other), (other, one)))
+    nearest = min((_squared(*block) for block in _blocks(walls, others)), default=inf)
+    if nearest == 0.0 or _holds(one, other) or _holds(other, one):
+        return 0.0
+    return sqrt(nearest)
+
+
+def _walls(footprint: Footprint, beside: tuple[Array, Array], reach: float) -> Array:
+    """Start and end (n, 2, 2) of each wall, of courts too, within reach of a box."""
+    every = (*footprint.rings, *footprint.holes)
+    walls = np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in every])
+    near = (walls.max(axis=1) >= beside[0] - reach) & (walls.min(axis=1) <= beside[1] + reach)
+    return walls[near.all(axis=1)]
+
+
+def _blocks(walls: Array, others: Array) -> Iterator[tuple[Array, Array]]:
+    """Walls against walls in blocks that fit in memory."""
+    step = max(MOST_AT_ONCE // max(len(others), 1), 1)
+    for start in range(0, len(walls) if len(others) else 0, step):
+        for first in range(0, len(others), MOST_AT_ONCE):
+            yield walls[start : start + step], others[first : first + MOST_AT_ONCE]
+
+
+def _squared(walls: Array, others: Array) -> float:
+    """The square of the least distance between two groups of walls; 0 where two cross."""
+    if _cross(walls, others):
+        return 0.0
+    ends, other_ends = walls.reshape(-1, 2), others.reshape(-1, 2)
+    return min(_from_corners(ends, others), _from_corners(other_ends, walls))
+
+
+def _cross(walls: Array, others: Array) -> bool:
+    """True where a wall crosses another: each ends on both sides of the other's line."""
+    one, other = (walls[:, 0], walls[:, 1]), (others[:, 0], others[:, 1])
+    return bool(np.any(straddles(one, other) & straddles(other, one).T))
+
+
+def _from_corners(corners: Array, walls: Array) -> float:
+    """The square of the least distance of corners from walls."""
+    start, step = walls[None, :, 0], (walls[:, 1] - walls[:, 0])[None]
+    apart = corners[:, None] - start
+    part = np.clip((apart * step).sum(axis=2) / (step**2).sum(axis=2), 0.0, 1.0)
+    return float((((apart - part[..., None] * step) ** 2).sum(axis=2)).min())
+
+
+def _holds(outer: Footprint, inner: Footprint) -> bool:
+    """True where a ring of ``inner``, none of whose walls crosses one of ``outer``, lies inside it."""
+    return any(_inside(ring[0], outer) for ring in inner.rings)
+
+
+def _inside(corner: Array, footprint: Footprint) -> bool:
+    """True where a ray from the corner to the right crosses the walls, of courts too, an odd number of times."""
+    walls = np.concatenate(
+        [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in (*footprint.rings, *footprint.holes)]
+    )
+    (x0, y0), (x1, y1) = walls[:, 0].T, walls[:, 1].T
+    spans = (y0 > corner[1]) != (y1 > corner[1])
+    at = x0[spans] + (corner[1] - y0[spans]) / (y1[spans] - y0[spans]) * (x1[spans] - x0[spans])
+    return bool(np.count_nonzero(at > corner[0]) % 2)
+
+
+def faced(left: Footprint, right: Footprint, farthest: float) -> tuple[float, float]:
+    """The length across u [m] over which two footprints face each other, and its share of the shorter front.
+
+    They face each other where both reach and the distance from ``left`` to ``right`` along u is below ``farthest``
+    [m]. Between two corners that distance is linear, and so is known from two levels in between.
+    """
+    levels = np.unique(np.concatenate([ring[:, 1] for each in (left, right) for ring in each.rings]))
+    steps = np.diff(levels)
+    inner = (levels[:-1] + 0.25 * steps, levels[:-1] + 0.75 * steps)
+    apart = np.array([reaches(right, each, -1.0) - reaches(left, each, 1.0) for each in inner])
+    both = np.isfinite(apart).all(axis=0)  # inf where one of them does not reach
+    low, high = np.sort(apart[:, both], axis=0)
+    spread = high - low  # over half of the interval
+    start, whole = low - 0.5 * spread, 2.0 * spread
+    share = np.clip((farthest - start) / np.where(spread > 0.0, whole, 1.0), 0.0, 1.0)
+    share = np.where(spread > 0.0, share, low < farthest)
+    length = float(steps[both] @ share)
+    fronts = [float(np.ptp(np.concatenate(each.rings)[:, 1])) for each in (left, right)]
+    return length, min(length / min(fronts), 1.0)

@@ -1,8 +1,8 @@
 """Streets as rows: which buildings of a table stand side by side, how far apart, and what the table left open.
 
 A row is a chain of buildings whose gaps are below a limit. A wider gap parts it. Two buildings that stand closer than
-the limit and that a row cannot hold as neighbours are listed with the reason; a building near which nothing stands is
-alone. What a table does not give is filled by `Rules`, and every value so filled is listed.
+the limit and that a row cannot hold as neighbours are listed with the reason; a building with none near it is alone.
+What a table does not give is filled by `Rules`, and every value so filled is listed.
 """
 
 from __future__ import annotations
@@ -15,11 +15,17 @@ from typing import Any
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules, house
-from pounding_risk.scene.street.distances import close_pairs
-from pounding_risk.scene.street.footprints import Array, length, local, middle
-from pounding_risk.scene.street.lines import FINEST_GAP, BlockRow, Street
-from pounding_risk.scene.street.pairs import NEIGHBOURS, STREETS, ClosePair, neighbours_csv
-from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
+from pounding_risk.scene.street.footprints import Array, close_pairs, length, local, middle
+from pounding_risk.scene.street.neighbours import (
+    FINEST_GAP,
+    NEIGHBOURS,
+    STREETS,
+    BlockRow,
+    ClosePair,
+    Street,
+    neighbours_csv,
+)
+from pounding_risk.scene.street.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
 from pounding_risk.scene.street.table import BlockError, Entry, read_table, repeated
 from pounding_risk.units import GAP, say
 
@@ -28,10 +34,10 @@ LONGEST_STREET = 5e3  # m, within which a plane stands for the ellipsoid to 1e-3
 
 @dataclass(frozen=True, repr=False)
 class Block(ShortRepr):
-    """What a table holds: its rows, the buildings in no row, and what was filled in.
+    """The rows of a street's table, the buildings in no row, and the values that were filled in.
 
     ``close`` are pairs that stand closer than the limit and are no neighbours in a row; without footprints they are
-    not known. ``notes`` are sentences on what is not read and what is doubtful.
+    not known. ``notes`` are sentences on columns that are not read and on doubtful values.
     """
 
     source: str
@@ -43,7 +49,7 @@ class Block(ShortRepr):
     close: tuple[ClosePair, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """Rows, buildings and what was filled in."""
+        """Rows, buildings and number of values filled in, for its display."""
         yield "table", self.source
         yield "rows", "; ".join(" | ".join(house.name for house in row.buildings) for row in self.rows) or "none"
         yield "in no row", ", ".join(house.name for house in self.in_no_row) or "none"
@@ -58,7 +64,7 @@ class Block(ShortRepr):
 
     @property
     def has_footprints(self) -> bool:
-        """True where the buildings' outlines are known, and with them what stands behind and across."""
+        """True where the outlines of the buildings are known, and with them what stands behind and across."""
         houses = [*self.in_no_row, *(house for row in self.rows for house in row.buildings)]
         return any(house.footprint is not None for house in houses)
 
@@ -69,7 +75,7 @@ class Block(ShortRepr):
         contact: Contact = CONCRETE,
         tables: Mapping[str, Any] | None = None,
     ) -> dict[str, str]:
-        """The scene (TOML) of each row, by the name of its file.
+        """The scene (TOML) of each row by the name of its file.
 
         ``records`` are ids of the catalogue; None takes all its horizontal ones. ``tables`` adds sections, or keys to
         that of the records, such as ``{"effects": {"p_delta": {}}, "records": {"set": "fema-p695-farfield"}}``.
@@ -89,19 +95,19 @@ class Block(ShortRepr):
         }
 
     def file_names(self) -> list[str]:
-        """The name of each row's scene; a number tells apart those that would share one."""
+        """The name of each row's scene; a number follows names that would be the same."""
         names = [slug(row.name) for row in self.rows]
         shared = set(repeated(names))
-        return [f"{name}-{place}.toml" if name in shared else f"{name}.toml" for place, name in enumerate(names, 1)]
+        return [f"{name}-{number}.toml" if name in shared else f"{name}.toml" for number, name in enumerate(names, 1)]
 
     def filled_of(self, row: BlockRow) -> list[Filled]:
-        """What was filled in for the buildings of a row."""
-        names = {each.name for each in row.buildings}
-        return [each for each in self.filled if each.street == row.street and each.building in names]
+        """The values that were filled in for the buildings of a row."""
+        names = {house.name for house in row.buildings}
+        return [value for value in self.filled if value.street == row.street and value.building in names]
 
     def close_to(self, row: BlockRow) -> list[ClosePair]:
-        """The pairs of `close` of which a building is in this row."""
-        members = {(row.street, each.name) for each in row.buildings}
+        """The pairs of `close` with a building of this row."""
+        members = {(row.street, house.name) for house in row.buildings}
         return [
             pair
             for pair in self.close
@@ -135,53 +141,110 @@ def block(
     contact: Contact = CONCRETE,
     tables: Mapping[str, Any] | None = None,
 ) -> Block:
-    """Read a street's table, and write to the folder ``out`` what `write_block` does.
+    """Read a street's table, and write the scenes of its rows to a folder.
 
-    The table and ``rules`` are as for `read_block`; the others as for `write_block`. Nothing is written where the
-    table has a fault.
+    Parameters
+    ----------
+    path : str or Path
+        The table, as for `read_block`.
+    out : str or Path, optional
+        Folder for the files of `write_block`; None writes nothing.
+    rules : Rules, optional
+        As for `read_block`.
+    records : sequence of str, optional
+        Ids of the catalogue; None takes all its horizontal ones.
+    contact : Contact
+        The law of contact of every interface, as a scene file writes it.
+    tables : mapping, optional
+        Further sections of the scenes, or keys of [records], as for `Block.scenes`.
+
+    Returns
+    -------
+    Block
+        The rows of the table. Nothing is written where the table has a fault.
     """
-    found = read_block(path, rules)
+    street = read_block(path, rules)
     if out is not None:
-        write_block(found, out, records=records, contact=contact, tables=tables)
-    return found
+        write_block(street, out, records=records, contact=contact, tables=tables)
+    return street
 
 
 def write_block(
-    found: Block,
+    street: Block,
     out: str | Path,
     *,
     records: Sequence[str] | None = None,
     contact: Contact = CONCRETE,
     tables: Mapping[str, Any] | None = None,
 ) -> list[Path]:
-    """Write the scene of each row, filled.csv, what was filled in, and neighbours.csv, every pair that stands close.
+    """Write the scene of each row, filled.csv with the values filled in, and neighbours.csv with every close pair.
 
-    ``records``, ``contact`` and ``tables`` are as for `Block.scenes`. Returns the files; raises BlockError where there
-    is no row, SceneError where a scene would have a fault, and writes nothing then.
+    Parameters
+    ----------
+    street : Block
+        The rows of a table.
+    out : str or Path
+        The folder, made where it is missing.
+    records : sequence of str, optional
+        Ids of the catalogue; None takes all its horizontal ones.
+    contact : Contact
+        The law of contact of every interface, as a scene file writes it.
+    tables : mapping, optional
+        Further sections of the scenes, or keys of [records], as for `Block.scenes`.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    BlockError
+        Where there is no row.
+    SceneError
+        Where a scene would have a fault; nothing is written then.
     """
-    found.check()
-    scenes = found.scenes(records, contact=contact, tables=tables)
+    street.check()
+    scenes = street.scenes(records, contact=contact, tables=tables)
     for name, text in scenes.items():
         parse_scene(text, source=name)  # so that no scene is written that cannot be read
-    pairs = neighbours_csv(((row.name, row.pairs) for row in found.rows), found.close)
-    texts = {**scenes, FILLED: filled_csv(found.filled), NEIGHBOURS: pairs}
-    write_texts(Path(out), texts)
+    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close)
+    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs}
+    for name, text in texts.items():
+        write_text(Path(out) / name, text)
     return [Path(out) / name for name in texts]
 
 
 def read_block(path: str | Path, rules: Rules | None = None) -> Block:
-    """The rows of a street's table, .csv or .geojson.
+    """Read the rows of a street's table.
 
-    A CSV has a head and a line for each building, a GeoJSON (RFC 7946) a feature with a Polygon or a MultiPolygon and
-    the columns as properties. Columns, each with its unit in brackets, `height [m]`, or in its cells: name, street (one
-    table may have several), height, storeys, typology, period, damping, floor mass, or floor area and floor load, gap
-    (to the building on the right), and in a CSV left wall and right wall (positions along the street). Without walls
-    the lines are in the order of the street. Lines of a CSV that start with # are left out.
+    Parameters
+    ----------
+    path : str or Path
+        A .csv file with a head and a line for each building, or a .geojson file (RFC 7946) with a Polygon or a
+        MultiPolygon for each building and the columns as properties.
+    rules : Rules, optional
+        What fills missing values, and what makes a row.
 
-    ``rules`` fill what is missing, and say what makes a row. A street's axis is theirs, or the walls' direction in
-    which most of its buildings face each other, pointing as the file lists them.
+    Returns
+    -------
+    Block
+        Rows, buildings in no row, and the values that were filled in.
 
-    Raises BlockError with every fault: what is no value, what is missing, and buildings that overlap.
+    Raises
+    ------
+    BlockError
+        With every fault: values that cannot be read, values that are missing, and buildings that overlap.
+
+    Notes
+    -----
+    Columns, each with its unit in brackets, `height [m]`, or in its cells: name, street (one table may have several),
+    height, storeys, typology, period, damping, floor mass, or floor area and floor load, gap (to the building on the
+    right), and in a CSV left wall and right wall (positions along the street). Without walls the lines are in the order
+    of the street. Lines of a CSV that start with # are left out.
+
+    The axis of a street is that of ``rules``, or the direction of its walls in which most of its buildings face each
+    other, pointing as the file lists them.
     """
     source, rules = Path(path), rules or Rules()
     table = read_table(source, rules.metres)
@@ -210,8 +273,8 @@ def read_block(path: str | Path, rules: Rules | None = None) -> Block:
 
 
 def _between_streets(every: Sequence[tuple[House, Entry]], rules: Rules) -> list[ClosePair]:
-    """Buildings of two streets that stand closer than the limit; each with its entry as in the file."""
-    outlined = [(each, entry.footprint) for each, entry in every if entry.footprint is not None]
+    """Pairs of buildings of two streets that stand closer than the limit; footprints are those of the file."""
+    outlined = [(house, entry.footprint) for house, entry in every if entry.footprint is not None]
     pairs = close_pairs([footprint for _, footprint in outlined], rules.limit, rules.metres)
     return [
         ClosePair(outlined[one][0], outlined[other][0], round(distance, FINEST_GAP), STREETS)
@@ -221,7 +284,7 @@ def _between_streets(every: Sequence[tuple[House, Entry]], rules: Rules) -> list
 
 
 def _in_metres(entries: Sequence[Entry], origin: Array | None, faults: list[str]) -> list[Entry]:
-    """Entries of one street with their footprints, if they have any, in metres."""
+    """The entries of a street with their footprints, where they have any, in metres."""
     if origin is None:
         return list(entries)
     footprints = local([entry.footprint for entry in entries if entry.footprint is not None], origin)

@@ -1,34 +1,49 @@
-"""Rows of a street as scene files, and the list of what was filled in as CSV."""
+"""Rows of a street as scene files, and the list of filled values as CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
-import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pounding_risk._common.files import write_whole
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.toml import write_toml
 from pounding_risk.units import GAP, MASS, PERIOD, Quantity, exact, parse, say, shown
 
 if TYPE_CHECKING:
     from pounding_risk.scene.street.defaults import Filled, House
-    from pounding_risk.scene.street.lines import BlockRow
-    from pounding_risk.scene.street.pairs import ClosePair
+    from pounding_risk.scene.street.neighbours import BlockRow, ClosePair
 
 FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "solver")
 SOURCES = ("names", "files", "set", "manifest")
 POLARITIES = ["as recorded", "reversed"]  # a row is not symmetric
-TOLD = 3  # values of a column that are told one by one
+LISTED = 3  # values of a column that are listed one by one
 
 
 class Contact(NamedTuple):
-    """What every interface of a row has, as a scene file writes it; None leaves a key out."""
+    """The contact of every interface of a row, as a scene file writes it.
+
+    Parameters
+    ----------
+    contact_model : str
+        Law of contact.
+    stiffness : str, optional
+        Its stiffness; None leaves the key out, as for the others.
+    restitution : str or float, optional
+        Coefficient of restitution, or its relation to the velocity.
+    yield_force : str, optional
+        Force at which the contact yields.
+    column_yield_force : str, optional
+        Force at which a column that a floor hits yields.
+    tolerance : str, optional
+        Of the levels of floors that meet, in place of the depth of the floors.
+    """
 
     contact_model: str = "jankowski"
     stiffness: str | None = "2.75e9 N/m^1.5"
@@ -42,7 +57,7 @@ CONCRETE = Contact()  # concrete on concrete: β and e of Jankowski (2005)
 
 
 class Share(NamedTuple):
-    """Values of one column filled by one rule: how many, and which in words."""
+    """The values of one column that one rule filled: their number, and which in words."""
 
     column: str
     number: int
@@ -51,20 +66,31 @@ class Share(NamedTuple):
 
 
 def shares(filled: Iterable[Filled]) -> list[Share]:
-    """What was filled in, summed up by column and rule, in the order met."""
+    """Sum up filled values by column and rule.
+
+    Parameters
+    ----------
+    filled : iterable of Filled
+        Values that were filled in.
+
+    Returns
+    -------
+    list of Share
+        One for each column and rule, in the order met.
+    """
     groups: dict[tuple[str, str], list[str]] = {}
-    for each in filled:
-        groups.setdefault((each.column, each.rule), []).append(each.value)
-    found = []
+    for value in filled:
+        groups.setdefault((value.column, value.rule), []).append(value.value)
+    summary = []
     for (column, rule), values in groups.items():
         distinct = list(dict.fromkeys(values))
-        more = f", ... ({len(distinct)} values)" if len(distinct) > TOLD else ""
-        found.append(Share(column, len(values), f"{', '.join(distinct[:TOLD])}{more}", rule))
-    return found
+        more = f", ... ({len(distinct)} values)" if len(distinct) > LISTED else ""
+        summary.append(Share(column, len(values), f"{', '.join(distinct[:LISTED])}{more}", rule))
+    return summary
 
 
 def filled_csv(filled: Iterable[Filled]) -> str:
-    """Every value that was filled in as CSV: street, building, column, value, rule."""
+    """Every filled value as CSV: street, building, column, value, rule."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("street", "building", "column", "value", "rule"))
@@ -72,26 +98,17 @@ def filled_csv(filled: Iterable[Filled]) -> str:
     return text.getvalue()
 
 
-def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write files to a folder, which is made where it is not there; each appears under its name when it is whole.
-
-    Raises PoundingError where one cannot be written.
-    """
-    for name, text in texts.items():
-        target = folder / name
-        partial = target.with_name(f".{name}.{os.getpid()}.partial")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            os.replace(partial, target)
-        except OSError as error:
-            raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
-        finally:
-            partial.unlink(missing_ok=True)
+def write_text(target: Path, text: str) -> None:
+    """Write a whole file to a folder, which is made where it is missing; raises PoundingError where that fails."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(target, lambda file: file.write(text.encode()))
+    except OSError as error:
+        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def slug(name: str) -> str:
-    """A name as that of a file: letters and digits of any alphabet, in small, the rest hyphens."""
+    """A name as that of a file: letters and digits of any alphabet in lower case, the rest hyphens."""
     return re.sub(r"\W+", "-", name.lower()).strip("-_") or "row"
 
 
@@ -105,7 +122,7 @@ def scene_text(
     contact: Contact,
     tables: Mapping[str, Any] | None,
 ) -> str:
-    """The scene of a row, with comments that say where its numbers are from.
+    """The scene of a row as TOML, with comments on the origin of its numbers.
 
     Raises PoundingError for a section of ``tables`` that is not one of effects, records, grid and solver.
     """
@@ -124,7 +141,7 @@ def scene_text(
 
 
 def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str) -> list[str]:
-    """Where the numbers of a scene are from, and what stands close that it does not hold."""
+    """Comments on the origin of a scene's numbers, and on the close buildings that it does not hold."""
     lines = [f"{len(row.buildings)} buildings of {source}, side by side; written by pounding-risk block."]
     if not isnan(row.direction):
         lines.append(f"From left to right is {row.direction:.1f} degrees clockwise from north.")
@@ -142,14 +159,20 @@ def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair],
 
 
 def _records(names: Sequence[str] | None, given: Mapping[str, Any]) -> dict[str, Any]:
-    """What the section of records has beside what is given: names, where no other source is, and both polarities."""
+    """Keys of [records] beside those given: names, where no other source is given, and both polarities."""
     if names is None and any(key in given for key in SOURCES):
         return {"polarity": POLARITIES}
     return {"names": horizontal_records() if names is None else list(names), "polarity": POLARITIES}
 
 
 def horizontal_records() -> list[str]:
-    """The ids of all horizontal records of the catalogue."""
+    """List the horizontal records of the catalogue.
+
+    Returns
+    -------
+    list of str
+        Their ids.
+    """
     from pounding_risk.motions.catalogue import entries
 
     return [entry.id for entry in entries() if entry.horizontal]

@@ -1,4 +1,4 @@
-"""Tables of a street: CSV or GeoJSON in, one entry a building, with every fault by line or feature at once.
+"""Tables of a street: CSV or GeoJSON in, one entry for each building, with all faults by line or feature at once.
 
 A column is named with its unit, `height [m]`, or its cells have theirs, `12.5 m`; a unit is never guessed.
 """
@@ -31,7 +31,7 @@ AREA = Quantity("m^2", 0.0, inf, "area of a floor", example="180 m^2", **POSITIV
 LOAD = Quantity("Pa", 0.0, inf, "load of a floor", example="10 kN/m^2", **POSITIVE)
 WALL = Quantity("m", -inf, inf, "position along the street", open_low=True, open_high=True, example="24.3 m")
 DEGREE = 111.2e3  # m, of latitude
-COARSE = 5e-3  # m on the ground; coordinates that tell no less are doubted
+COARSE = 5e-3  # m on the ground; coarser coordinates are doubted
 MOST_DECIMALS = 8  # of degrees that are still so coarse
 FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther
 # Words, or the quantity of a number.
@@ -55,7 +55,7 @@ COLUMNS: dict[str, Quantity | None] = {
 OSM_COLUMNS = {"building:levels": "storeys"}
 OSM_UNITS = {"height": "m"}
 OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
-# Values of the tag building that are no building with floors; of others the use is told, which is no typology.
+# Values of the tag building that mean no building with floors; the others are uses, from which no typology follows.
 OSM_HOLLOW = ("no", "roof", "carport", "construction", "ruins", "collapsed", "demolished", "proposed", "tent", "bridge")
 NOT_KNOWN = ("na", "n/a", "n.a.", "nan", "null", "none", "nil", "unknown", "?", "-", "--", "–", "—", "#n/a")
 WORDS = ("name", "street")  # columns in which any word is a value
@@ -71,7 +71,7 @@ class BlockError(SceneError):
 
 
 class Entry(NamedTuple):
-    """One building as the table has it: where it stands there, the SI value or words of each column given."""
+    """One building of a table: its place there, and the SI value or words of each column given."""
 
     place: str  # "line 7" or "feature 3"
     values: Mapping[str, Any]
@@ -79,7 +79,7 @@ class Entry(NamedTuple):
 
 
 class Table(NamedTuple):
-    """The buildings of a file, and the columns that are not read, in words."""
+    """The buildings of a file, and sentences about the columns that are not read."""
 
     entries: list[Entry]
     left_out: list[str]
@@ -113,7 +113,7 @@ def _text(path: Path) -> str:
         raise BlockError(str(path), [f"byte {error.start} is not UTF-8; save the file with that encoding"]) from None
     except OSError as error:
         folder = path.parent
-        names = [each.name for each in folder.iterdir()] if folder.is_dir() else []
+        names = [file.name for file in folder.iterdir()] if folder.is_dir() else []
         near = nearest(path.name, names)
         raise BlockError(str(path), [f"cannot be read ({error.strerror}){near}; check the name"]) from None
 
@@ -121,11 +121,11 @@ def _text(path: Path) -> str:
 def _columns(
     heads: Sequence[str], where: str, faults: list[str], tags: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[dict[str, tuple[str, str]], list[str]]:
-    """Column and unit of each head that is one, and a note on those that are not; faults for heads that nearly are.
+    """Column and unit of each known head, and a note on the unknown ones; faults for heads that are nearly known.
 
     ``tags`` are columns that have another name in the file.
     """
-    found: dict[str, tuple[str, str]] = {}
+    columns: dict[str, tuple[str, str]] = {}
     left_out = []
     for head in heads:
         parted = re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", head, re.DOTALL)
@@ -138,16 +138,16 @@ def _columns(
                 faults.append(f"{where}: {shown(head)} is no column{near}; it may be {', '.join(COLUMNS)}")
             elif name:
                 left_out.append(head)
-        elif name in (column for column, _ in found.values()):
+        elif name in (column for column, _ in columns.values()):
             faults.append(f"{where}: {shown(head)} stands twice; leave one of the two out")
         else:
-            found[head] = name, unit
+            columns[head] = name, unit
     verb = "is" if len(left_out) == 1 else "are"
-    return found, [f"{where}: {', '.join(map(shown, left_out))} {verb} not read"] if left_out else []
+    return columns, [f"{where}: {', '.join(map(shown, left_out))} {verb} not read"] if left_out else []
 
 
 def _read_csv(text: str, faults: list[str]) -> Table:
-    """Lines under a head; those that start with # are left out."""
+    """The lines under a head; those that start with # are left out."""
     lines = ("\n" if line.startswith("#") else line for line in text.splitlines(keepends=True))
     reader = csv.reader(lines, strict=True)
     try:
@@ -167,18 +167,18 @@ def _read_csv(text: str, faults: list[str]) -> Table:
         faults.append(f"line {at}: names no two columns of a street; {HEAD}")
     entries = []
     for at, cells in rows[1:]:
-        place = f"line {at}"
+        where = f"line {at}"
         if len(cells) != len(heads):
-            faults.append(f"{place}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
+            faults.append(f"{where}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
         else:
-            entries.append(Entry(place, _values(place, zip(heads, cells, strict=True), columns, faults)))
+            entries.append(Entry(where, _values(where, zip(heads, cells, strict=True), columns, faults)))
     return Table(entries, left_out)
 
 
 def _values(
-    place: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
+    where: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> dict[str, Any]:
-    """What one building gives: SI values and words by column, without blanks."""
+    """The values of one building: SI numbers and words by column, without blanks."""
     values = {}
     for head, cell in cells:
         if head not in columns or cell is None or (isinstance(cell, str) and not cell.strip()):
@@ -191,12 +191,12 @@ def _values(
                 )
             values[column] = _value(cell, unit, COLUMNS[column])
         except ValueError as error:
-            faults.append(f"{place}, {column}: {error}")
+            faults.append(f"{where}, {column}: {error}")
     return values
 
 
 def _value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
-    """One cell; raises ValueError with a sentence."""
+    """The value of one cell; raises ValueError with a sentence."""
     if isinstance(cell, bool) or not isinstance(cell, str | int | float):
         raise ValueError(f"{shown(cell)} is neither text nor a number; write one of the two")
     text = str(cell).strip()
@@ -270,7 +270,7 @@ def _in_metres_of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _osm_notes(tables: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """How tags of OpenStreetMap are taken, and which features are perhaps no building."""
+    """Notes on how tags of OpenStreetMap are read, and on features that may be no building."""
     yield (
         "tags of OpenStreetMap: a height without a unit is in metres, building:levels are the storeys, and building is "
         "a use, from which no typology follows; give typology where it is known"
@@ -282,18 +282,18 @@ def _osm_notes(tables: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def _other_coordinates(footprints: Sequence[Footprint], metres: bool) -> Iterator[str]:
-    """A fault where metres are read as degrees, or degrees as metres: no building is so large, or so small."""
+    """A fault where metres are read as degrees, or degrees as metres: no building is that large, or that small."""
     if not footprints:
         return
     if metres:
-        widest = max(length([each]) for each in footprints)
+        widest = max(length([footprint]) for footprint in footprints)
         if widest < SMALLEST:
             yield (
                 f"read as metres, no footprint is more than {say(widest, GAP, 2)} across: the coordinates look like "
                 "longitude and latitude; leave out --metres (metres=True in Python)"
             )
         return
-    least = min(length(local([each], middle([each]))) for each in footprints)
+    least = min(length(local([footprint], middle([footprint]))) for footprint in footprints)
     if least > LARGEST:
         yield (
             f"read as longitude and latitude, every footprint is {say(least, GAP, 2)} across or more: the coordinates "
@@ -303,7 +303,7 @@ def _other_coordinates(footprints: Sequence[Footprint], metres: bool) -> Iterato
 
 def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[str]:
     """A note where the last decimal of the coordinates is larger on the ground than gaps are."""
-    numbers = np.concatenate([NONE, *(ring for each in footprints if each for ring in each.rings)])
+    numbers = np.concatenate([NONE, *(ring for footprint in footprints if footprint for ring in footprint.rings)])
     for decimals in range(MOST_DECIMALS):
         size = 10.0**-decimals * (1.0 if metres else DEGREE)
         if size >= COARSE and (numbers == numbers.round(decimals)).all():
@@ -315,22 +315,22 @@ def _coarse(footprints: Iterable[Footprint | None], metres: bool) -> Iterator[st
 
 
 def _check_twins(
-    place: str, table: Mapping[str, Any], columns: Mapping[str, tuple[str, str]], faults: list[str]
+    where: str, table: Mapping[str, Any], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> None:
-    """Walls have no place beside footprints, which say where they are."""
+    """Note a fault for positions of walls beside a footprint, which has them."""
     for head in table:
         column = columns.get(head, ("", ""))[0]
         if column in ("left wall", "right wall") and table[head] is not None:
-            faults.append(f"{place}, {column}: the footprint says where the walls are; leave the property out")
+            faults.append(f"{where}, {column}: the footprint says where the walls are; leave the property out")
 
 
-def _footprint(place: str, geometry: Any, metres: bool, faults: list[str]) -> Footprint | None:
+def _footprint(where: str, geometry: Any, metres: bool, faults: list[str]) -> Footprint | None:
     """The outline of a feature; None, and a fault, where it has none."""
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     parts = geometry.get("coordinates") if isinstance(geometry, dict) else None
     if kind not in ("Polygon", "MultiPolygon") or not isinstance(parts, list) or not parts:
-        told = "no geometry" if kind is None else shown(kind)
-        faults.append(f"{place}: has {told}; a building needs its footprint, a Polygon or a MultiPolygon")
+        kind_words = "no geometry" if kind is None else shown(kind)
+        faults.append(f"{where}: has {kind_words}; a building needs its footprint, a Polygon or a MultiPolygon")
         return None
     polygons = [parts] if kind == "Polygon" else parts
     rings: list[Array] = []
@@ -339,7 +339,7 @@ def _footprint(place: str, geometry: Any, metres: bool, faults: list[str]) -> Fo
         for number, ring in enumerate(polygon if isinstance(polygon, list) and polygon else [None]):
             corners, wrong = _ring(ring, metres)
             if wrong:
-                faults.append(f"{place}: {wrong}")
+                faults.append(f"{where}: {wrong}")
                 return None
             (holes if number else rings).append(corners)
     return Footprint(tuple(rings), tuple(holes))
@@ -362,12 +362,12 @@ def _ring(ring: Any, metres: bool) -> tuple[Array, str]:
         )
     if not np.array_equal(corners[0], corners[-1]):
         return NONE, "a ring does not end where it starts; repeat its first position at its end"
-    kept = corners[:-1][np.any(corners[1:] != corners[:-1], axis=1)]
-    if len(kept) < 3 or ring_area(kept) == 0.0:
+    corners_distinct = corners[:-1][np.any(corners[1:] != corners[:-1], axis=1)]
+    if len(corners_distinct) < 3 or ring_area(corners_distinct) == 0.0:
         return NONE, "a ring has no area; draw the footprint again"
-    if crosses_itself(kept):
+    if crosses_itself(corners_distinct):
         return NONE, "a ring crosses itself; draw the footprint again, its corners in turn"
-    return kept, ""
+    return corners_distinct, ""
 
 
 def _is_number(value: Any) -> bool:
@@ -375,5 +375,5 @@ def _is_number(value: Any) -> bool:
 
 
 def repeated(items: Iterable[Item]) -> Iterator[Item]:
-    """Those that stand more than once."""
+    """The items that stand more than once."""
     return (item for item, times in Counter(items).items() if times > 1)

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import read_file
-from pounding_risk.motions.formats.columns import _is_columns, _read_columns, fits, write_columns
+from pounding_risk.motions.formats.columns import _is_columns, _read_columns, fits
 from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.write import write_columns
 
 G = 9.80665
 TWO = "time [s], acceleration [g]\n0.00, 0.01\n0.01, -0.02\n0.02, 0.03\n"

@@ -16,7 +16,7 @@ from obspy import UTCDateTime
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.ensemble import gather
+from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.formats import read_components, read_file
 from pounding_risk.motions.formats.evt import _is_evt, _read_evt
 from pounding_risk.motions.formats.knet import _is_knet, _read_knet
@@ -85,7 +85,7 @@ def test_both_depths_of_a_kiknet_station_are_recordings_of_their_own(tmp_path):
         named = [b"Dir.              " + number.encode() if line.startswith(b"Dir.") else line for line in lines]
         (tmp_path / f"AKT0139608110312.{component}").write_bytes(b"\n".join(named))
     request = RecordRequest((), (str(tmp_path),), None, None, None, ("as recorded",), "none", 0.0, direction=90.0)
-    found = gather(request, tmp_path)
+    found = read_ensemble(request, tmp_path)
     assert [motion.record["component"] for motion in found.motions] == ["EW1 + NS1", "EW2 + NS2"]
     assert [motion.record["id"] for motion in found.motions] == [
         f"AKT0139608110312.EW{depth} + AKT0139608110312.NS{depth}" for depth in "12"

@@ -1,7 +1,13 @@
-"""The buildings of one street lined up: which are neighbours in a row, how far apart, and which close pairs are not."""
+"""The buildings of one street in rows: neighbours, the gaps between them, and close pairs that no row holds.
+
+A row is one line of buildings. Two that stand closer than the limit across the street's axis, at a corner, in two
+streets, or as a second neighbour on one side can pound too. They are listed with their clear distance.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import cos, inf, isfinite, isnan, nan, radians, sin
@@ -10,13 +16,99 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.scene.street.defaults import Filled, House, Notes, Rules
-from pounding_risk.scene.street.distances import clear_between, close_pairs, faced
-from pounding_risk.scene.street.footprints import Facing, Footprint, azimuth, facing, street_axis, turned
-from pounding_risk.scene.street.pairs import ACROSS, CORNER, ClosePair, Neighbours, percent
+from pounding_risk.scene.street.footprints import (
+    Facing,
+    Footprint,
+    azimuth,
+    clear_between,
+    close_pairs,
+    faced,
+    facing,
+    street_axis,
+    turned,
+)
 from pounding_risk.scene.street.table import repeated
 from pounding_risk.units import GAP, say, shown
 
-FINEST_GAP = 4  # decimals of a metre: no survey tells less than 0.1 mm
+NEIGHBOURS = "neighbours.csv"
+PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
+ACROSS = "across the axis of the street"
+CORNER = "corner to corner"
+STREETS = "in two streets"
+HEADS = (
+    *("street", "building", "other street", "other building"),
+    *("clear distance [m]", "faced [m]", "faced share", "held"),
+)
+
+
+class Neighbours(NamedTuple):
+    """Two neighbours in a row, with the length over which they face each other, NaN without footprints."""
+
+    left: House
+    right: House
+    gap: float  # m
+    faced: float = nan  # m, across the axis of the street
+    share: float = nan  # of the shorter front
+
+    @property
+    def is_partial(self) -> bool:
+        """True where they face each other over less than half of the shorter front."""
+        return self.share < PARTIAL
+
+    @property
+    def faced_words(self) -> str:
+        """The faced length and its share in words."""
+        front = self.faced / self.share if self.share > 0.0 else nan
+        return (
+            f"face each other over {say(self.faced, GAP, 2)} of a front of {say(front, GAP, 3)} ({percent(self.share)})"
+        )
+
+
+class ClosePair(NamedTuple):
+    """Two buildings that stand closer than the limit, and are no neighbours in a row."""
+
+    one: House
+    other: House
+    distance: float  # m, clear, in any direction; 0 where they touch
+    reason: str
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """The names of both, with their streets where these are two."""
+        if self.one.street == self.other.street:
+            return self.one.name, self.other.name
+        return tuple(f"{house.name} ({house.street or 'no street'})" for house in (self.one, self.other))  # type: ignore[return-value]
+
+    @property
+    def words(self) -> str:
+        """The pair in one sentence without its full stop."""
+        return f"{' and '.join(self.names)}: {say(self.distance, GAP, 3)} clear, {self.reason}"
+
+
+def percent(share: float) -> str:
+    """A share in per cent, in words."""
+    return f"{100.0 * share:.2g} %"
+
+
+def neighbours_csv(rows: Iterable[tuple[str, Sequence[Neighbours]]], close: Iterable[ClosePair]) -> str:
+    """Every close pair as CSV: the neighbours of each named row, then the pairs that no row holds, with the reason."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADS)
+    for name, pairs in rows:
+        for left, right, gap, *faced_and_share in pairs:
+            measured = ["" if isnan(value) else f"{value:.4g}" for value in faced_and_share]
+            writer.writerow((*_who(left, right), f"{gap:.6g}", *measured, f"neighbours in {name}"))
+    for pair in close:
+        writer.writerow((*_who(pair.one, pair.other), f"{pair.distance:.6g}", "", "", f"in no row: {pair.reason}"))
+    return text.getvalue()
+
+
+def _who(one: House, other: House) -> tuple[str, str, str, str]:
+    return one.street, one.name, other.street, other.name
+
+
+FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
 
 
 class BlockRow(NamedTuple):
@@ -31,14 +123,14 @@ class BlockRow(NamedTuple):
 
 
 class LinedUp(NamedTuple):
-    """Rows, and buildings in none as rows without a gap; the pairs that stand close and are no neighbours in a row."""
+    """The rows of a street, single buildings as rows without a gap, and the close pairs that no row holds."""
 
     rows: list[BlockRow]
     close: list[ClosePair]
 
 
 class Beside(NamedTuple):
-    """Two buildings of a street that face each other along it, by their places."""
+    """Two buildings of a street, by index, that face each other along it."""
 
     pair: Facing
     faced: float = nan  # m, across the street
@@ -46,7 +138,7 @@ class Beside(NamedTuple):
 
 
 class Street(NamedTuple):
-    """The buildings of one street, where each stands in the file, and what lines them up."""
+    """The buildings of one street with their places in the file, and the rules by which they are lined up."""
 
     houses: list[House]
     places: list[str]
@@ -76,7 +168,7 @@ class Street(NamedTuple):
         return street_axis(footprints, self.rules.limit + self.rules.survey, self.rules.survey)
 
     def _beside(self, flat: Sequence[Footprint], reasons: dict[frozenset[int], str]) -> Iterator[Beside]:
-        """The pairs that may be neighbours in a row; those that may not have their reason noted, or are faults."""
+        """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         reach, survey = self.rules.limit + self.rules.survey, self.rules.survey
         for pair in facing(flat, reach, survey):
             left, right = flat[pair.left], flat[pair.right]
@@ -93,29 +185,29 @@ class Street(NamedTuple):
                 yield Beside(pair, length, share)
 
     def _held(self, beside: Iterable[Beside], reasons: dict[frozenset[int], str]) -> list[Beside]:
-        """One neighbour at most on each side of a building, with the gap that holds: the rows."""
+        """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
         limit, held = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
-        rounded = [each._replace(pair=_rounded(each.pair)) for each in beside]
-        self._check_overlaps(each.pair for each in rounded)
-        for each in _in_line(rounded, limit):
-            gap = self._gap(each.pair)
+        rounded = [candidate._replace(pair=_rounded(candidate.pair)) for candidate in beside]
+        self._check_overlaps(candidate.pair for candidate in rounded)
+        for candidate in _in_line(rounded, limit):
+            gap = self._gap(candidate.pair)
             if gap < limit:
-                held.append(each._replace(pair=each.pair._replace(gap=gap)))
+                held.append(candidate._replace(pair=candidate.pair._replace(gap=gap)))
             else:
-                given = isfinite(self.houses[each.pair.left].gap)
+                given = isfinite(self.houses[candidate.pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
-                reasons[frozenset(each.pair[:2])] = f"{words}, as given" if given else words
-        onward = {each.pair.left: each.pair.right for each in held}
+                reasons[frozenset(candidate.pair[:2])] = f"{words}, as given" if given else words
+        onward = {candidate.pair.left: candidate.pair.right for candidate in held}
         before = {right: left for left, right in onward.items()}
-        for left, right, _ in (each.pair for each in rounded):
+        for left, right, _ in (candidate.pair for candidate in rounded):
             if onward.get(left) != right:
                 reasons.setdefault(frozenset((left, right)), self._second(left, right, onward, before))
         self._check_gaps(onward)
         return held
 
     def _second(self, left: int, right: int, onward: Mapping[int, int], before: Mapping[int, int]) -> str:
-        """Why two that face each other are no neighbours: which neighbour stands there in the row."""
+        """The reason why two that face each other are no neighbours: another neighbour on that side."""
         if left in onward:
             return f"{self.houses[left].name} has {self.houses[onward[left]].name} as its neighbour on that side"
         if right in before:
@@ -138,7 +230,7 @@ class Street(NamedTuple):
         self, flat: Sequence[Footprint], held: Sequence[Beside], reasons: Mapping[frozenset[int], str]
     ) -> Iterator[ClosePair]:
         """The pairs closer than the limit that are no neighbours in a row, each with the reason."""
-        neighbours = {frozenset(each.pair[:2]) for each in held}
+        neighbours = {frozenset(neighbour.pair[:2]) for neighbour in held}
         for one, other, distance in close_pairs(flat, self.rules.limit, metres=True):
             key = frozenset((one, other))
             if key not in neighbours:
@@ -147,19 +239,19 @@ class Street(NamedTuple):
 
     def _note_partial(self, pairs: Iterable[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
-        told = "; ".join(f"{each.left.name} and {each.right.name} {each.faced_words}" for each in pairs)
-        if told:
+        words = "; ".join(f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs)
+        if words:
             self.notes.doubts.append(
-                f"{told}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
+                f"{words}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
                 "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
             )
 
-    def _named(self, place: int) -> str:
-        return f"{self.places[place]}, {self.houses[place].name}"
+    def _named(self, number: int) -> str:
+        return f"{self.places[number]}, {self.houses[number].name}"
 
     def _check_names(self) -> None:
-        for name in repeated(each.name for each in self.houses):
-            places = [where for each, where in zip(self.houses, self.places, strict=True) if each.name == name]
+        for name in repeated(house.name for house in self.houses):
+            places = [where for house, where in zip(self.houses, self.places, strict=True) if house.name == name]
             self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
 
     def _check_overlaps(self, pairs: Iterable[Facing]) -> None:
@@ -197,11 +289,11 @@ class Street(NamedTuple):
         return pair.gap
 
     def _check_gaps(self, onward: Mapping[int, int]) -> None:
-        """A fault for a gap that leads nowhere."""
-        for place, each in enumerate(self.houses):
-            if place not in onward and each.gap < self.rules.limit:
+        """Note a fault for a gap that is given to the right of the last building of a row."""
+        for number, house in enumerate(self.houses):
+            if number not in onward and house.gap < self.rules.limit:
                 self.notes.faults.append(
-                    f"{self._named(place)}, gap: {say(each.gap, GAP)} is given, but no building stands on its right "
+                    f"{self._named(number)}, gap: {say(house.gap, GAP)} is given, but no building stands on its right "
                     f"within {say(self.rules.limit, GAP)}; leave the gap out, or correct the order"
                 )
 
@@ -211,16 +303,18 @@ def _rounded(pair: Facing) -> Facing:
 
 
 def _in_line(beside: Iterable[Beside], limit: float) -> list[Beside]:
-    """The pairs that make lines: one neighbour on each side, that with the longest faced length within the limit."""
+    """The pairs that make lines: one neighbour on each side, the one with the longest faced length within the limit."""
     onward: dict[int, int] = {}
     before: dict[int, int] = {}
     lined = []
-    for each in sorted(beside, key=lambda each: (each.pair.gap >= limit, -each.faced, each.pair.gap)):
-        left, right, _ = each.pair
+    for candidate in sorted(
+        beside, key=lambda candidate: (candidate.pair.gap >= limit, -candidate.faced, candidate.pair.gap)
+    ):
+        left, right, _ = candidate.pair
         if left not in onward and right not in before and not _leads(onward, right, left):
             onward[left], before[right] = right, left
-            lined.append(each)
-    return sorted(lined, key=lambda each: each.pair[:2])
+            lined.append(candidate)
+    return sorted(lined, key=lambda candidate: candidate.pair[:2])
 
 
 def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
@@ -231,7 +325,7 @@ def _leads(onward: Mapping[int, int], start: int, goal: int) -> bool:
 
 
 def _where(one: Footprint, other: Footprint) -> str:
-    """How two that do not face each other along the street stand, in coordinates along and across it."""
+    """The position of two that do not face each other along the street, in words."""
     corners = [np.concatenate(each.rings) for each in (one, other)]
     lows, highs = ([end(each, axis=0) for each in corners] for end in (np.min, np.max))
     shared = np.minimum(*highs) - np.maximum(*lows)
@@ -242,6 +336,6 @@ def _by_walls(walls: Sequence[tuple[float, float]]) -> Iterator[Facing]:
     """Each building and the next: by their left walls where all are given, else as the file lists them."""
     order: Iterable[int] = range(len(walls))
     if not any(isnan(left) for left, _ in walls):
-        order = sorted(order, key=lambda place: walls[place][0])
+        order = sorted(order, key=lambda number: walls[number][0])
     for left, right in pairwise(order):
         yield Facing(left, right, walls[right][0] - walls[left][1])
