@@ -17,15 +17,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pounding_risk.cli.assess import assess
-from pounding_risk.cli.cache_warning import cache_told
-from pounding_risk.cli.convert import convert, summary
-from pounding_risk.cli.draw import draw as draw_row
-from pounding_risk.cli.histories import histories
-from pounding_risk.cli.models import models
-from pounding_risk.cli.modes import modes
-from pounding_risk.cli.motions import records_app
-from pounding_risk.cli.options import (
+from pounding_risk.cli._common.compile_cache import cache_told
+from pounding_risk.cli._common.options import (
     BAD_INPUT,
     FIGURES,
     INTERRUPTED,
@@ -42,13 +35,20 @@ from pounding_risk.cli.options import (
     read_option,
     writable,
 )
+from pounding_risk.cli._common.tables import draw
+from pounding_risk.cli.assess import assess
+from pounding_risk.cli.block import block
+from pounding_risk.cli.draw import draw as draw_row
+from pounding_risk.cli.histories import histories
+from pounding_risk.cli.models import models
+from pounding_risk.cli.modes import modes
+from pounding_risk.cli.records import records_app
 from pounding_risk.cli.report import report
 from pounding_risk.cli.rerun import rerun
 from pounding_risk.cli.scan import scan
 from pounding_risk.cli.separations import separations
 from pounding_risk.cli.status import status
-from pounding_risk.cli.street import block
-from pounding_risk.cli.tables import draw
+from pounding_risk.cli.summary import convert, summary
 from pounding_risk.cli.view import view
 from pounding_risk.errors import PoundingError
 
@@ -134,7 +134,7 @@ def options(
 def demo(out: Annotated[Path, typer.Option(help="Folder for figures and datasets.")] = Path("pounding-demo")) -> None:
     """Run the pair of the 2011 paper: figures and a dataset."""
     check_folder(out)
-    from pounding_risk.cli.tables import print_pairs
+    from pounding_risk.cli._common.tables import print_pairs
     from pounding_risk.reports.demo import demo as run
 
     start = perf_counter()
@@ -146,7 +146,7 @@ def demo(out: Annotated[Path, typer.Option(help="Folder for figures and datasets
 @app.command()
 def validate(scene: Scene, overrides: Overrides = NONE) -> None:
     """Check a scene and its records; run nothing."""
-    from pounding_risk.cli.print_runs import print_plan
+    from pounding_risk.cli.simulate import print_plan
     from pounding_risk.ensemble.plan.plan import validate as run
 
     print_plan(run(scene, overrides))
@@ -177,7 +177,7 @@ def impact(
 ) -> None:
     """Let two bodies collide once under each contact model."""
     target = writable("--figure", figure, FIGURES)
-    from pounding_risk.cli.print_runs import FASTER, print_impacts
+    from pounding_risk.cli.simulate import FASTER, print_impacts
     from pounding_risk.studies.impact import impact as run
     from pounding_risk.studies.impact import restitution_of
     from pounding_risk.units import MASS, SPEED, YIELD_FORCE
@@ -220,7 +220,7 @@ def simulate(
     """Run one case in full: outputs, contacts, histories."""
     dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     moving = writable("--animation", animation, (".html",))
-    from pounding_risk.cli.print_runs import print_run
+    from pounding_risk.cli.simulate import print_run
     from pounding_risk.cli.simulate_row import check_moving, move
     from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
     from pounding_risk.results.files import save
@@ -282,8 +282,8 @@ def compare(
 ) -> None:
     """Run a scene under many contact models on equal terms."""
     out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.cli.compare import print_comparison
-    from pounding_risk.cli.tables import Watch
     from pounding_risk.results.summary import failures
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.compare import compare as run
@@ -323,8 +323,8 @@ def accuracy(
 ) -> None:
     """What each digit of the answers costs in time, by method."""
     out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.cli.accuracy import print_accuracy
-    from pounding_risk.cli.tables import Watch
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.accuracy import accuracy as run
 
@@ -352,8 +352,8 @@ def effects(
 ) -> None:
     """What each effect changes in a scene, and what it costs."""
     out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.cli.effects import print_effects
-    from pounding_risk.cli.tables import Watch
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.effects import effects as run
 
@@ -380,8 +380,8 @@ def stability(
     ] = None,
 ) -> None:
     """Run the hard cases and show what holds, and by how much."""
+    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.cli.stability import print_stability
-    from pounding_risk.cli.tables import Watch
     from pounding_risk.studies.stability import stability as run
 
     with Watch("stability") as watch:

@@ -6,7 +6,7 @@ import json
 from math import isinf, isnan
 from typing import Any
 
-from pounding_risk.cli.tables import print_pairs, print_table
+from pounding_risk.cli._common.tables import print_pairs, print_table
 
 HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import (
+from pounding_risk.cli._common.options import (
     FIGURES,
     Amplitude,
     Confidence,
@@ -24,7 +24,7 @@ from pounding_risk.cli.options import (
     read_option,
     writable,
 )
-from pounding_risk.cli.tables import draw, engineering, print_table
+from pounding_risk.cli._common.tables import draw, engineering, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _write(found: Assessment, target: Path) -> None:
 
 def print_assessment(found: Assessment) -> None:
     """The verdict on each interface, and the tables that it rests on."""
-    from pounding_risk.cli.print_runs import print_notes
+    from pounding_risk.cli.simulate import print_notes
 
     print(found.title)
     print(found.asked)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isnan
 from typing import Any
 
-from pounding_risk.cli.tables import engineering, print_pairs, print_table
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 
 HEADS = {
     "peak relative displacement": "displacement",

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, Amplitude, read_option, writable
+from pounding_risk.cli._common.options import FIGURES, Amplitude, read_option, writable
 
 NO_NAMES: list[str] = []
 Picture = ".png, .svg or .pdf"

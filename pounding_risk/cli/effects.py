@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pounding_risk.cli.tables import print_pairs, print_table
+from pounding_risk.cli._common.tables import print_pairs, print_table
 
 HEADS = {
     "peak_relative_displacement": "displacement",

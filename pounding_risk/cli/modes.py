@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, Figure, writable
+from pounding_risk.cli._common.options import FIGURES, Figure, writable
 
 SHOWN_SHARE = 0.99  # of the mass: modes past it are left out
 NONE: list[str] = []
@@ -26,7 +26,7 @@ def modes(
 ) -> None:
     """How each building vibrates: periods, participation, damping."""
     figure_file = writable("--figure", figure, FIGURES)
-    from pounding_risk.cli.tables import draw, print_table
+    from pounding_risk.cli._common.tables import draw, print_table
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.modes import modes as run
 

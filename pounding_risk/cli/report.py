@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli.options import (
+from pounding_risk.cli._common.options import (
     Amplitude,
     Confidence,
     Hazard,

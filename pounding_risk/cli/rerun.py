@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli.options import New, writable
+from pounding_risk.cli._common.options import New, writable
 
 if TYPE_CHECKING:
     from pounding_risk.studies.rerun import Difference, Rerun
@@ -37,7 +37,7 @@ def rerun(
     Ends with status 3 where anything differs.
     """
     target = writable("-o", out, (".nc",))
-    from pounding_risk.cli.tables import Watch
+    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.studies.rerun import rerun as run
 
     with Watch("rerun") as watch:
@@ -51,7 +51,7 @@ def rerun(
 
 def print_rerun(found: Rerun) -> None:
     """What differs, or that nothing does; then what else is not as it was."""
-    from pounding_risk.cli.tables import print_table
+    from pounding_risk.cli._common.tables import print_table
 
     if found.same:
         typer.echo(f"all {found.compared} variables and coordinates are the same to the last bit")

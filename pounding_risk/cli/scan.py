@@ -8,8 +8,17 @@ from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, RUN_FAILED, Figure, Overrides, Scene, Strict, results_file, writable
-from pounding_risk.cli.tables import draw
+from pounding_risk.cli._common.options import (
+    FIGURES,
+    RUN_FAILED,
+    Figure,
+    Overrides,
+    Scene,
+    Strict,
+    results_file,
+    writable,
+)
+from pounding_risk.cli._common.tables import draw
 from pounding_risk.errors import PoundingError
 
 NONE: list[str] = []
@@ -55,7 +64,7 @@ def scan(
             raise PoundingError(
                 f"--plan and {aside[0]}: a plan is of the whole scan, screened, on this machine; leave one out"
             )
-        from pounding_risk.cli.print_runs import print_plan
+        from pounding_risk.cli.simulate import print_plan
         from pounding_risk.ensemble.plan.plan import plan as planned
 
         return print_plan(planned(scene, overrides, workers=workers))
@@ -64,7 +73,7 @@ def scan(
         raise PoundingError(f"{option} and --shard: a shard writes no results; give it to the scan without --shard")
     out_file, figure_file = results_file(scene, out, new), writable("--figure", figure, FIGURES)
     study = read_scene(scene, overrides)
-    from pounding_risk.cli.tables import Watch, command_line
+    from pounding_risk.cli._common.tables import Watch, command_line
 
     with Watch("scan" if shard is None else f"shard {shard}", resumes=True) as watch:
         how: dict[str, Any] = {
@@ -77,7 +86,7 @@ def scan(
         }
         if shard is not None:
             return _work_on_shard(study, out_file, shard, new, how)
-        from pounding_risk.cli.print_runs import print_scan
+        from pounding_risk.cli.simulate import print_scan
         from pounding_risk.ensemble.scan import scan as run
         from pounding_risk.results.summary import failures
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, Figure, read_option, writable
-from pounding_risk.cli.tables import draw, engineering, print_pairs, print_table
+from pounding_risk.cli._common.options import FIGURES, Figure, read_option, writable
+from pounding_risk.cli._common.tables import draw, engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:

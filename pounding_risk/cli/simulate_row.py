@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.cli.tables import engineering, print_pairs, print_table, print_unused
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table, print_unused
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:

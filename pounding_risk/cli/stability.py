@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import inf, isnan
 from typing import TYPE_CHECKING
 
-from pounding_risk.cli.tables import print_table
+from pounding_risk.cli._common.tables import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.stability import Row

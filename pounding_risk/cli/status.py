@@ -18,7 +18,7 @@ def status(
     ],
 ) -> None:
     """Show how far a study is: running, stopped or complete."""
-    from pounding_risk.cli.tables import print_pairs
+    from pounding_risk.cli._common.tables import print_pairs
     from pounding_risk.ensemble.status import status as run
 
     for place, found in enumerate([run(path) for path in paths]):
@@ -46,7 +46,7 @@ def rows(found: Status) -> list[tuple[str, str]]:
 
 
 def _cases(found: Status) -> str:
-    from pounding_risk.cli.tables import pace
+    from pounding_risk.cli._common.tables import pace
 
     if not found.total:
         return ""
@@ -58,7 +58,7 @@ def _when(time: str) -> str:
     """A time of the log, and how long ago that is."""
     from datetime import UTC, datetime
 
-    from pounding_risk.cli.tables import span_words
+    from pounding_risk.cli._common.tables import span_words
 
     if not time:
         return ""

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli.options import read_option, writable
+from pounding_risk.cli._common.options import read_option, writable
 from pounding_risk.errors import PoundingError
 
 NONE: list[str] = []

@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 
 import pounding_risk
 from pounding_risk import cli
-from pounding_risk.cli import tables as cli_output
+from pounding_risk.cli._common import tables as cli_output
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.effects.contact import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
@@ -597,7 +597,7 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
     # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli import tables"
+    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import tables"
     code += "; tables.EVERY = 0.0; cli.main()"
     process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
     assert process.stderr is not None

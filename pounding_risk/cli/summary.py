@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import writable
+from pounding_risk.cli._common.options import writable
 
 AGAIN = ("made again", "of these sensitive")  # counts that the sentences on them tell
 Results = Annotated[
@@ -39,8 +39,8 @@ def summary(results: Results) -> None:
 
 def print_summary(found: Any) -> None:
     """Counts, and a line for each output and contact model."""
-    from pounding_risk.cli.print_runs import print_notes
-    from pounding_risk.cli.tables import print_pairs, print_table
+    from pounding_risk.cli._common.tables import print_pairs, print_table
+    from pounding_risk.cli.simulate import print_notes
 
     told = [(name, str(count)) for name, count in found.counts.items() if name not in AGAIN]
     print_pairs([("title", found.title), *told, *found.rechecks.items()])

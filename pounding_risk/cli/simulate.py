@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.cli.tables import engineering, print_pairs, print_table, print_unused
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table, print_unused
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.plan.plan import Plan

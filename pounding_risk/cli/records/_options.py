@@ -9,7 +9,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.cli.options import check_folder, read_option, writable
+from pounding_risk.cli._common.options import check_folder, read_option, writable
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.cli.tables import engineering, print_pairs, print_table
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:

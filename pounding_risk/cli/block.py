@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import check_folder, read_option
-from pounding_risk.cli.tables import engineering, print_table
+from pounding_risk.cli._common.options import check_folder, read_option
+from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:

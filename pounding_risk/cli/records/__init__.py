@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, Figure, make_folder, read_option, writable
-from pounding_risk.cli.tables import draw
+from pounding_risk.cli._common.options import FIGURES, Figure, make_folder, read_option, writable
+from pounding_risk.cli._common.tables import draw
 from pounding_risk.errors import PoundingError
 
 records_app = typer.Typer(help="Strong-motion records: list, process, plot, select.")
@@ -66,14 +66,14 @@ def list_records(
     dt: Step = None,
 ) -> None:
     """The records of the catalogue, of a set, or of a folder."""
-    from pounding_risk.cli.motions_tables import print_left_out, print_records, print_sources
+    from pounding_risk.cli.records._tables import print_left_out, print_records, print_sources
 
     if set is None and folder is None:
         from pounding_risk.motions.catalogue import entries
 
         print_records(entries())
         return
-    from pounding_risk.cli.motions_options import find, stated
+    from pounding_risk.cli.records._options import find, stated
 
     if folder is not None and not folder.is_dir():
         raise PoundingError(f"--folder: {folder} is not a folder; check the name")
@@ -91,8 +91,8 @@ def record_info(
     dt: Step = None,
 ) -> None:
     """One record: origin, terms, checksum, where its file is, PGA to Sa."""
-    from pounding_risk.cli.motions_options import stated
-    from pounding_risk.cli.motions_tables import print_record, print_source
+    from pounding_risk.cli.records._options import stated
+    from pounding_risk.cli.records._tables import print_record, print_source
     from pounding_risk.motions.catalogue import entries, entry
     from pounding_risk.motions.source import open_source
 
@@ -122,7 +122,8 @@ def process(
 ) -> None:
     """Process records as for a run; show every step, write the motions."""
     figure_file = writable("--figure", figure, FIGURES)
-    from pounding_risk.cli.motions_options import (
+    from pounding_risk.cli._common.tables import Watch
+    from pounding_risk.cli.records._options import (
         Options,
         before_and_after,
         find,
@@ -131,8 +132,7 @@ def process(
         stated,
         treatment,
     )
-    from pounding_risk.cli.motions_tables import print_left_out, print_processed
-    from pounding_risk.cli.tables import Watch
+    from pounding_risk.cli.records._tables import print_left_out, print_processed
     from pounding_risk.motions.ensemble import treated
     from pounding_risk.motions.write import write_motion
 
@@ -184,9 +184,9 @@ def plot(
     if figure is None:
         raise PoundingError("--figure: no file is named; write one such as --figure records.png")
     figure_file = writable("--figure", figure, FIGURES) or figure
-    from pounding_risk.cli.motions_options import Options, before_and_after, find, stated, target_spectrum, treatment
-    from pounding_risk.cli.motions_tables import print_left_out
-    from pounding_risk.cli.tables import Watch
+    from pounding_risk.cli._common.tables import Watch
+    from pounding_risk.cli.records._options import Options, before_and_after, find, stated, target_spectrum, treatment
+    from pounding_risk.cli.records._tables import print_left_out
     from pounding_risk.figures import spectra_figure
     from pounding_risk.motions.ensemble import treated
     from pounding_risk.units import DAMPING
@@ -247,9 +247,9 @@ def select(
 ) -> None:
     """Choose records whose spectra come closest to a target, each with its factor."""
     out_file, figure_file = writable("-o", out, (".csv",)), writable("--figure", figure, FIGURES)
-    from pounding_risk.cli.motions_options import Options, choices_of, find, stated, target_spectrum, treatment
-    from pounding_risk.cli.motions_tables import print_left_out, print_selection
-    from pounding_risk.cli.tables import Watch
+    from pounding_risk.cli._common.tables import Watch
+    from pounding_risk.cli.records._options import Options, choices_of, find, stated, target_spectrum, treatment
+    from pounding_risk.cli.records._tables import print_left_out, print_selection
     from pounding_risk.motions.ensemble import treated
     from pounding_risk.motions.selection import select as run
     from pounding_risk.units import DAMPING
