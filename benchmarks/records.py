@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from far_field import at2_text, file_name
 
-from pounding_risk.cli._common.tables import Watch
+from pounding_risk.cli._common.progress import Watch
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.motion import Motion

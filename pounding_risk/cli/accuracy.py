@@ -4,11 +4,49 @@ from __future__ import annotations
 
 import json
 from math import isinf, isnan
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
+import typer
+
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.options import NONE, Figure, New, Overrides, Scene
+from pounding_risk.cli._common.progress import Watch
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
+ORDER = 70
 HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
+
+
+def accuracy(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
+    ] = None,
+    overrides: Overrides = NONE,
+    cases: Annotated[int, typer.Option(min=1, help="Cases of the grid, at most; thinned evenly.")] = 24,
+    budget: Annotated[
+        float, typer.Option(min=0.0, help="Seconds a setting may take; slower ones are left out.")
+    ] = 20.0,
+    scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
+    new: New = False,
+    figure: Figure = None,
+) -> None:
+    """What each digit of the answers costs in time, by method."""
+    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.scene.reader import read_scene
+    from pounding_risk.studies.accuracy import accuracy as run
+
+    study = read_scene(scene, overrides)
+    with Watch("accuracy", "settings") as watch:
+        dataset = run(study, out_file, cases=cases, budget=budget, scipy=scipy, new=new, progress=watch)
+    print_accuracy(dataset)
+    if out_file is not None:
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import accuracy_figure
+
+        draw(accuracy_figure(dataset), figure_file)
 
 
 def print_accuracy(dataset: Any) -> None:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import (
-    FIGURES,
     Amplitude,
     Confidence,
     Figure,
@@ -22,9 +23,8 @@ from pounding_risk.cli._common.options import (
     Percentile,
     Target,
     read_option,
-    writable,
 )
-from pounding_risk.cli._common.tables import draw, engineering, print_table
+from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.fragility import Fragility
     from pounding_risk.assessment.hazard import Rate
 
+ORDER = 130
 MOST_GAPS = 12  # rows of the table of gaps; more are thinned evenly
 OWN = 6  # digits of what a user has asked for
 AT_LEAST = "the hazard curve ends where failures do not; give one that reaches further"
@@ -93,7 +94,6 @@ def _write(found: Assessment, target: Path) -> None:
 
 def print_assessment(found: Assessment) -> None:
     """The verdict on each interface, and the tables that it rests on."""
-    from pounding_risk.cli.simulate import print_notes
 
     print(found.title)
     print(found.asked)

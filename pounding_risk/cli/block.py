@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.options import check_folder, read_option
+from pounding_risk.cli._common.files import check_folder
+from pounding_risk.cli._common.options import NONE, read_option
 from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from pounding_risk.scene.street.rows import Block, BlockRow
     from pounding_risk.scene.street.scenes import Contact
 
-NONE: list[str] = []
+ORDER = 210
 
 
 def block(

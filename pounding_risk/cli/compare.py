@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from math import isnan
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
+import typer
+
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.options import NONE, RUN_FAILED, Figure, New, Overrides, Scene, Strict, read_option
+from pounding_risk.cli._common.progress import Watch
 from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 
+ORDER = 60
 HEADS = {
     "peak relative displacement": "displacement",
     "peak contact force": "force",
@@ -14,6 +21,55 @@ HEADS = {
     "peak displacement": "displ.",
     "peak floor acceleration": "accel.",
 }
+
+
+def compare(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
+    ] = None,
+    overrides: Overrides = NONE,
+    law: Annotated[
+        list[str] | None, typer.Option(help="Contact model; repeat for several.", show_default="the grid's, or all")
+    ] = None,
+    baseline: Annotated[
+        str | None, typer.Option(help="The law to set the others beside.", show_default="the interface's")
+    ] = None,
+    same: Annotated[
+        str | None, typer.Option(help="Calibrate to equal: peak force, or penetration.", show_default="peak force")
+    ] = None,
+    speed: Annotated[
+        str | None, typer.Option(help="Approach speed of the reference impact.", show_default="0.5 m/s")
+    ] = None,
+    relation: Annotated[
+        str | None, typer.Option(help="Damping from e: exact, so that e is equal, or published.", show_default="exact")
+    ] = None,
+    new: New = False,
+    figure: Figure = None,
+    strict: Strict = False,
+) -> None:
+    """Run a scene under many contact models on equal terms."""
+    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.results.summary import failures
+    from pounding_risk.scene.reader import read_scene
+    from pounding_risk.studies.compare import compare as run
+    from pounding_risk.units import SPEED
+
+    fast = None if speed is None else read_option("--speed", speed, SPEED)
+    study = read_scene(scene, overrides)
+    with Watch("compare") as watch:
+        terms: dict[str, Any] = {"same": same, "speed": fast, "relation": relation}
+        dataset = run(study, out_file, laws=law or (), baseline=baseline, **terms, new=new, progress=watch)
+    print_comparison(dataset)
+    if out_file is not None:
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import agreement_figure, reference_figure
+
+        draw(agreement_figure(dataset), figure_file)
+        draw(reference_figure(dataset), figure_file.with_stem(f"{figure_file.stem}-impacts"))
+    if strict and failures(dataset):
+        raise typer.Exit(RUN_FAILED)
 
 
 def print_comparison(dataset: Any) -> None:

@@ -7,8 +7,10 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli._common.options import FIGURES, Amplitude, read_option, writable
+from pounding_risk.cli._common.files import FIGURES, writable
+from pounding_risk.cli._common.options import Amplitude, read_option
 
+ORDER = 200
 NO_NAMES: list[str] = []
 Picture = ".png, .svg or .pdf"
 

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
+import typer
+
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.options import NONE, Figure, New, Overrides, Scene
+from pounding_risk.cli._common.progress import Watch
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
+ORDER = 80
 HEADS = {
     "peak_relative_displacement": "displacement",
     "peak_contact_force": "force",
@@ -15,6 +22,32 @@ HEADS = {
     "peak_storey_shear": "shear",
     "peak_floor_acceleration": "acceleration",
 }
+
+
+def effects(
+    scene: Scene,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
+    ] = None,
+    overrides: Overrides = NONE,
+    new: New = False,
+    figure: Figure = None,
+) -> None:
+    """What each effect changes in a scene, and what it costs."""
+    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    from pounding_risk.scene.reader import read_scene
+    from pounding_risk.studies.effects import effects as run
+
+    study = read_scene(scene, overrides)
+    with Watch("effects", "scans") as watch:
+        dataset = run(study, out_file, new=new, progress=watch)
+    print_effects(dataset)
+    if out_file is not None:
+        typer.echo(f"written: {out_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import effects_figure
+
+        draw(effects_figure(dataset), figure_file)
 
 
 def print_effects(dataset: Any) -> None:

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli._common.options import read_option, writable
+from pounding_risk.cli._common.files import writable
+from pounding_risk.cli._common.options import NONE, read_option
+from pounding_risk.cli._common.progress import Watch
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.units import Quantity
 
-NONE: list[str] = []
+ORDER = 170
 Several = Annotated[list[str], typer.Option(help="Only this one; repeat for several.", show_default="all")]
 
 
@@ -49,7 +51,6 @@ def histories(
     if out is None and Path(name).exists():
         raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")
     target = writable("-o", out or Path(name), (".nc", ".zarr")) or Path()
-    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.studies.histories import histories as run
     from pounding_risk.units import GAP, PGA, YIELD_FORCE
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from pounding_risk.cli._common.tables import print_table
+
+ORDER = 100
+
 
 def models() -> None:
     """Contact models, effects and typologies: what each takes."""
-    from pounding_risk.cli._common.tables import print_table
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS
     from pounding_risk.models.effects.contact import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES

@@ -8,10 +8,12 @@ from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.options import FIGURES, Figure, writable
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.options import NONE, Figure
+from pounding_risk.cli._common.tables import print_table
 
+ORDER = 110
 SHOWN_SHARE = 0.99  # of the mass: modes past it are left out
-NONE: list[str] = []
 
 
 def modes(
@@ -26,7 +28,6 @@ def modes(
 ) -> None:
     """How each building vibrates: periods, participation, damping."""
     figure_file = writable("--figure", figure, FIGURES)
-    from pounding_risk.cli._common.tables import draw, print_table
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.modes import modes as run
 

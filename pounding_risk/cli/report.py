@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from pounding_risk.cli._common.files import writable
 from pounding_risk.cli._common.options import (
     Amplitude,
     Confidence,
@@ -16,10 +17,10 @@ from pounding_risk.cli._common.options import (
     Percentile,
     Target,
     read_option,
-    writable,
 )
 from pounding_risk.errors import PoundingError
 
+ORDER = 150
 PAGES = (".html", ".pdf")
 NONE: list[Path] = []
 

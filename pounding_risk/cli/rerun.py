@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli._common.options import New, writable
+from pounding_risk.cli._common.files import writable
+from pounding_risk.cli._common.options import New
+from pounding_risk.cli._common.progress import Watch
+from pounding_risk.cli._common.tables import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.rerun import Difference, Rerun
 
+ORDER = 160
 DIFFERS = 3  # the status with which the command ends where the results are others
 
 
@@ -37,7 +41,6 @@ def rerun(
     Ends with status 3 where anything differs.
     """
     target = writable("-o", out, (".nc",))
-    from pounding_risk.cli._common.tables import Watch
     from pounding_risk.studies.rerun import rerun as run
 
     with Watch("rerun") as watch:
@@ -51,7 +54,6 @@ def rerun(
 
 def print_rerun(found: Rerun) -> None:
     """What differs, or that nothing does; then what else is not as it was."""
-    from pounding_risk.cli._common.tables import print_table
 
     if found.same:
         typer.echo(f"all {found.compared} variables and coordinates are the same to the last bit")

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.options import FIGURES, Figure, read_option, writable
-from pounding_risk.cli._common.tables import draw, engineering, print_pairs, print_table
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.options import NONE, Figure, read_option
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.separations.table import CodeTable, Comparison, SeparationRow
 
-NONE: list[str] = []
+ORDER = 120
 NO_NUMBERS: list[float] = []
 ROW_HEADS, ROW_SIDES = ("rule", "clause", "text", "separation", "note"), "lllrl"
 SIDES = "left, then right"

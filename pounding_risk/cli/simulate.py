@@ -3,90 +3,80 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pounding_risk.cli._common.tables import engineering, print_pairs, print_table, print_unused
+import typer
+
+from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.notes import FASTER, print_notes, print_unused
+from pounding_risk.cli._common.options import NONE, RUN_FAILED, Figure, Overrides, Scene, Strict, read_option
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
+from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.plan.plan import Plan
-    from pounding_risk.solver.pair.isolated import Impact
+    from pounding_risk.scene.scene import Study
 
-FEW_RECORDS = 3  # that share a doubt and are named
+ORDER = 40
 MOST_CONTACTS = 60  # rows of the table of contacts
-COUNTS = ("cases", "simulated", "known without a run of their own")
-FASTER = "faster than the range of the restitution relation, which is held at its end there"
+OF_BUILDINGS = {
+    "peak_displacement": "m",
+    "peak_drift": "m",
+    "peak_storey_shear": "N",
+    "peak_floor_acceleration": "m/s2",
+}
 
 
-def print_plan(plan: Plan) -> None:
-    """The scene in words, its records, and the doubts about them."""
-    print_pairs(plan.summary())
-    print()
-    rows = [
-        (
-            record.name,
-            record.event,
-            record.state,
-            f"{record.duration:.4g} s",
-            f"{record.dt:.4g} s",
-            engineering(record.pga, "m/s2"),
-        )
-        for record in plan.records
-    ]
-    print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
-    _print_flags({record.name: record.flags for record in plan.records})
-    print_notes(plan.notes)
-    for sentence in plan.left_out:
-        print(f"note: left out: {sentence}")
+def simulate(
+    scene: Scene,
+    overrides: Overrides = NONE,
+    record: Annotated[str | None, typer.Option(help="A record of the scene.", show_default="its first")] = None,
+    polarity: Annotated[str | None, typer.Option(help="as recorded, or reversed.", show_default="its first")] = None,
+    law: Annotated[str | None, typer.Option(help="Contact model.", show_default="the interface's")] = None,
+    gap: Annotated[str | None, typer.Option(help="Clear distance at rest.", show_default="the interface's")] = None,
+    yield_force: Annotated[str | None, typer.Option(help="F_E, or inf.", show_default="the interface's")] = None,
+    pga: Annotated[str | None, typer.Option(help="Peak ground acceleration.", show_default="the first")] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Write histories (.nc).", show_default=False)] = None,
+    figure: Figure = None,
+    animation: Annotated[Path | None, typer.Option(help="A row's run, moving (.html).", show_default=False)] = None,
+    strict: Strict = False,
+) -> None:
+    """Run one case in full: outputs, contacts, histories."""
+    dataset_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
+    moving = writable("--animation", animation, (".html",))
+    from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
+    from pounding_risk.results.files import save
+    from pounding_risk.scene.reader import read_scene
+    from pounding_risk.studies.simulate import simulate as run
+    from pounding_risk.units import GAP, PGA, YIELD_FORCE
 
+    asked = (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
+    values = {
+        name: read_option(f"--{name.replace('_', '-')}", text, quantity)
+        for name, text, quantity in asked
+        if text is not None
+    }
+    study = check_moving(read_scene(scene, overrides), moving)
+    if dataset_file is not None:
+        check_replaceable(dataset_file, "simulate", choice=OTHER_NAME)
+    dataset = run(study, record=record, polarity=polarity, law=law, **values)
+    print_run(dataset)
+    if dataset_file is not None:
+        save(dataset, dataset_file)
+        typer.echo(f"written: {dataset_file}")
+    if figure_file is not None:
+        from pounding_risk.figures import simulation_figure
 
-def print_notes(notes: Iterable[str]) -> None:
-    """On unusual numbers, a line each."""
-    for note in notes:
-        print(f"note: {note}")
-
-
-def _print_flags(flags: Mapping[str, Sequence[str]]) -> None:
-    """A line for each doubt; one that many records share is told once."""
-    sharing: dict[str, list[str]] = {}
-    for record, sentences in flags.items():
-        for sentence in sentences:
-            sharing.setdefault(sentence, []).append(record)
-    for sentence, records in sharing.items():
-        who = ", ".join(records) if len(records) <= FEW_RECORDS else f"{records[0]} and {len(records) - 1} others"
-        print(f"note: {who}: {sentence}")
-
-
-def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
-    """One line a law; ``energy`` is that of the approach [J]."""
-    heads = ("law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost")
-    rows = [
-        (
-            each.law,
-            f"{each.restitution_asked:.4f}" if law.needs_restitution else "–",
-            f"{each.restitution:.4f}",
-            engineering(each.peak_force, "N"),
-            engineering(each.peak_penetration, "m"),
-            f"{each.duration * 1e3:.4g} ms",
-            _energy(each.energy_lost, energy),
-        )
-        for each, law in zip(found, laws, strict=True)
-    ]
-    print_table(heads, rows, "lrrrrrr")
-
-
-def _energy(lost: float, approach: float) -> str:
-    """Energy and its share; what is within the solver's tolerance of none is none."""
-    lost = 0.0 if abs(lost) < 1e-6 * approach else lost
-    return f"{engineering(lost, 'J')} ({100 * lost / approach:.0f} %)"
+        draw(simulation_figure(dataset), figure_file)
+    move(dataset, moving)
+    if strict and dataset.attrs["status"] != "complete":
+        raise typer.Exit(RUN_FAILED)
 
 
 def print_run(dataset: Any) -> None:
     """The case, its outputs with what they mean, its contacts, and what is unusual of them."""
     if "interface" in dataset.dims:
-        from pounding_risk.cli.simulate_row import print_row_run
-
         print_row_run(dataset)
     else:
         _print_pair_run(dataset)
@@ -159,27 +149,77 @@ def _contacts(dataset: Any, damped: bool) -> Iterator[tuple[str, ...]]:
         )
 
 
-def print_scan(dataset: Any, seconds: float, target: Path, kept: int = 0) -> None:
-    """How many cases there were, how they ended, how long it took, and where the results are.
+def check_moving(study: Study, target: Path | None) -> Study:
+    """The study; raises PoundingError for a pair that is to be animated."""
+    if not study.is_row and target is not None:
+        raise PoundingError(
+            "--animation: shows a row, and this scene is a pair of single masses; draw its run with --figure run.png"
+        )
+    return study
 
-    ``kept`` of them were there when it started.
-    """
-    from pounding_risk.results.contact_notes import of_results
-    from pounding_risk.results.summary import counted, failures
-    from pounding_risk.results.tolerance_check import findings
 
-    counts = counted(dataset)
-    pairs = [(name, str(counts[name])) for name in COUNTS]
-    pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
-    rate = (counts["cases"] - kept) / seconds
-    speed = f"{rate:.0f}" if rate >= 100.0 else f"{rate:.3g}"
-    pairs.append(("time", f"{seconds:.3g} s, {speed} cases a second with reading and compiling"))
-    print_pairs([*pairs, ("written", str(target))])
-    _print_flags(json.loads(dataset.attrs.get("flags", "{}")))
-    print_notes(of_results(dataset))
-    for sentence in json.loads(dataset.attrs.get("left_out", "[]")):
-        print(f"note: left out: {sentence}")
+def move(dataset: Any, target: Path | None) -> None:
+    """Write the animation of a run where a file is named."""
+    if target is not None:
+        from pounding_risk.reports.animation import animate
+
+        print(f"written: {animate(dataset, target)}")
+
+
+def print_row_run(dataset: Any) -> None:
+    """The case, then tables of interfaces, of the contact points that touch, and of buildings."""
+    told = dataset.attrs
+    print_pairs(
+        [
+            ("scene", told["title"]),
+            ("record", f"{told['record']}, {told['polarity']}, PGA {engineering(told['pga'], 'm/s2')}"),
+            ("contact model", told["contact_model"]),
+            ("status", told["status"]),
+        ]
+    )
     print_unused(dataset)
-    held = int((dataset["restitution_held"] > 0).sum())
-    if held:
-        print(f"note: {held} cases have contacts {FASTER}")
+    heads = ("impacts", "first", "peak force", "impulse", "reaches F_E")
+    print()
+    gaps = [engineering(float(gap), "m") for gap in dataset["interface_gap"].values]
+    rows = [(str(name), gap) for name, gap in zip(dataset["interface"].values, gaps, strict=True)]
+    lines = [(*row, *_touch(dataset.isel(interface=at), "")) for at, row in enumerate(rows)]
+    print_table(("neighbours", "gap", *heads), lines, "lrrrrrr")
+    print()
+    _print_points(dataset, heads)
+    print_table(
+        ("building", *(name.replace("_", " ") for name in OF_BUILDINGS)),
+        [
+            (
+                str(building),
+                *(engineering(float(dataset[name].values[at]), unit) for name, unit in OF_BUILDINGS.items()),
+            )
+            for at, building in enumerate(dataset["building"].values)
+        ],
+        "lrrrr",
+    )
+
+
+def _print_points(dataset: Any, heads: tuple[str, ...]) -> None:
+    touched = [at for at, count in enumerate(dataset["contact_point_impact_count"].values) if count > 0]
+    if not touched:
+        print("no contact\n")
+        return
+    points = dataset.isel(contact_point=touched)
+    lines = [
+        (
+            str(name),
+            str(points["contact_point_kind"].values[at]),
+            *_touch(points.isel(contact_point=at), "contact_point_"),
+        )
+        for at, name in enumerate(points["contact_point"].values)
+    ]
+    print_table(("contact point", "kind", *heads), lines, "llrrrrr")
+    print()
+
+
+def _touch(one: Any, prefix: str) -> tuple[str, ...]:
+    """Impacts, first touch, peak force, impulse, whether it reaches F_E; – for what a failed run does not have."""
+    count, yields = (int(one[f"{prefix}{name}"]) for name in ("impact_count", "yield_exceedance"))
+    values = (("first_impact_time", "s"), ("peak_contact_force", "N"), ("impulse", "N s"))
+    numbers = [engineering(float(one[f"{prefix}{name}"]), unit) for name, unit in values]
+    return (str(count) if count >= 0 else "–", *numbers, {0: "no", 1: "yes"}.get(yields, "–"))

@@ -4,12 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf, isnan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from pounding_risk.cli._common.options import RUN_FAILED
+from pounding_risk.cli._common.progress import Watch
 from pounding_risk.cli._common.tables import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.stability import Row
+
+ORDER = 90
+
+
+def stability(
+    rtol: Annotated[float, typer.Option(help="Tolerance of the solver, 1e-12 to 1e-2.")] = 1e-6,
+    law: Annotated[
+        list[str] | None, typer.Option(help="Contact model; repeat for several.", show_default="all")
+    ] = None,
+    case: Annotated[
+        list[str] | None, typer.Option(help="Number of a case; repeat for several.", show_default="all")
+    ] = None,
+) -> None:
+    """Run the hard cases and show what holds, and by how much."""
+    from pounding_risk.studies.stability import stability as run
+
+    with Watch("stability") as watch:
+        rows = run(rtol, law, case, progress=watch)
+    if not print_stability(rows):
+        raise typer.Exit(RUN_FAILED)
 
 
 def print_stability(rows: Sequence[Row]) -> bool:

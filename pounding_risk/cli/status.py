@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pounding_risk.cli._common.progress import pace, span_words
+from pounding_risk.cli._common.tables import print_pairs
+
 if TYPE_CHECKING:
     from pounding_risk.ensemble.status import Status
+
+ORDER = 220
 
 
 def status(
@@ -18,7 +23,6 @@ def status(
     ],
 ) -> None:
     """Show how far a study is: running, stopped or complete."""
-    from pounding_risk.cli._common.tables import print_pairs
     from pounding_risk.ensemble.status import status as run
 
     for place, found in enumerate([run(path) for path in paths]):
@@ -46,7 +50,6 @@ def rows(found: Status) -> list[tuple[str, str]]:
 
 
 def _cases(found: Status) -> str:
-    from pounding_risk.cli._common.tables import pace
 
     if not found.total:
         return ""
@@ -57,8 +60,6 @@ def _cases(found: Status) -> str:
 def _when(time: str) -> str:
     """A time of the log, and how long ago that is."""
     from datetime import UTC, datetime
-
-    from pounding_risk.cli._common.tables import span_words
 
     if not time:
         return ""

@@ -8,26 +8,14 @@ from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.options import writable
+from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.tables import print_pairs, print_table
 
+ORDER = 190
 AGAIN = ("made again", "of these sensitive")  # counts that the sentences on them tell
 Results = Annotated[
     Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc or .zarr).", show_default=False)
 ]
-
-
-def convert(
-    source: Annotated[
-        Path, typer.Argument(metavar="SOURCE", help="A dataset of any command (.nc or .zarr).", show_default=False)
-    ],
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="Where it goes (.zarr or .nc).", show_default=False)],
-) -> None:
-    """Write a dataset as Zarr or as netCDF, whatever its size."""
-    from pounding_risk.results.files import RESULTS
-    from pounding_risk.studies.convert import convert as run
-
-    writable("TARGET", target, RESULTS)
-    typer.echo(f"written: {run(source, target)}")
 
 
 def summary(results: Results) -> None:
@@ -39,8 +27,6 @@ def summary(results: Results) -> None:
 
 def print_summary(found: Any) -> None:
     """Counts, and a line for each output and contact model."""
-    from pounding_risk.cli._common.tables import print_pairs, print_table
-    from pounding_risk.cli.simulate import print_notes
 
     told = [(name, str(count)) for name, count in found.counts.items() if name not in AGAIN]
     print_pairs([("title", found.title), *told, *found.rechecks.items()])

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli._common.options import read_option, writable
+from pounding_risk.cli._common.files import writable
+from pounding_risk.cli._common.options import NONE, read_option
 from pounding_risk.errors import PoundingError
 
-NONE: list[str] = []
+ORDER = 140
 
 
 def view(

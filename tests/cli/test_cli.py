@@ -21,7 +21,8 @@ from typer.testing import CliRunner
 
 import pounding_risk
 from pounding_risk import cli
-from pounding_risk.cli._common import tables as cli_output
+from pounding_risk.cli._common import progress
+from pounding_risk.cli._common.tables import engineering
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.effects.contact import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
@@ -157,7 +158,7 @@ def test_options_are_the_arguments_of_the_call(name):
     shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
     shared |= {"floor_length", "other_floor_length", "wave_speed"}  # of the law
     shared |= {"plan", "shard", "scheduler"}  # calls of their own, and an executor
-    options = set(inspect.signature(getattr(cli, name)).parameters) - shared
+    options = set(inspect.signature(getattr(getattr(cli, name), name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
 
@@ -352,7 +353,7 @@ def test_simulate_prints_outputs_and_contacts_and_keeps_histories():
     table = rows(told.stdout)
     assert ["gap", "5 mm"] in table and ["yield force", "inf"] in table and ["status", "complete"] in table
     values = {row[0]: row[1] for row in table if len(row) == 3}
-    assert values["peak_contact_force"] == cli_output.engineering(outputs["peak_contact_force"], "N")
+    assert values["peak_contact_force"] == engineering(outputs["peak_contact_force"], "N")
     assert values["impact_count"] == f"{outputs['impact_count']:g}"
     contacts = table[next(place for place, row in enumerate(table) if row[0] == "contact") + 1 : -1]
     assert [int(row[0]) for row in contacts] == list(range(1, int(outputs["impact_count"]) + 1))
@@ -429,7 +430,7 @@ def test_numbers_are_written_as_engineers_do():
         (float("nan"), "s", "–"),
         (float("inf"), "N", "inf"),
     ]
-    assert [cli_output.engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
+    assert [engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
 
 
 class Clock:
@@ -437,12 +438,12 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now = 0.0
-        monkeypatch.setattr(cli_output, "monotonic", lambda: self.now)
+        monkeypatch.setattr(progress, "monotonic", lambda: self.now)
 
 
 def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
     clock = Clock(monkeypatch)
-    with cli_output.Watch("scan") as watch:
+    with progress.Watch("scan") as watch:
         for done in range(0, 1001, 100):
             clock.now = 10.0 + done / 10
             watch(done, 1000)
@@ -456,7 +457,7 @@ def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys)
 def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
     """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
     clock = Clock(monkeypatch)
-    with cli_output.Watch("scan", resumes=True) as watch:
+    with progress.Watch("scan", resumes=True) as watch:
         watch(600, 1000)
         for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
             watch(done, 1000)
@@ -465,7 +466,7 @@ def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsy
         "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
         "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
     ]
-    with cli_output.Watch("scan", resumes=True) as watch:
+    with progress.Watch("scan", resumes=True) as watch:
         watch(0, 1000)
     assert capsys.readouterr().err == ""
 
@@ -473,12 +474,12 @@ def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsy
 def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
     """The last worker of a cluster died: the speed of better times is no longer told."""
     clock = Clock(monkeypatch)
-    monkeypatch.setattr(cli_output, "EVERY", 1e9)
-    with cli_output.Watch("scan") as watch:
+    monkeypatch.setattr(progress, "EVERY", 1e9)
+    with progress.Watch("scan") as watch:
         for clock.now, done in ((10.0, 0), (20.0, 500)):
             watch(done, 1000)
         clock.now = 110.0
-        monkeypatch.setattr(cli_output, "EVERY", 30.0)
+        monkeypatch.setattr(progress, "EVERY", 30.0)
         watch._say()
     assert capsys.readouterr().err == "scan: 500 of 1000 cases (50 %), 5 a second, about 100 s left\n"
 
@@ -496,8 +497,8 @@ def lines_said(capsys, count: int) -> list[str]:
 
 def test_progress_is_told_while_nothing_reports(monkeypatch, capsys):
     """A long compile, or a long piece of work: the line comes by itself, from the state last told."""
-    monkeypatch.setattr(cli_output, "EVERY", 0.02)
-    with cli_output.Watch("scan") as watch:
+    monkeypatch.setattr(progress, "EVERY", 0.02)
+    with progress.Watch("scan") as watch:
         assert lines_said(capsys, 2) == ["scan: reading, compiling, 0 s so far"] * 2
         watch(100, 1000)
         assert lines_said(capsys, 4)[-2:] == ["scan: 100 of 1000 cases (10 %)"] * 2
@@ -508,7 +509,7 @@ def test_progress_on_a_terminal_is_a_bar_with_speed_and_time_left(monkeypatch):
     clock = Clock(monkeypatch)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     monkeypatch.setenv("TERM", "xterm")
-    with cli_output.Watch("scan", resumes=True) as watch:
+    with progress.Watch("scan", resumes=True) as watch:
         watch(600, 1000)
         for clock.now, done in ((20.0, 610), (40.0, 650)):
             watch(done, 1000)
@@ -529,8 +530,8 @@ class Terminal(io.StringIO):
 def test_spans_of_time_are_told_as_one_thinks_of_them():
     spans = (0.4, 80.0, 119.7, 700.0, 7200.0, 12_000.0, 180_000.0, 500_000.0)
     told = ["0 s", "80 s", "2 min", "12 min", "2 h 0 min", "3 h 20 min", "2 d 2 h", "5 d 18 h"]
-    assert [cli_output.span_words(span) for span in spans] == told
-    assert cli_output.pace(0.0, 10) == "" and cli_output.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
+    assert [progress.span_words(span) for span in spans] == told
+    assert progress.pace(0.0, 10) == "" and progress.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
 
 
 def start(code: str, *words: str) -> subprocess.Popen[str]:
@@ -597,8 +598,8 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
     # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import tables"
-    code += "; tables.EVERY = 0.0; cli.main()"
+    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import progress"
+    code += "; progress.EVERY = 0.0; cli.main()"
     process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
     assert process.stderr is not None
     said = iter(process.stderr.readline, "")

@@ -7,9 +7,12 @@ import shlex
 from collections.abc import Iterator, Sequence
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pounding_risk.cli._common.options import check_folder, read_option, writable
+import typer
+
+from pounding_risk.cli._common.files import check_folder, writable
+from pounding_risk.cli._common.options import read_option
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
@@ -30,6 +33,55 @@ class Options(NamedTuple):
     scale: str | None
     sa: tuple[str, str] | None
     direction: str | None = None
+
+
+WORDS = "ids, files, file#component, patterns or folders"
+
+Sources = Annotated[list[str] | None, typer.Argument(metavar="SOURCE", help=f"Records: {WORDS}.", show_default=False)]
+
+Set = Annotated[str | None, typer.Option("--set", help="A record set, such as fema-p695-farfield.", show_default=False)]
+
+Unit = Annotated[
+    str | None, typer.Option(help="Unit of files that do not state theirs, such as cm/s^2.", show_default=False)
+]
+
+Step = Annotated[
+    str | None, typer.Option("--dt", help="Time step of files that do not state theirs.", show_default=False)
+]
+
+Processing = Annotated[
+    str | None, typer.Option(help="auto processes raw records, none leaves all as they are.", show_default="auto")
+]
+
+Steps = Annotated[
+    list[str],
+    typer.Option(
+        "--step", metavar="'NAME OPTION=VALUE'", help="A step, such as 'bandpass low=0.1Hz'; repeat, in order."
+    ),
+]
+
+Window = Annotated[
+    tuple[str, str] | None,
+    typer.Option(metavar="START END", help="Keep this part, after processing.", show_default=False),
+]
+
+Bounds = Annotated[
+    tuple[float, float] | None, typer.Option(metavar="LEAST MOST", help="Such as 6.5 7.5.", show_default=False)
+]
+
+Pga = Annotated[str | None, typer.Option(help="Scale to this peak ground acceleration.", show_default=False)]
+
+Scale = Annotated[str | None, typer.Option(help="Scale by this factor.", show_default=False)]
+
+Direction = Annotated[
+    str | None,
+    typer.Option(help="Turn both horizontals of each recording to this direction, such as 30deg.", show_default=False),
+]
+
+SpectralAcceleration = Annotated[
+    tuple[str, str] | None,
+    typer.Option(metavar="VALUE PERIOD", help="Scale to this Sa at a period, such as 0.5g 1s.", show_default=False),
+]
 
 
 def treatment(asked: Options) -> RecordRequest:
