@@ -16,30 +16,30 @@ import typer
 from typer.core import TyperGroup
 
 from pounding_risk.cli._common.commands import add_commands
-from pounding_risk.cli._common.compile_cache import cache_told
+from pounding_risk.cli._common.compile_cache import report_cache_trouble
 from pounding_risk.cli._common.options import BAD_INPUT, INTERRUPTED
 from pounding_risk.errors import PoundingError
 
 
 class Commands(TyperGroup):
-    """The commands; what a user can repair is told in sentences, without a traceback."""
+    """The group of all commands. Errors that a user can repair are printed as sentences, without a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; bad input ends with status 2, Ctrl-C with 130."""
         try:
-            with cache_told():
+            with report_cache_trouble():
                 return super().invoke(ctx)
         except PoundingError as error:
             typer.echo(f"pounding-risk: {error}", err=True)
             raise typer.Exit(BAD_INPUT) from None
-        except OSError as error:  # a name too long, a full disk: a fault of no code, wherever it shows
+        except OSError as error:  # a name too long, a full disk: no fault of the code, wherever it occurs
             if error.filename is None:
                 raise
             typer.echo(f"pounding-risk: {error.filename}: {error.strerror}; choose another name or place", err=True)
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt as stop:
-            kept = str(stop) or "no file was left half written"
-            typer.echo(f"pounding-risk: stopped by Ctrl-C; {kept}", err=True)
+            remains = str(stop) or "no file was left half written"
+            typer.echo(f"pounding-risk: stopped by Ctrl-C; {remains}", err=True)
             raise typer.Exit(INTERRUPTED) from None
 
 
@@ -51,17 +51,17 @@ def main() -> None:
     try:
         app(prog_name="pounding-risk")
     except SystemExit as end:
-        _leave(end)
+        _exit_past_threads(end)
         raise
     except KeyboardInterrupt:  # before a command is reached, or a second one on the way out
-        _leave(SystemExit(INTERRUPTED))
+        _exit_past_threads(SystemExit(INTERRUPTED))
         sys.exit(INTERRUPTED)
 
 
-def _leave(end: SystemExit) -> None:
-    """Be gone at once where threads are still in a kernel, which nobody waits for and which cannot be interrupted.
+def _exit_past_threads(end: SystemExit) -> None:
+    """Exit at once where threads still run a kernel, which cannot be interrupted.
 
-    Python would take its interpreter down below them.
+    The usual exit would finalise the interpreter while they run.
     """
     if "pounding_risk.ensemble.threads" not in sys.modules:
         return
@@ -70,13 +70,13 @@ def _leave(end: SystemExit) -> None:
     if not any(thread.daemon and thread.name.startswith(WORKER) for thread in threading.enumerate()):
         return
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError):  # a pipe that nobody reads any more
+        with suppress(OSError):  # a pipe whose reader has gone
             stream.flush()
     os._exit(end.code if isinstance(end.code, int) else int(end.code is not None))
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(is_asked: bool) -> None:
+    if is_asked:
         from pounding_risk import __version__
 
         typer.echo(f"pounding-risk {__version__}")

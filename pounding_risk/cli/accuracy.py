@@ -1,17 +1,16 @@
-"""What `accuracy` prints: a line for each setting, then the sentence, and where another method is quicker."""
+"""The command `accuracy`: error and time of each setting of each method."""
 
 from __future__ import annotations
 
 import json
 from math import isinf, isnan
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.files import FIGURES, draw, writable
-from pounding_risk.cli._common.options import NONE, Figure, New, Overrides, Scene
-from pounding_risk.cli._common.progress import Watch
+from pounding_risk.cli._common.files import announce, draw
+from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene
+from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
 ORDER = 70
@@ -20,9 +19,7 @@ HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 
 def accuracy(
     scene: Scene,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Write the dataset (.nc).", show_default=False)
-    ] = None,
+    out: Dataset = None,
     overrides: Overrides = NONE,
     cases: Annotated[int, typer.Option(min=1, help="Cases of the grid, at most; thinned evenly.")] = 24,
     budget: Annotated[
@@ -33,37 +30,32 @@ def accuracy(
     figure: Figure = None,
 ) -> None:
     """What each digit of the answers costs in time, by method."""
-    out_file, figure_file = writable("-o", out, (".nc",)), writable("--figure", figure, FIGURES)
     from pounding_risk.scene.reader import read_scene
     from pounding_risk.studies.accuracy import accuracy as run
 
     study = read_scene(scene, overrides)
-    with Watch("accuracy", "settings") as watch:
-        dataset = run(study, out_file, cases=cases, budget=budget, scipy=scipy, new=new, progress=watch)
+    with ProgressDisplay("accuracy", "settings") as progress:
+        dataset = run(study, out, cases=cases, budget=budget, scipy=scipy, new=new, progress=progress)
     print_accuracy(dataset)
-    if out_file is not None:
-        typer.echo(f"written: {out_file}")
-    if figure_file is not None:
-        from pounding_risk.figures import accuracy_figure
-
-        draw(accuracy_figure(dataset), figure_file)
+    announce(out)
+    draw(figure, "accuracy.accuracy_figure", dataset)
 
 
 def print_accuracy(dataset: Any) -> None:
-    """Settings by method with time, median and worst error of each output, steps per contact, energy residual."""
+    """Print a table of settings, with time, errors, steps and energy residual, then the finding."""
     from pounding_risk.studies.accuracy_findings import OUTPUTS, beaten_at, summed_up, time_words
 
     times = dataset["time"].sel(output="peak_relative_displacement").values
     rows = []
-    for place, name in enumerate(dataset["setting"].values):
-        errors = dataset["error"].values[place]
-        residual = float(dataset["energy_residual"].values[place])
+    for number, name in enumerate(dataset["setting"].values):
+        errors = dataset["error"].values[number]
+        residual = float(dataset["energy_residual"].values[number])
         rows.append(
             (
                 str(name),
-                time_words(times[place]),
+                time_words(times[number]),
                 *(_error_words(*summed_up(errors[:, output])) for output in range(len(OUTPUTS))),
-                f"{float(dataset['steps_per_contact'].values[place]):.0f}",
+                f"{float(dataset['steps_per_contact'].values[number]):.0f}",
                 "–" if isnan(residual) else f"{residual:.0e}",
             )
         )
@@ -82,7 +74,7 @@ def print_accuracy(dataset: Any) -> None:
     )
 
 
-def _error_words(middle: float, worst: float) -> str:
-    if isnan(middle):
+def _error_words(median: float, largest: float) -> str:
+    if isnan(median):
         return "–"
-    return " / ".join("∞" if isinf(value) else "0" if value == 0.0 else f"{value:.0e}" for value in (middle, worst))
+    return " / ".join("∞" if isinf(value) else "0" if value == 0.0 else f"{value:.0e}" for value in (median, largest))

@@ -1,26 +1,23 @@
-"""The command `convert`."""
+"""The command `convert`: a dataset in the other file format."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from pounding_risk.cli._common.files import writable
+from pounding_risk.cli._common.files import announce, writable
+from pounding_risk.cli._common.options import argument
 
 ORDER = 180
 
 
 def convert(
-    source: Annotated[
-        Path, typer.Argument(metavar="SOURCE", help="A dataset of any command (.nc or .zarr).", show_default=False)
-    ],
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="Where it goes (.zarr or .nc).", show_default=False)],
+    source: Annotated[Path, argument("SOURCE", "A dataset of any command (.nc or .zarr).")],
+    target: Annotated[Path, argument("TARGET", "Where it goes (.zarr or .nc).")],
 ) -> None:
     """Write a dataset as Zarr or as netCDF, whatever its size."""
     from pounding_risk.results.files import RESULTS
     from pounding_risk.studies.convert import convert as run
 
     writable("TARGET", target, RESULTS)
-    typer.echo(f"written: {run(source, target)}")
+    announce(run(source, target))

@@ -1,4 +1,4 @@
-"""The command `demo`."""
+"""The command `demo`: the pair of the 2011 paper."""
 
 from __future__ import annotations
 
@@ -20,6 +20,6 @@ def demo(out: Annotated[Path, typer.Option(help="Folder for figures and datasets
     from pounding_risk.reports.demo import demo as run
 
     start = perf_counter()
-    written = run(out, typer.echo)
-    print_pairs((name, str(path)) for name, path in written.items())
+    files = run(out, typer.echo)
+    print_pairs((name, str(path)) for name, path in files.items())
     typer.echo(f"done in {perf_counter() - start:.1f} s")

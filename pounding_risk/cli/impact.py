@@ -1,4 +1,4 @@
-"""The command `impact`."""
+"""The command `impact`: one collision of two bodies under each contact model."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from pounding_risk.cli._common.files import FIGURES, draw, writable
+from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.notes import FASTER
-from pounding_risk.cli._common.options import Figure, read_option
+from pounding_risk.cli._common.options import Figure, option, read_option, read_optional
 from pounding_risk.cli._common.tables import engineering, print_table
 from pounding_risk.errors import PoundingError
 
@@ -18,25 +18,26 @@ if TYPE_CHECKING:
     from pounding_risk.solver.pair.isolated import Impact
 
 ORDER = 30
-USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}  # the stiffness's letter, and a law that has it
+# Of each unit of stiffness: its letter, and a law that takes it.
+USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}
 
 
 class Floors(NamedTuple):
-    """What two floors that collide are like."""
+    """Two floors that collide."""
 
     length: float  # m, of the striker's; 0 where none is given
     other_length: float  # m
     wave_speed: float  # m/s, of both
 
 
-class Blow(NamedTuple):
-    """One collision, from which the stiffness of some laws follows."""
+class Collision(NamedTuple):
+    """A collision, from which the stiffness of some laws follows."""
 
     speed: float  # m/s
     mass: float  # kg, reduced
     restitution: Any
     floors: Floors
-    is_wall: bool  # what is struck is fixed
+    is_wall: bool  # the body that is struck is fixed
 
 
 def impact(
@@ -52,93 +53,70 @@ def impact(
     ] = "0.65",
     relation: Annotated[str, typer.Option(help="Damping from e: published, or exact.")] = "published",
     yield_force: Annotated[str, typer.Option(help="F_E, for laws with a cap; inf never yields.")] = "inf",
-    floor_length: Annotated[
-        str | None, typer.Option(help="Length of the striker's floor, for distributed_mass.", show_default=False)
-    ] = None,
-    other_floor_length: Annotated[
-        str | None, typer.Option(help="Length of the floor that is struck.", show_default=False)
-    ] = None,
+    floor_length: Annotated[str | None, option("Length of the striker's floor, for distributed_mass.")] = None,
+    other_floor_length: Annotated[str | None, option("Length of the floor that is struck.")] = None,
     wave_speed: Annotated[str, typer.Option(help="Wave speed of both floors.")] = "3500 m/s",
     figure: Figure = None,
 ) -> None:
     """Let two bodies collide once under each contact model."""
-    target = writable("--figure", figure, FIGURES)
     from pounding_risk.studies.impact import impact as run
     from pounding_risk.studies.impact import restitution_of
-    from pounding_risk.units import MASS, SPEED, YIELD_FORCE
+    from pounding_risk.units import FLOOR_LENGTH, MASS, SPEED, WAVE_SPEED, YIELD_FORCE
 
-    striker = read_option("--mass", mass, MASS)
-    struck = read_option("--other-mass", other_mass, MASS._replace(open_high=False))
-    fast = read_option("--speed", speed, SPEED)
-    strength = read_option("--yield-force", yield_force, YIELD_FORCE)
+    masses = read_option("--mass", mass, MASS), read_option("--other-mass", other_mass, MASS._replace(open_high=False))
+    approach = read_option("--speed", speed, SPEED)
+    capacity = read_option("--yield-force", yield_force, YIELD_FORCE)
     rule = restitution_of(restitution)
-    reduced = 1.0 / (1.0 / striker + 1.0 / struck)
-    slabs = floors(floor_length, other_floor_length, wave_speed)
-    laws, notes = contact_laws(law, stiffness, Blow(fast, reduced, rule, slabs, struck == inf), relation)
-    found = [run(each, fast, striker, struck, restitution=rule, yield_force=strength) for each in laws]
-    print_impacts(found, laws, 0.5 * reduced * fast**2)
-    if rule.beyond(fast):
+    reduced_mass = 1.0 / (1.0 / masses[0] + 1.0 / masses[1])
+    floors = Floors(
+        read_optional("--floor-length", floor_length, FLOOR_LENGTH) or 0.0,
+        read_optional("--other-floor-length", other_floor_length, FLOOR_LENGTH) or 0.0,
+        read_option("--wave-speed", wave_speed, WAVE_SPEED),
+    )
+    laws, notes = contact_laws(
+        law, stiffness, Collision(approach, reduced_mass, rule, floors, masses[1] == inf), relation
+    )
+    impacts = [run(contact, approach, *masses, restitution=rule, yield_force=capacity) for contact in laws]
+    print_impacts(impacts, laws, 0.5 * reduced_mass * approach**2)
+    if rule.beyond(approach):
         notes.append(f"note: the approach is {FASTER}")
     for note in notes:
-        typer.echo(note)
-    if target is not None:
-        from pounding_risk.figures import impact_figure
-
-        draw(impact_figure(found), target)
+        print(note)
+    draw(figure, "simulate.impact_figure", impacts)
 
 
-def print_impacts(found: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
-    """One line a law; ``energy`` is that of the approach [J]."""
+def print_impacts(impacts: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
+    """Print a line for each law; ``energy`` is that of the approach [J]."""
     heads = ("law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost")
     rows = [
         (
-            each.law,
-            f"{each.restitution_asked:.4f}" if law.needs_restitution else "–",
-            f"{each.restitution:.4f}",
-            engineering(each.peak_force, "N"),
-            engineering(each.peak_penetration, "m"),
-            f"{each.duration * 1e3:.4g} ms",
-            _energy(each.energy_lost, energy),
+            result.law,
+            f"{result.restitution_asked:.4f}" if law.needs_restitution else "–",
+            f"{result.restitution:.4f}",
+            engineering(result.peak_force, "N"),
+            engineering(result.peak_penetration, "m"),
+            f"{result.duration * 1e3:.4g} ms",
+            _energy_words(result.energy_lost, energy),
         )
-        for each, law in zip(found, laws, strict=True)
+        for result, law in zip(impacts, laws, strict=True)
     ]
     print_table(heads, rows, "lrrrrrr")
 
 
-def _energy(lost: float, approach: float) -> str:
-    """Energy and its share; what is within the solver's tolerance of none is none."""
+def _energy_words(lost: float, approach: float) -> str:
+    """The energy lost and its share of that of the approach; a loss within the solver's tolerance is zero."""
     lost = 0.0 if abs(lost) < 1e-6 * approach else lost
     return f"{engineering(lost, 'J')} ({100 * lost / approach:.0f} %)"
 
 
-def floors(length: str | None, other_length: str | None, wave_speed: str) -> Floors:
-    """The lengths of both floors, 0 where none is given, and their wave speed; raises PoundingError for the option."""
-    from pounding_risk.units import FLOOR_LENGTH, WAVE_SPEED
-
-    texts = (("--floor-length", length), ("--other-floor-length", other_length))
-    one, other = (0.0 if text is None else read_option(option, text, FLOOR_LENGTH) for option, text in texts)
-    return Floors(one, other, read_option("--wave-speed", wave_speed, WAVE_SPEED))
-
-
-def _colliding(name: str, kind: Any, given: Floors, is_wall: bool) -> Any:
-    """A model of colliding floors; raises PoundingError where a length is missing."""
-    for option, length, needed in (
-        ("--floor-length", given.length, True),
-        ("--other-floor-length", given.other_length, not is_wall),
-    ):
-        if needed and not length:
-            raise PoundingError(f'{name} needs the length of the floors; write {option} "20 m"')
-    return kind(given.length, given.other_length, given.wave_speed, given.wave_speed)
-
-
 def contact_laws(
-    names: Sequence[str], stiffnesses: Sequence[str], blow: Blow, relation: str
+    names: Sequence[str], stiffnesses: Sequence[str], collision: Collision, relation: str
 ) -> tuple[list[Any], list[str]]:
     """The laws of these names, and a sentence for each whose stiffness is not one of those given.
 
-    It follows from the peak force of a law that has its stiffness, in the ``blow``.
-    Raises PoundingError for an unknown name, for a ``relation`` of restitution and damping that is none or that
-    the laws cannot take, for a stiffness that is none, or stands twice, and for floors without a length.
+    Such a stiffness gives, in the ``collision``, the peak force of a law whose stiffness is given.
+    Raises PoundingError for an unknown name, for a ``relation`` of restitution and damping that is unknown or that
+    the laws cannot take, for a stiffness that cannot be read or is given twice, and for floors without a length.
     """
     from pounding_risk.models.contact.impulsive import is_instant, needs_floors
     from pounding_risk.models.contact.laws import stiffness_quantity
@@ -148,18 +126,18 @@ def contact_laws(
     from pounding_risk.units import say
 
     classes = {name: known_law(name) for name in dict.fromkeys(names)}
-    wrong = relation_fault(relation) or misfit(classes.values(), relation)
-    if wrong:
-        raise PoundingError(f"--relation: {wrong}")
+    fault = relation_fault(relation) or misfit(classes.values(), relation)
+    if fault:
+        raise PoundingError(f"--relation: {fault}")
     classes = {name: related(law, relation) for name, law in classes.items()}
     given = _stiffnesses(stiffnesses)
+    with_stiffness = {name: law for name, law in classes.items() if not is_instant(law)}
+    if with_stiffness and not given:
+        raise PoundingError(f'{next(iter(with_stiffness))} needs a stiffness; write --stiffness "2.75e9 N/m^1.5"')
     laws, notes = [], []
-    stiff = {name: law for name, law in classes.items() if not is_instant(law)}
-    if stiff and not given:
-        raise PoundingError(f'{next(iter(stiff))} needs a stiffness; write --stiffness "2.75e9 N/m^1.5"')
     for name, law in classes.items():
         if needs_floors(law):
-            laws.append(_colliding(name, law, blow.floors, blow.is_wall))
+            laws.append(_floor_law(name, law, collision))
             notes.append(f"{name}: e is its own, that of waves in the floors; their force has no stiffness")
             continue
         if is_instant(law):
@@ -171,25 +149,39 @@ def contact_laws(
             laws.append(law(given[quantity.unit]))
             continue
         ((unit, value),) = given.items()
-        like = next((other for other in stiff if stiffness_quantity(stiff[other]).unit == unit), USUAL_LAW[unit][1])
-        laws.append(law(equal_stiffness(law, related(known_law(like), relation)(value), *blow[:3], "peak force")))
+        same_unit = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
+        reference = next(same_unit, USUAL_LAW[unit][1])
+        reference_law = related(known_law(reference), relation)(value)
+        laws.append(law(equal_stiffness(law, reference_law, *collision[:3], "peak force")))
         words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
-        notes.append(f"{name}: {words}, which gives the peak force of {like} without yielding")
+        notes.append(f"{name}: {words}, which gives the peak force of {reference} without yielding")
     return laws, notes
 
 
+def _floor_law(name: str, law: Any, collision: Collision) -> Any:
+    """A model of colliding floors; raises PoundingError where a length is missing."""
+    floors = collision.floors
+    for name_of_option, length, is_needed in (
+        ("--floor-length", floors.length, True),
+        ("--other-floor-length", floors.other_length, not collision.is_wall),
+    ):
+        if is_needed and not length:
+            raise PoundingError(f'{name} needs the length of the floors; write {name_of_option} "20 m"')
+    return law(floors.length, floors.other_length, floors.wave_speed, floors.wave_speed)
+
+
 def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:
-    """The value in each unit of stiffness that is given."""
+    """The stiffness given in each unit; raises PoundingError where two have one unit."""
     from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS
     from pounding_risk.units import QuantityError, parse
 
-    given: dict[str, float] = {}
+    values: dict[str, float] = {}
     for text in texts:
         try:
             unit, value = LINEAR_STIFFNESS.unit, parse(text, LINEAR_STIFFNESS)
         except QuantityError:
             unit, value = HERTZ_STIFFNESS.unit, read_option("--stiffness", text, HERTZ_STIFFNESS)
-        if unit in given:
+        if unit in values:
             raise PoundingError(f"--stiffness: two values in {unit}; give one of each unit at most")
-        given[unit] = value
-    return given
+        values[unit] = value
+    return values

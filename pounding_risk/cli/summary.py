@@ -1,21 +1,19 @@
-"""The commands `convert` and `summary`: results as another kind of file, and in a few numbers."""
+"""The command `summary`: how the cases of a dataset ended, and the range of every output."""
 
 from __future__ import annotations
 
 from math import isnan
-from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING
 
 from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.options import Results
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
+if TYPE_CHECKING:
+    from pounding_risk.results.summary import Summary
+
 ORDER = 190
-AGAIN = ("made again", "of these sensitive")  # counts that the sentences on them tell
-Results = Annotated[
-    Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc or .zarr).", show_default=False)
-]
+IN_RECHECKS = ("made again", "of these sensitive")  # counts that the sentences on rechecks contain
 
 
 def summary(results: Results) -> None:
@@ -25,11 +23,10 @@ def summary(results: Results) -> None:
     print_summary(run(results))
 
 
-def print_summary(found: Any) -> None:
-    """Counts, and a line for each output and contact model."""
-
-    told = [(name, str(count)) for name, count in found.counts.items() if name not in AGAIN]
-    print_pairs([("title", found.title), *told, *found.rechecks.items()])
+def print_summary(summary: Summary) -> None:
+    """Print the counts of cases, and a line for each output and contact model."""
+    counts = [(name, str(count)) for name, count in summary.counts.items() if name not in IN_RECHECKS]
+    print_pairs([("title", summary.title), *counts, *summary.rechecks.items()])
     print()
     rows = [
         (
@@ -37,12 +34,11 @@ def print_summary(found: Any) -> None:
             law,
             str(spread.values),
             *("–" if isnan(value) else f"{value:.6g}" for value in spread[1:]),
-            found.units[name],
+            summary.units[name],
         )
-        for name, by_law in found.spreads.items()
-        for law, spread in by_law.items()
+        for name, spread_of_laws in summary.spreads.items()
+        for law, spread in spread_of_laws.items()
     ]
-    print_table(
-        ("output, of complete cases", "contact model", "values", "least", "mean", "largest", ""), rows, "llrrrrl"
-    )
-    print_notes(found.notes)
+    heads = ("output, of complete cases", "contact model", "values", "least", "mean", "largest", "")
+    print_table(heads, rows, "llrrrrl")
+    print_notes(summary.notes)

@@ -1,10 +1,10 @@
-"""The command `validate`."""
+"""The command `validate`: a scene and its records, checked and summarised."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.cli._common.notes import print_flags, print_notes
+from pounding_risk.cli._common.notes import print_flags, print_left_out, print_notes
 from pounding_risk.cli._common.options import NONE, Overrides, Scene
 from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 
@@ -22,7 +22,7 @@ def validate(scene: Scene, overrides: Overrides = NONE) -> None:
 
 
 def print_plan(plan: Plan) -> None:
-    """The scene in words, its records, and the doubts about them."""
+    """Print the summary of a scene, a table of its records, and notes on both."""
     print_pairs(plan.summary())
     print()
     rows = [
@@ -39,5 +39,4 @@ def print_plan(plan: Plan) -> None:
     print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
     print_flags({record.name: record.flags for record in plan.records})
     print_notes(plan.notes)
-    for sentence in plan.left_out:
-        print(f"note: left out: {sentence}")
+    print_left_out(plan.left_out)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import inspect
 import io
 import json
 import os
+import pkgutil
 import re
 import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from math import pi, sqrt
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,30 +31,13 @@ from pounding_risk.models.effects.contact import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = (
-    "demo",
-    "validate",
-    "impact",
-    "simulate",
-    "scan",
-    "compare",
-    "accuracy",
-    "effects",
-    "stability",
-    "models",
-    "modes",
-    "separations",
-    "assess",
-    "view",
-    "report",
-    "rerun",
-    "histories",
-    "convert",
-    "summary",
-    "draw",
-    "block",
-    "status",
-)
+MODULES = {
+    name: import_module(f"pounding_risk.cli.{name}")
+    for _, name, _ in pkgutil.iter_modules(cli.__path__)
+    if not name.startswith("_")
+}
+GROUPS = [name for name, module in MODULES.items() if hasattr(module, "__path__")]
+COMMANDS = sorted(MODULES, key=lambda name: (name in GROUPS, MODULES[name].ORDER))
 SCENE = """\
 [scene]
 name = "A pair"
@@ -105,7 +91,7 @@ def rows(text: str) -> list[list[str]]:
 def test_help_lists_the_commands():
     for words in ([], ["--help"]):
         told = run(*words).output
-        assert re.findall(r"^  (\w+)  +[A-Z]", told.partition("Commands:")[2], re.MULTILINE) == [*COMMANDS, "records"]
+        assert re.findall(r"^  (\w+)  +[A-Z]", told.partition("Commands:")[2], re.MULTILINE) == COMMANDS
         assert "..." not in told.partition("Commands:")[2]  # no summary is cut
 
 
@@ -114,6 +100,9 @@ def test_every_command_explains_its_options(name):
     told = run(name, "--help")
     assert told.exit_code == 0
     assert told.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+    assert (MODULES[name].__doc__ or "").startswith(
+        f"The {'group of commands' if name in GROUPS else 'command'} `{name}`"
+    )
 
 
 def test_models_lists_what_there_is():
@@ -140,16 +129,28 @@ def test_an_unknown_command_is_answered_with_the_nearest():
     assert "No such command 'scna'." in told.stderr and "'scan'" in told.stderr
 
 
+def test_each_module_states_its_own_place_in_the_help():
+    assert len({module.ORDER for module in MODULES.values()}) == len(MODULES)
+
+
 def test_commands_are_public_calls_of_the_same_name():
-    names = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
-    assert names == list(COMMANDS)
-    names.remove("models")  # lists the classes of pounding_risk.models, which are there to import
-    names.remove(
-        "separations"
-    )  # and this one the rules of pounding_risk.assessment.separations.table, with `code_table` for a dataset
-    assert set(names) <= set(pounding_risk.__all__)
+    # `models` prints the classes of pounding_risk.models, `separations` the rules that `code_table` applies.
+    names = set(COMMANDS) - {"models", "separations", *GROUPS}
+    assert names <= set(pounding_risk.__all__)
     # A submodule of that name would take the function's place as soon as somebody imports it.
     assert [name for name in names if importlib.util.find_spec(f"pounding_risk.{name}")] == []
+
+
+def test_commands_draw_figures_that_exist():
+    """Commands name figures by text, so that nothing of a figure is imported where none is drawn."""
+    names = set()
+    for file in Path(cli.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "draw":
+                names.add(ast.literal_eval(node.args[1]))
+    assert {"scan.scan_figure", "modes.modes_figure"} <= names
+    for module, function in (name.split(".") for name in names):
+        assert callable(getattr(import_module(f"pounding_risk.figures.{module}"), function))
 
 
 @pytest.mark.parametrize("name", ["validate", "impact", "simulate", "scan"])
@@ -158,7 +159,7 @@ def test_options_are_the_arguments_of_the_call(name):
     shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
     shared |= {"floor_length", "other_floor_length", "wave_speed"}  # of the law
     shared |= {"plan", "shard", "scheduler"}  # calls of their own, and an executor
-    options = set(inspect.signature(getattr(getattr(cli, name), name)).parameters) - shared
+    options = set(inspect.signature(getattr(MODULES[name], name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
 
@@ -443,10 +444,10 @@ class Clock:
 
 def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
     clock = Clock(monkeypatch)
-    with progress.Watch("scan") as watch:
+    with progress.ProgressDisplay("scan") as display:
         for done in range(0, 1001, 100):
             clock.now = 10.0 + done / 10
-            watch(done, 1000)
+            display(done, 1000)
     assert capsys.readouterr().err.splitlines() == [
         "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
         "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
@@ -457,17 +458,17 @@ def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys)
 def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
     """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
     clock = Clock(monkeypatch)
-    with progress.Watch("scan", resumes=True) as watch:
-        watch(600, 1000)
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(600, 1000)
         for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
-            watch(done, 1000)
+            display(done, 1000)
     assert capsys.readouterr().err.splitlines() == [
         "scan: 600 of 1000 cases are kept from before",
         "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
         "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
     ]
-    with progress.Watch("scan", resumes=True) as watch:
-        watch(0, 1000)
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(0, 1000)
     assert capsys.readouterr().err == ""
 
 
@@ -475,12 +476,12 @@ def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
     """The last worker of a cluster died: the speed of better times is no longer told."""
     clock = Clock(monkeypatch)
     monkeypatch.setattr(progress, "EVERY", 1e9)
-    with progress.Watch("scan") as watch:
+    with progress.ProgressDisplay("scan") as display:
         for clock.now, done in ((10.0, 0), (20.0, 500)):
-            watch(done, 1000)
+            display(done, 1000)
         clock.now = 110.0
         monkeypatch.setattr(progress, "EVERY", 30.0)
-        watch._say()
+        display._print_state()
     assert capsys.readouterr().err == "scan: 500 of 1000 cases (50 %), 5 a second, about 100 s left\n"
 
 
@@ -498,22 +499,22 @@ def lines_said(capsys, count: int) -> list[str]:
 def test_progress_is_told_while_nothing_reports(monkeypatch, capsys):
     """A long compile, or a long piece of work: the line comes by itself, from the state last told."""
     monkeypatch.setattr(progress, "EVERY", 0.02)
-    with progress.Watch("scan") as watch:
+    with progress.ProgressDisplay("scan") as display:
         assert lines_said(capsys, 2) == ["scan: reading, compiling, 0 s so far"] * 2
-        watch(100, 1000)
+        display(100, 1000)
         assert lines_said(capsys, 4)[-2:] == ["scan: 100 of 1000 cases (10 %)"] * 2
-    assert not watch._clock.is_alive()
+    assert not display._clock.is_alive()
 
 
 def test_progress_on_a_terminal_is_a_bar_with_speed_and_time_left(monkeypatch):
     clock = Clock(monkeypatch)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     monkeypatch.setenv("TERM", "xterm")
-    with progress.Watch("scan", resumes=True) as watch:
-        watch(600, 1000)
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(600, 1000)
         for clock.now, done in ((20.0, 610), (40.0, 650)):
-            watch(done, 1000)
-        watch._bar.refresh()
+            display(done, 1000)
+        display._bar.refresh()
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", terminal.getvalue())
     assert "scan: 600 of 1000 cases are kept from before" in text
     assert re.search(r"650/1000 [0-9:]+ 2 a second, about 3 min left", text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pounding_risk import cli
+from pounding_risk.cli import records
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions import catalogue, record_sets
 from pounding_risk.motions.formats import read_file
@@ -25,7 +27,7 @@ from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.motions.write import write_motion
 from pounding_risk.units import STANDARD_GRAVITY
 
-COMMANDS = ("list", "info", "process", "plot", "select")
+COMMANDS = [name for _, name, _ in pkgutil.iter_modules(records.__path__) if not name.startswith("_")]
 AT2 = """\
 PEER STRONG MOTION DATABASE RECORD
 {event}, 1/2/1999, Station, {component}
@@ -291,7 +293,7 @@ def test_a_place_that_cannot_be_written_leaves_nothing(folder):
 )
 def test_what_is_drawn(words, kind, monkeypatch):
     """One record before and after, several as spectra; the figure is that of the motions processed as asked."""
-    from pounding_risk import figures
+    from pounding_risk.figures import motions as figures
 
     drawn = []
     for name in ("processing_figure", "spectra_figure"):

@@ -1,9 +1,11 @@
-"""Files that a command writes: checked before any work, written whole."""
+"""Files and folders that a command writes: checked before any work, and written whole."""
 
 from __future__ import annotations
 
 import os
+from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from pounding_risk.errors import PoundingError
@@ -25,20 +27,19 @@ def writable(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path 
         raise PoundingError(f"{option}: {error}") from None
 
 
-def results_file(scene: Path, out: Path | None, new: bool = False) -> Path:
-    """Where a scan goes: ``out``, or the scene's name in this folder, which is never made again unasked."""
-    if out is None and Path(f"{scene.stem}.nc").exists() and not new:
-        name = f"{scene.stem}.nc"
-        raise PoundingError(
-            f"{name} exists already; write -o {name} to make the same study again, --new to replace it whatever it "
-            "is, or -o and another name"
-        )
-    return writable("-o", out or Path(f"{scene.stem}.nc"), (".nc", ".zarr")) or Path()
+def out_or(out: Path | None, name: str, repair: str = "to replace it, or another name", replace: bool = False) -> Path:
+    """The file of the option ``--out``, by default one of a given name in the working folder.
+
+    Raises PoundingError with a ``repair`` where the default exists already, unless ``replace`` allows to replace it.
+    """
+    if out is None and Path(name).exists() and not replace:
+        raise PoundingError(f"{name} exists already; write -o {name} {repair}")
+    return out or writable("-o", Path(name), (Path(name).suffix,)) or Path(name)
 
 
 def check_folder(folder: Path) -> None:
-    """A folder that is there or can be made; raises PoundingError."""
-    existing = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    """Raise PoundingError unless a folder is there, or can be made, and can be written to."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise PoundingError(f"--out: {existing} is a file, not a folder; choose another name")
     if not os.access(existing, os.W_OK | os.X_OK):
@@ -46,24 +47,49 @@ def check_folder(folder: Path) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """The folder, with those above it; raises PoundingError where it cannot be made."""
+    """Make a folder and those above it; raises PoundingError where it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PoundingError(f"--out: {folder} cannot be made ({error.strerror}); choose another one") from None
 
 
-def draw(figure: Any, target: Path) -> None:
-    """Write a figure under a temporary name and move it into place; raises PoundingError where that fails."""
-    from pounding_risk.errors import PoundingError
-    from pounding_risk.figures.style import write
+def announce(*paths: Path | None) -> None:
+    """Print that files are written; those not asked for are None."""
+    for path in paths:
+        if path is not None:
+            print(f"written: {path}")
 
-    partial = target.with_name(f".{target.stem}.{os.getpid()}.partial{target.suffix}")
+
+def write_file(target: Path, content: bytes) -> None:
+    """Write a file, whole or not at all, and print that it is written; raises PoundingError where that fails."""
+    from pounding_risk._common.files import write_whole
+
     try:
-        write(figure, partial)
-        os.replace(partial, target)
+        write_whole(target, lambda file: file.write(content))
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    print(f"written: {target}")
+    announce(target)
+
+
+def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> None:
+    """Draw a figure to a file, unless the file is None.
+
+    Parameters
+    ----------
+    target : Path or None
+        The file. Its suffix, one of `FIGURES`, chooses the format.
+    name : str
+        A function below `pounding_risk.figures`, such as "scan.scan_figure", imported only where a figure is drawn.
+    *arguments, **options
+        What the function takes.
+    """
+    if target is None:
+        return
+    from pounding_risk.figures.style import write
+
+    module, _, function = name.rpartition(".")
+    figure = getattr(import_module(f"pounding_risk.figures.{module}"), function)(*arguments, **options)
+    with TemporaryDirectory() as folder:
+        content = write(figure, Path(folder) / f"figure{target.suffix}").read_bytes()
+    write_file(target, content)

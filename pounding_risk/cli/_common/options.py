@@ -1,4 +1,4 @@
-"""What the commands are given: options with units, files to write, contact laws by name; checked before any work."""
+"""Arguments and options that several commands take, and the reading of values with units."""
 
 from __future__ import annotations
 
@@ -7,46 +7,75 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pounding_risk.cli._common.files import FIGURES, writable
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.units import Quantity
 
-NONE: list[Any] = []  # no value of an option that may be repeated
-BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130
-Scene = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
+BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130  # exit statuses
+NONE: list[Any] = []  # default of an option that may be repeated
+
+
+def argument(metavar: str, help: str) -> Any:
+    """A required argument."""
+    return typer.Argument(metavar=metavar, help=help, show_default=False)
+
+
+def option(help: str, default: str | bool = False, *, metavar: str | None = None) -> Any:
+    """An option without a value of its own; ``default`` is what the help says of its absence."""
+    return typer.Option(help=help, show_default=default, metavar=metavar)
+
+
+def file_option(what: str, suffixes: tuple[str, ...], *names: str, default: str | bool = False) -> Any:
+    """An option that takes a file to write. The file is checked before the command runs; the help lists the suffixes.
+
+    An error names the option by the shortest of its ``names``; ``default`` is what the help says of its absence.
+    """
+
+    def check(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
+        return writable(min(parameter.opts, key=len), path, suffixes)
+
+    *most, last = suffixes
+    kinds = f"{', '.join(most)} or {last}" if most else last
+    return typer.Option(*names, help=f"{what} ({kinds}).", show_default=default, callback=check)
+
+
+def out_option(what: str, *suffixes: str, default: str | bool = False) -> Any:
+    """The option ``--out``, see `file_option`."""
+    return file_option(what, suffixes, "--out", "-o", default=default)
+
+
+Scene = Annotated[Path, argument("SCENE", "Scene file (TOML).")]
+Results = Annotated[Path, argument("RESULTS", "Dataset of a scan (.nc or .zarr).")]
 Overrides = Annotated[
     list[str],
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
 ]
+Dataset = Annotated[Path | None, out_option("Write the dataset", ".nc")]
+Figure = Annotated[Path | None, file_option("Write a figure", FIGURES)]
 Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
 New = Annotated[bool, typer.Option("--new", help="Replace a file that holds other results.")]
-Figure = Annotated[Path | None, typer.Option(help="Write a figure (.png, .svg or .pdf).", show_default=False)]
-# How a gap is judged: options of `assess` and `report` alike.
-JudgedGap = Annotated[str | None, typer.Option(help="The gap to judge.", show_default="the scene's")]
-# A share is 84, 0.84 or "84 %" alike.
+Workers = Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")]
+# How a gap is judged, by `assess` and `report`. A share is 84, 0.84 or "84 %" alike.
+JudgedGap = Annotated[str | None, option("The gap to judge.", "the scene's")]
 Percentile = Annotated[
     str | None,
-    typer.Option(help='Share of the motions that the required gap is for, "84 %".', show_default="84 %, or by target"),
+    option('Share of the motions that the required gap is for, "84 %".', "84 %, or by target"),
 ]
 Confidence = Annotated[str, typer.Option(help='Of all bounds, "95 %".')]
 Target = Annotated[
     str | None,
-    typer.Option(
-        help='Probability of contact that is accepted, "10 %".', show_default="16 %, or what the percentile leaves"
-    ),
+    option('Probability of contact that is accepted, "10 %".', "16 %, or what the percentile leaves"),
 ]
 Intensity = Annotated[
     str | None,
-    typer.Option(
-        help='Of fragilities: pga, sa(left), sa(right), sa(NAME) or "sa(0.5 s)".',
-        show_default="what the motions are scaled to, or pga",
+    option(
+        'Of fragilities: pga, sa(left), sa(right), sa(NAME) or "sa(0.5 s)".', "what the motions are scaled to, or pga"
     ),
 ]
-Amplitude = Annotated[str | None, typer.Option(help="Amplitude of the grid.", show_default="the scene's or largest")]
-Hazard = Annotated[
-    Path | None, typer.Option(help="Hazard curve (.csv): intensity with unit, annual rate.", show_default=False)
-]
+Amplitude = Annotated[str | None, option("Amplitude of the grid.", "the scene's or largest")]
+Hazard = Annotated[Path | None, option("Hazard curve (.csv): intensity with unit, annual rate.")]
 
 
 def read_option(option: str, text: str, quantity: Quantity) -> float:
@@ -57,3 +86,8 @@ def read_option(option: str, text: str, quantity: Quantity) -> float:
         return parse(text, quantity)
     except QuantityError as error:
         raise PoundingError(f"{option}: {error}") from None
+
+
+def read_optional(option: str, text: str | None, quantity: Quantity) -> float | None:
+    """The SI value of an option's text, or None where the option is not given; raises as `read_option`."""
+    return None if text is None else read_option(option, text, quantity)

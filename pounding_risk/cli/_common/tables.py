@@ -1,7 +1,6 @@
-"""What the commands print: aligned tables in engineering units, and progress with the time left.
+"""Tables on standard output: aligned columns of words and of numbers in engineering units.
 
-Nothing here knows a command. Tables go to standard output and read well through a pipe or in a file; progress
-and errors go to standard error.
+On a terminal nothing is cut at any width; through a pipe every row is one line.
 """
 
 from __future__ import annotations
@@ -17,27 +16,25 @@ SPEEDS = "m/s"
 
 
 class Measure(str):
-    """A number as an engineer writes it, which knows its value: a column of them is printed in one unit."""
+    """Text of a number that keeps its value and SI unit, so that a column can be printed in one unit."""
 
     value: float
     unit: str
     digits: int
 
-    @classmethod
-    def of(cls, text: str, value: float, unit: str, digits: int) -> Measure:
-        """The text of a value in SI ``unit``."""
-        measure = cls(text)
-        measure.value, measure.unit, measure.digits = value, unit, digits
-        return measure
-
 
 def engineering(value: float, unit: str, digits: int = 4) -> str:
-    """A number in SI ``unit`` as an engineer writes it: 1300 kN, 3.2 mm, 0.5 m/s; – for what is not there."""
-    return Measure.of(_written(value, unit, digits), value, unit, digits)
+    """A number in SI ``unit`` in engineering units: 1300 kN, 3.2 mm, 0.5 g, 0.5 m/s; – for NaN."""
+    measure = Measure(_measure_text(value, unit, digits))
+    measure.value, measure.unit, measure.digits = value, unit, digits
+    return measure
 
 
 def in_one_unit(cells: Sequence[str]) -> list[str]:
-    """The cells of a column with all measures of one kind in one unit: the usual one of their median size."""
+    """Cells of a column, their measures in the engineering unit of the one of median size.
+
+    Cells stay as they are where they measure different quantities, or speeds, or numbers without a unit.
+    """
     from pounding_risk.units import say_in
 
     measures = [cell for cell in cells if isinstance(cell, Measure) and isfinite(cell.value)]
@@ -51,7 +48,7 @@ def in_one_unit(cells: Sequence[str]) -> list[str]:
     ]
 
 
-def _written(value: float, unit: str, digits: int) -> str:
+def _measure_text(value: float, unit: str, digits: int) -> str:
     from pounding_risk.units import Quantity, say
 
     if isnan(value):
@@ -64,10 +61,10 @@ def _written(value: float, unit: str, digits: int) -> str:
 
 
 def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
-    """Print columns under their heads, with nothing cut whatever the width of the terminal.
+    """Print columns under their heads; nothing is cut at any width of the terminal.
 
-    A table that is wider than the terminal wraps its words: heads, and the cells of columns of words. Where that does
-    not suffice, the table turns, and each row is a block with one line a column. Piped output is never wrapped.
+    Where the table is wider than the terminal, heads and cells of words are wrapped. Where that does not suffice, each
+    row is printed as a block with one line a column. Piped output is never wrapped.
 
     Parameters
     ----------
@@ -84,12 +81,12 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str)
     cells = [list(row) for row in rows]
     columns = []
     for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
-        own = [row[at] for row in cells]
-        columns.append(Column(head, side, in_one_unit(own) if side == "r" else own))
+        column = [row[at] for row in cells]
+        columns.append(Column(head, side, in_one_unit(column) if side == "r" else column))
     widths = [column.widest for column in columns]
     if console.is_terminal:
-        widths = _fitting(columns, console.width)
-    lines = _table_lines(columns, widths) if widths else _turned_lines(columns, console.width)
+        widths = _fitted_widths(columns, console.width)
+    lines = _table_lines(columns, widths) if widths else _block_lines(columns, console.width)
     print("\n".join(line.rstrip() for line in lines))
 
 
@@ -115,25 +112,23 @@ class Column(NamedTuple):
 
 
 def _width(text: str) -> int:
-    """Columns of a terminal that a text takes: two for a letter of Chinese or Japanese."""
+    """Width of a text on a terminal [columns]; a Chinese or Japanese letter takes two."""
     from rich.cells import cell_len
 
     return cell_len(text)
 
 
-def _fitting(columns: Sequence[Column], width: int) -> list[int]:
-    """Widths of the columns that fit a terminal, the narrow columns whole; none where there are no such widths."""
+def _fitted_widths(columns: Sequence[Column], width: int) -> list[int]:
+    """Widths at which the columns fit a terminal, narrow columns unwrapped; [] where none do."""
     room = width - BETWEEN * (len(columns) - 1)
     least, most = [column.narrowest for column in columns], [column.widest for column in columns]
-    if sum(least) > room:
-        return []
-    widths = least
-    for most_of_one in range(max(most) + 1):
-        wider = [min(whole, max(few, most_of_one)) for few, whole in zip(least, most, strict=True)]
-        if sum(wider) > room:
+    fitted: list[int] = []
+    for limit in range(max(most) + 1):
+        widths = [min(wide, max(narrow, limit)) for narrow, wide in zip(least, most, strict=True)]
+        if sum(widths) > room:
             break
-        widths = wider
-    return widths
+        fitted = widths
+    return fitted
 
 
 def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[str]:
@@ -150,8 +145,8 @@ def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[s
             )
 
 
-def _turned_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
-    """A block for each row: its first cell, and below it a line for each other column."""
+def _block_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
+    """Lines of the table turned into a block for each row: its first cell, then a line for each other column."""
     first, *others = columns
     labels = max((_width(column.head) for column in others), default=0)
     for at, title in enumerate(first.cells):
@@ -168,7 +163,7 @@ def _turned_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """Lines of whole words; a word that is longer than a line keeps a line of its own."""
+    """Lines of whole words; a word longer than the width gets a line of its own."""
     lines: list[str] = []
     for word in text.split(" ") if _width(text) > width else [text]:
         if lines and _width(lines[-1]) + 1 + _width(word) <= width:
@@ -184,5 +179,5 @@ def _padded(text: str, width: int, side: str) -> str:
 
 
 def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
-    """Print one line for each (what, words)."""
+    """Print a line for each pair of a label and its words."""
     print_table(("", ""), pairs, "ll")

@@ -1,79 +1,100 @@
-"""The command `records process`."""
+"""The command `records process`: records processed and scaled as for a run, and written."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli._common.files import FIGURES, draw, make_folder, writable
+from pounding_risk.cli._common.files import check_folder, make_folder, writable
+from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import NONE, Figure
-from pounding_risk.cli._common.progress import Watch
-from pounding_risk.cli.records._options import (
-    Direction,
-    Options,
-    Pga,
-    Processing,
-    Scale,
-    Set,
-    Sources,
-    SpectralAcceleration,
-    Step,
-    Steps,
-    Unit,
-    Window,
-    before_and_after,
-    find,
-    motion_targets,
-    plain_name,
-    stated,
-    treatment,
-)
-from pounding_risk.cli.records._tables import print_left_out, print_processed
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli.records import _options as options
+from pounding_risk.cli.records._tables import print_processed
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.record import Source
 
 ORDER = 30
 
 
 def process(
-    source: Sources = None,
+    source: options.Sources = None,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Write to a .csv or .at2 file, or a folder.", show_default=False)
     ] = None,
-    set: Set = None,
-    processing: Processing = None,
-    step: Steps = NONE,
-    window: Window = None,
-    pga: Pga = None,
-    scale: Scale = None,
-    sa: SpectralAcceleration = None,
-    direction: Direction = None,
-    unit: Unit = None,
-    dt: Step = None,
+    set: options.Set = None,
+    processing: options.Processing = None,
+    step: options.Steps = NONE,
+    window: options.Window = None,
+    pga: options.Pga = None,
+    scale: options.Scale = None,
+    sa: options.SpectralAcceleration = None,
+    direction: options.Direction = None,
+    unit: options.Unit = None,
+    dt: options.Step = None,
     figure: Figure = None,
 ) -> None:
     """Process records as for a run; show every step, write the motions."""
-    figure_file = writable("--figure", figure, FIGURES)
-    from pounding_risk.motions.ensemble import treated
     from pounding_risk.motions.write import write_motion
 
-    how = treatment(Options(processing, step, window, pga, scale, sa, direction))
-    with Watch("process", "records") as watch:
-        found = find(source or (), set, stated(unit, dt), in_pairs=how.direction is not None)
-        targets = motion_targets(out, found.groups)
-        motions = []
-        for group in found.groups:
-            motions.append(treated(how, group))
-            watch(len(motions), len(found.groups))
+    request = options.record_request(processing, step, window, pga, scale, sa, direction)
+    facts = options.stated_facts(unit, dt)
+    with ProgressDisplay("process", "records") as progress:
+        sources = options.find_sources(source or (), set, facts, in_pairs=direction is not None)
+        targets = motion_targets(out, sources.groups)
+        motions = options.treat(request, sources.groups, progress)
     if any(targets) and not (out is None or out.suffix):
         make_folder(out)
     for motion, target in zip(motions, targets, strict=True):
         if target is not None:
             write_motion(motion, target)
     print_processed(motions, targets)
-    print_left_out(found.left_out)
-    if figure_file is not None:
-        for group in found.groups:
-            many = len(motions) > 1
-            place = figure_file.with_stem(f"{figure_file.stem}-{plain_name(group)}") if many else figure_file
-            draw(before_and_after(how, group), place)
+    print_left_out(sources.left_out)
+    if figure is not None:
+        for group in sources.groups:
+            several = len(sources.groups) > 1
+            file = figure.with_stem(f"{figure.stem}-{plain_name(group)}") if several else figure
+            options.draw_before_and_after(file, request, group)
+
+
+def motion_targets(out: Path | None, groups: Sequence[tuple[Source, ...]]) -> list[Path | None]:
+    """A file for each record: ``out`` itself for one, in the folder ``out`` for several; None where none is asked for.
+
+    Raises PoundingError where a file cannot be written or would replace a record that is read, or two have one name.
+    """
+    from pounding_risk.motions.write import SUFFIXES
+
+    if out is None:
+        return [None] * len(groups)
+    if out.suffix.lower() in SUFFIXES and not out.is_dir():
+        if len(groups) > 1:
+            raise PoundingError(f"-o: {out} is one file for {len(groups)} records; name a folder")
+        targets = [writable("-o", out, SUFFIXES) or out]
+    elif out.suffix and not out.is_dir():
+        raise PoundingError(f"-o: {out}: the name must end in {' or '.join(SUFFIXES)}; a folder has no suffix")
+    else:
+        check_folder(out)
+        targets = [out / f"{plain_name(group)}.csv" for group in groups]
+    for target in targets:
+        if targets.count(target) > 1:
+            raise PoundingError(f"-o: several of the records would be {target}; process them into folders of their own")
+        if any(_is_file(source, target) for group in groups for source in group):
+            raise PoundingError(f"-o: {target} is a record that is read; choose another name")
+    return list(targets)
+
+
+def plain_name(group: tuple[Source, ...]) -> str:
+    """The ids of a record's components, as a file name."""
+    name = "+".join(str(source.record["id"]) for source in group)
+    return "".join(letter if letter.isalnum() or letter in "-_.+" else "-" for letter in name)
+
+
+def _is_file(source: Source, target: Path) -> bool:
+    """Whether a source was read from this file."""
+    file = str(source.record.get("file") or "")
+    return bool(file) and Path(file).is_file() and target.is_file() and target.samefile(file)

@@ -1,38 +1,27 @@
-"""The command `records select`."""
+"""The command `records select`: records whose spectra come closest to a target, with their scale factors."""
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.files import FIGURES, draw, writable
-from pounding_risk.cli._common.options import Figure, read_option
-from pounding_risk.cli._common.progress import Watch
-from pounding_risk.cli.records._options import (
-    Bounds,
-    Options,
-    Processing,
-    Set,
-    Sources,
-    Step,
-    Unit,
-    choices_of,
-    find,
-    stated,
-    target_spectrum,
-    treatment,
-)
-from pounding_risk.cli.records._tables import print_left_out, print_selection
+from pounding_risk.cli._common.files import announce, draw
+from pounding_risk.cli._common.notes import print_left_out
+from pounding_risk.cli._common.options import Figure, option, out_option, read_option
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli.records import _options as options
+from pounding_risk.cli.records._tables import print_selection
 
 ORDER = 50
 
 
 def select(
     target: Annotated[str, typer.Option(help="Target spectrum: a file, a code shape, or a record set.")],
-    source: Sources = None,
-    set: Set = None,
+    source: options.Sources = None,
+    set: options.Set = None,
     range: Annotated[
         tuple[str, str], typer.Option(metavar="FROM TO", help="Periods at which spectra are compared.")
     ] = ("0.2 s", "2 s"),
@@ -47,52 +36,44 @@ def select(
     per_event: Annotated[
         int | None, typer.Option(min=1, help="At most so many of one earthquake.", show_default="any number")
     ] = None,
-    magnitude: Bounds = None,
-    distance: Annotated[
-        tuple[str, str] | None, typer.Option(metavar="LEAST MOST", help='Such as "10 km" "50 km".', show_default=False)
-    ] = None,
-    vs30: Annotated[
-        tuple[str, str] | None,
-        typer.Option(metavar="LEAST MOST", help='Such as "180 m/s" "360 m/s".', show_default=False),
-    ] = None,
+    magnitude: Annotated[tuple[float, float] | None, option("Such as 6.5 7.5.", metavar="LEAST MOST")] = None,
+    distance: Annotated[tuple[str, str] | None, option('Such as "10 km" "50 km".', metavar="LEAST MOST")] = None,
+    vs30: Annotated[tuple[str, str] | None, option('Such as "180 m/s" "360 m/s".', metavar="LEAST MOST")] = None,
     pga: Annotated[
-        tuple[str, str] | None,
-        typer.Option(metavar="LEAST MOST", help='As recorded, such as "0.1 g" "0.5 g".', show_default=False),
+        tuple[str, str] | None, option('As recorded, such as "0.1 g" "0.5 g".', metavar="LEAST MOST")
     ] = None,
-    damping: Annotated[str, typer.Option(help="Damping ratio of the spectra.")] = "5 %",
-    processing: Processing = None,
-    unit: Unit = None,
-    dt: Step = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Write a manifest (.csv).", show_default=False)
-    ] = None,
+    damping: options.Damping = "5 %",
+    processing: options.Processing = None,
+    unit: options.Unit = None,
+    dt: options.Step = None,
+    out: Annotated[Path | None, out_option("Write a manifest", ".csv")] = None,
     figure: Figure = None,
 ) -> None:
     """Choose records whose spectra come closest to a target, each with its factor."""
-    out_file, figure_file = writable("-o", out, (".csv",)), writable("--figure", figure, FIGURES)
-    from pounding_risk.motions.ensemble import treated
+    from pounding_risk.motions.manifest import write_manifest
     from pounding_risk.motions.selection import select as run
-    from pounding_risk.units import DAMPING
+    from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity
 
-    how = treatment(Options(processing, (), None, None, None, None))
-    choices = choices_of(range, distance, vs30, pga)
-    choices |= {"count": count, "spectrum": spectrum, "limits": factor, "per_event": per_event, "magnitude": magnitude}
-    goal = target_spectrum(target, read_option("--damping", damping, DAMPING))
-    with Watch("select", "records") as watch:
-        found = find(source or (), set, stated(unit, dt), horizontal=True)
-        motions = []
-        for group in found.groups:
-            motions.append(treated(how, group))
-            watch(len(motions), len(found.groups))
-    selection = run(motions, goal, **choices)
+    request = options.record_request(processing)
+    length = Quantity("m", 0.0, inf, "distance", example="10 km")
+    velocity = Quantity("m/s", 0.0, inf, "shear-wave velocity", example="360 m/s")
+    bounds: dict[str, Any] = {"periods": tuple(read_option("--range", text, PERIOD) for text in range)}
+    if distance is not None:
+        bounds["distance_km"] = tuple(read_option("--distance", text, length) / 1e3 for text in distance)
+    if vs30 is not None:
+        bounds["vs30"] = tuple(read_option("--vs30", text, velocity) for text in vs30)
+    if pga is not None:
+        bounds["pga"] = tuple(read_option("--pga", text, PGA) for text in pga)
+    goal = options.target_spectrum(target, read_option("--damping", damping, DAMPING))
+    facts = options.stated_facts(unit, dt)
+    with ProgressDisplay("select", "records") as progress:
+        sources = options.find_sources(source or (), set, facts, horizontal=True)
+        motions = options.treat(request, sources.groups, progress)
+    choices: dict[str, Any] = {"count": count, "spectrum": spectrum, "limits": factor, "per_event": per_event}
+    selection = run(motions, goal, **choices, magnitude=magnitude, **bounds)
     print_selection(selection)
-    print_left_out(found.left_out)
-    if out_file is not None:
-        from pounding_risk.motions.manifest import write_manifest
-
-        write_manifest(selection.motions(), out_file)
-        typer.echo(f"written: {out_file}")
-    if figure_file is not None:
-        from pounding_risk.figures import selection_figure
-
-        draw(selection_figure(selection), figure_file)
+    print_left_out(sources.left_out)
+    if out is not None:
+        write_manifest(selection.motions(), out)
+    announce(out)
+    draw(figure, "motions.selection_figure", selection)
