@@ -47,7 +47,7 @@ app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=F
 
 
 def main() -> None:
-    """Entry point of ``pounding-risk``."""
+    """Run the command line; the entry point of ``pounding-risk``."""
     try:
         app(prog_name="pounding-risk")
     except SystemExit as end:

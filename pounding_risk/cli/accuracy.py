@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene
+from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene, option
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli._common.tables import print_pairs, print_table
 
@@ -21,10 +21,8 @@ def accuracy(
     scene: Scene,
     out: Dataset = None,
     overrides: Overrides = NONE,
-    cases: Annotated[int, typer.Option(min=1, help="Cases of the grid, at most; thinned evenly.")] = 24,
-    budget: Annotated[
-        float, typer.Option(min=0.0, help="Seconds a setting may take; slower ones are left out.")
-    ] = 20.0,
+    cases: Annotated[int, option("Cases of the grid, at most; thinned evenly.", min=1)] = 24,
+    budget: Annotated[float, option("Seconds a setting may take; slower ones are left out.", min=0.0)] = 20.0,
     scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
     new: New = False,
     figure: Figure = None,

@@ -8,7 +8,7 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pounding_risk.cli._common.files import draw, write_file
+from pounding_risk.cli._common.files import draw, write_text
 from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import (
     Amplitude,
@@ -66,7 +66,7 @@ def assess(
     )
     # Files first: a reader of the first lines alone, such as `head`, ends the printing.
     if out is not None:
-        write_file(out, (json.dumps(assessment.as_dict(), ensure_ascii=False, indent=1) + "\n").encode())
+        write_text(out, json.dumps(assessment.as_dict(), ensure_ascii=False, indent=1) + "\n")
     draw(figure, "assess.assessment_figure", assessment)
     print_assessment(assessment)
 

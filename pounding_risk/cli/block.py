@@ -28,23 +28,23 @@ def block(
     ] = None,
     record: Annotated[list[str], option("A record of the scenes; repeat for several.", "all horizontal ones")] = NONE,
     pga: Annotated[str | None, option("Scale the records to it.", "as recorded")] = None,
-    limit: Annotated[str, typer.Option(help="Gap from which on buildings are no neighbours.")] = "1 m",
-    gap: Annotated[str, typer.Option(help="Gap of neighbours without one.")] = "0 mm",
-    storey_height: Annotated[str, typer.Option(help="Where only the height or the storeys are given.")] = "3 m",
-    typology: Annotated[str, typer.Option(help="Typology of buildings without one.")] = "masonry",
-    floor_load: Annotated[str, typer.Option(help="Weight of a floor, for its mass.")] = "10 kN/m^2",
+    limit: Annotated[str, option("Gap from which on buildings are no neighbours.")] = "1 m",
+    gap: Annotated[str, option("Gap of neighbours without one.")] = "0 mm",
+    storey_height: Annotated[str, option("Where only the height or the storeys are given.")] = "3 m",
+    typology: Annotated[str, option("Typology of buildings without one.")] = "masonry",
+    floor_load: Annotated[str, option("Weight of a floor, for its mass.")] = "10 kN/m^2",
     floor_area: Annotated[str | None, option("Area of floors without one.", "it must be given")] = None,
     floor_depth: Annotated[
-        str, typer.Option(help="Depth of floors without one; floors that overlap in height meet floor to floor.")
+        str, option("Depth of floors without one; floors that overlap in height meet floor to floor.")
     ] = "0.25 m",
     least_facing: Annotated[
         str | None, option('Share of the shorter front over which neighbours face each other, "10 %".', "any")
     ] = None,
     metres: Annotated[bool, typer.Option("--metres", help="Coordinates are metres, not degrees.")] = False,
     axis: Annotated[str | None, option('Direction of the street from north, "30 deg".', "its walls'")] = None,
-    contact_model: Annotated[str, typer.Option(help="Contact model of every interface.")] = "jankowski",
-    stiffness: Annotated[str, typer.Option(help="Its β or k.")] = "2.75e9 N/m^1.5",
-    restitution: Annotated[str, typer.Option(help="e, or concrete.")] = "0.65",
+    contact_model: Annotated[str, option("Contact model of every interface.")] = "jankowski",
+    stiffness: Annotated[str, option("Its β or k.")] = "2.75e9 N/m^1.5",
+    restitution: Annotated[str, option("e, or concrete.")] = "0.65",
     yield_force: Annotated[str | None, option("F_E of floor against floor.", "no yielding")] = None,
     column_yield_force: Annotated[str | None, option("F_E of floor against column.", "no yielding")] = None,
     tolerance: Annotated[

@@ -20,7 +20,7 @@ Several = Annotated[list[str], option("Only this one; repeat for several.", "all
 
 def histories(
     source: Annotated[Path, argument("SOURCE", "A scene (.toml) or what scan wrote (.nc).")],
-    out: Annotated[Path | None, out_option("Histories", ".nc", ".zarr", default="SOURCE-histories.nc")] = None,
+    out: Annotated[Path | None, out_option("Histories", ".nc", ".zarr", absence="SOURCE-histories.nc")] = None,
     record: Several = NONE,
     polarity: Several = NONE,
     pga: Several = NONE,
@@ -28,10 +28,9 @@ def histories(
     gap: Several = NONE,
     yield_force: Several = NONE,
     largest: Annotated[
-        str | None,
-        typer.Option(help="Of each contact model only the case with the largest value of this output of the results."),
+        str | None, option("Of each contact model only the case with the largest value of this output of the results.")
     ] = None,
-    most: Annotated[int, typer.Option(min=1, help="Cases, at most.")] = 1000,
+    most: Annotated[int, option("Cases, at most.", min=1)] = 1000,
     folder: Annotated[
         Path | None,
         option("Folder that the record files of the results' scene are relative to.", "the scene's, or the results'"),

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
-
 from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.notes import FASTER
 from pounding_risk.cli._common.options import Figure, option, read_option, read_optional
@@ -41,21 +39,19 @@ class Collision(NamedTuple):
 
 
 def impact(
-    law: Annotated[list[str], typer.Option(help="Contact model; repeat to compare.")] = ["jankowski"],  # noqa: B006
+    law: Annotated[list[str], option("Contact model; repeat to compare.")] = ["jankowski"],  # noqa: B006
     stiffness: Annotated[
-        list[str], typer.Option(help="β in N/m^1.5 or k in N/m; one of each where laws of both kinds are compared.")
+        list[str], option("β in N/m^1.5 or k in N/m; one of each where laws of both kinds are compared.")
     ] = ["2.75e9 N/m^1.5"],  # noqa: B006
-    mass: Annotated[str, typer.Option(help="Mass of the striker.")] = "570 kg",
-    other_mass: Annotated[str, typer.Option(help="Mass that is struck; inf is a fixed wall.")] = "inf",
-    speed: Annotated[str, typer.Option(help="Speed of approach.")] = "0.5 m/s",
-    restitution: Annotated[
-        str, typer.Option(help="Coefficient e in (0, 1], concrete, or 'xi 0.35 of jankowski'.")
-    ] = "0.65",
-    relation: Annotated[str, typer.Option(help="Damping from e: published, or exact.")] = "published",
-    yield_force: Annotated[str, typer.Option(help="F_E, for laws with a cap; inf never yields.")] = "inf",
+    mass: Annotated[str, option("Mass of the striker.")] = "570 kg",
+    other_mass: Annotated[str, option("Mass that is struck; inf is a fixed wall.")] = "inf",
+    speed: Annotated[str, option("Speed of approach.")] = "0.5 m/s",
+    restitution: Annotated[str, option("Coefficient e in (0, 1], concrete, or 'xi 0.35 of jankowski'.")] = "0.65",
+    relation: Annotated[str, option("Damping from e: published, or exact.")] = "published",
+    yield_force: Annotated[str, option("F_E, for laws with a cap; inf never yields.")] = "inf",
     floor_length: Annotated[str | None, option("Length of the striker's floor, for distributed_mass.")] = None,
     other_floor_length: Annotated[str | None, option("Length of the floor that is struck.")] = None,
-    wave_speed: Annotated[str, typer.Option(help="Wave speed of both floors.")] = "3500 m/s",
+    wave_speed: Annotated[str, option("Wave speed of both floors.")] = "3500 m/s",
     figure: Figure = None,
 ) -> None:
     """Let two bodies collide once under each contact model."""

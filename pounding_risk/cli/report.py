@@ -28,7 +28,7 @@ ORDER = 150
 
 def report(
     results: Annotated[Path, argument("RESULTS", "What scan wrote (.nc or .zarr).")],
-    out: Annotated[Path | None, out_option("The report", ".html", ".pdf", default="RESULTS.html")] = None,
+    out: Annotated[Path | None, out_option("The report", ".html", ".pdf", absence="RESULTS.html")] = None,
     gap: JudgedGap = None,
     percentile: Percentile = None,
     confidence: Confidence = "95 %",

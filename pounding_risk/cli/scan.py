@@ -39,14 +39,12 @@ AGAIN = "to make the same study again, --new to replace it whatever it is, or -o
 
 def scan(
     scene: Scene,
-    out: Annotated[Path | None, out_option("Results", ".nc", ".zarr", default="SCENE.nc")] = None,
+    out: Annotated[Path | None, out_option("Results", ".nc", ".zarr", absence="SCENE.nc")] = None,
     overrides: Overrides = NONE,
     screening: Annotated[
         bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
     ] = True,
-    check_fraction: Annotated[
-        float, typer.Option(help="Share of the runs to make again at a tighter tolerance, 0 to 1.")
-    ] = 0.01,
+    check_fraction: Annotated[float, option("Share of the runs to make again at a tighter tolerance, 0 to 1.")] = 0.01,
     workers: Workers = None,
     plan: Annotated[bool, typer.Option("--plan", help="Say what it would take, and run nothing.")] = False,
     shard: Annotated[str | None, option("Do one part of N, such as 2/8.", metavar="I/N")] = None,

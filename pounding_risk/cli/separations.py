@@ -26,7 +26,7 @@ def separations(
         Path | None,
         typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc or .zarr).", show_default="list the rules"),
     ] = None,
-    percentile: Annotated[str, typer.Option(help='Percentile of the gap needed, "84 %".')] = "84 %",
+    percentile: Annotated[str, option('Percentile of the gap needed, "84 %".')] = "84 %",
     height: Annotated[list[str], option(f"Height of a building; twice: {SIDES}.")] = NONE,
     factor: Annotated[
         list[float], option(f"Code's displacement over the linear one, such as Cd / R; twice: {SIDES}.", "1")
@@ -35,7 +35,7 @@ def separations(
     alike: Annotated[bool, typer.Option("--alike", help="Same height and kind of structure too.")] = False,
     zone: Annotated[str | None, option("Of Mexico City: I, II or III.")] = None,
     intensity: Annotated[int | None, option("In China: 6 to 9.")] = None,
-    structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
+    structure: Annotated[str, option("In China: frame, frame and walls, or walls.")] = "frame",
     ground: Annotated[str | None, option("Design acceleration a_g S, in Italy.")] = None,
     interface: Annotated[str | None, option('Of a row, "left | right".', "every one")] = None,
     figure: Figure = None,

@@ -19,7 +19,7 @@ ORDER = 90
 
 
 def stability(
-    rtol: Annotated[float, typer.Option(help="Tolerance of the solver, 1e-12 to 1e-2.")] = 1e-6,
+    rtol: Annotated[float, option("Tolerance of the solver, 1e-12 to 1e-2.")] = 1e-6,
     law: Annotated[list[str] | None, option("Contact model; repeat for several.", "all")] = None,
     case: Annotated[list[str] | None, option("Number of a case; repeat for several.", "all")] = None,
 ) -> None:

@@ -15,7 +15,7 @@ ORDER = 140
 
 def view(
     results: Annotated[Path, argument("RESULTS", "Results of a scan (.nc or .zarr).")],
-    out: Annotated[Path | None, out_option("Write the page", ".html", default="RESULTS-view.html")] = None,
+    out: Annotated[Path | None, out_option("Write the page", ".html", absence="RESULTS-view.html")] = None,
     record: Annotated[list[str], option("Only this record; repeat for several.", "all")] = NONE,
     contact_model: Annotated[list[str], option("Only this contact model; repeat for several.", "all")] = NONE,
     pga: Annotated[list[str], option('Only this amplitude, such as "0.5 g"; repeat for several.', "all")] = NONE,

@@ -16,7 +16,7 @@ import typer
 
 def add_commands(app: typer.Typer, package: str, folders: Iterable[str]) -> None:
     """Add the commands and groups of a package, whose ``__path__`` is ``folders``, to an application."""
-    names = [found.name for found in iter_modules(folders) if not found.name.startswith("_")]
+    names = [name for _, name, _ in iter_modules(folders) if not name.startswith("_")]
     modules = {name: import_module(f"{package}.{name}") for name in names}
     for name, module in sorted(modules.items(), key=lambda item: item[1].ORDER):
         if hasattr(module, "__path__"):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from pounding_risk.errors import PoundingError
@@ -61,19 +62,26 @@ def announce(*paths: Path | None) -> None:
             print(f"written: {path}")
 
 
-def write_file(target: Path, content: bytes) -> None:
-    """Write a file, whole or not at all, and print that it is written; raises PoundingError where that fails."""
-    from pounding_risk._common.files import write_whole
-
+@contextmanager
+def _announced(target: Path) -> Iterator[None]:
+    """Write a file, then print that it is written; raises PoundingError where writing fails."""
     try:
-        write_whole(target, lambda file: file.write(content))
+        yield
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
     announce(target)
 
 
+def write_text(target: Path, text: str) -> None:
+    """Write a text file, whole or not at all, and print that it is written; raises PoundingError where that fails."""
+    from pounding_risk._common.files import write_whole
+
+    with _announced(target):
+        write_whole(target, lambda file: file.write(text.encode()))
+
+
 def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> None:
-    """Draw a figure to a file, unless the file is None.
+    """Draw a figure to a file, unless the file is None; raises PoundingError where it cannot be written.
 
     Parameters
     ----------
@@ -86,10 +94,15 @@ def draw(target: Path | None, name: str, *arguments: Any, **options: Any) -> Non
     """
     if target is None:
         return
+    from pounding_risk._common.files import move_into_place, partial_of
     from pounding_risk.figures.style import write
 
     module, _, function = name.rpartition(".")
     figure = getattr(import_module(f"pounding_risk.figures.{module}"), function)(*arguments, **options)
-    with TemporaryDirectory() as folder:
-        content = write(figure, Path(folder) / f"figure{target.suffix}").read_bytes()
-    write_file(target, content)
+    partial = target.with_name(f"{partial_of(target).name}{target.suffix}")  # the suffix chooses the format
+    try:
+        with _announced(target):
+            write(figure, partial)
+            move_into_place(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -22,15 +22,15 @@ def argument(metavar: str, help: str) -> Any:
     return typer.Argument(metavar=metavar, help=help, show_default=False)
 
 
-def option(help: str, default: str | bool = False, *, metavar: str | None = None) -> Any:
-    """An option without a value of its own; ``default`` is what the help says of its absence."""
-    return typer.Option(help=help, show_default=default, metavar=metavar)
+def option(help: str, absence: str | None = None, **settings: Any) -> Any:
+    """An option. The help shows what holds in its ``absence``, by default its value; the rest is for `typer.Option`."""
+    return typer.Option(help=help, show_default=absence or True, **settings)
 
 
-def file_option(what: str, suffixes: tuple[str, ...], *names: str, default: str | bool = False) -> Any:
+def file_option(what: str, suffixes: tuple[str, ...], *names: str, absence: str | None = None) -> Any:
     """An option that takes a file to write. The file is checked before the command runs; the help lists the suffixes.
 
-    An error names the option by the shortest of its ``names``; ``default`` is what the help says of its absence.
+    An error names the option by the shortest of its ``names``; the help shows what holds in its ``absence``.
     """
 
     def check(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
@@ -38,12 +38,12 @@ def file_option(what: str, suffixes: tuple[str, ...], *names: str, default: str 
 
     *most, last = suffixes
     kinds = f"{', '.join(most)} or {last}" if most else last
-    return typer.Option(*names, help=f"{what} ({kinds}).", show_default=default, callback=check)
+    return typer.Option(*names, help=f"{what} ({kinds}).", show_default=absence or True, callback=check)
 
 
-def out_option(what: str, *suffixes: str, default: str | bool = False) -> Any:
+def out_option(what: str, *suffixes: str, absence: str | None = None) -> Any:
     """The option ``--out``, see `file_option`."""
-    return file_option(what, suffixes, "--out", "-o", default=default)
+    return file_option(what, suffixes, "--out", "-o", absence=absence)
 
 
 Scene = Annotated[Path, argument("SCENE", "Scene file (TOML).")]
@@ -56,17 +56,15 @@ Dataset = Annotated[Path | None, out_option("Write the dataset", ".nc")]
 Figure = Annotated[Path | None, file_option("Write a figure", FIGURES)]
 Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
 New = Annotated[bool, typer.Option("--new", help="Replace a file that holds other results.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")]
+Workers = Annotated[int | None, option("Threads.", "one a processor", min=1)]
 # How a gap is judged, by `assess` and `report`. A share is 84, 0.84 or "84 %" alike.
 JudgedGap = Annotated[str | None, option("The gap to judge.", "the scene's")]
 Percentile = Annotated[
-    str | None,
-    option('Share of the motions that the required gap is for, "84 %".', "84 %, or by target"),
+    str | None, option('Share of the motions that the required gap is for, "84 %".', "84 %, or by target")
 ]
-Confidence = Annotated[str, typer.Option(help='Of all bounds, "95 %".')]
+Confidence = Annotated[str, option('Of all bounds, "95 %".')]
 Target = Annotated[
-    str | None,
-    option('Probability of contact that is accepted, "10 %".', "16 %, or what the percentile leaves"),
+    str | None, option('Probability of contact that is accepted, "10 %".', "16 %, or what the percentile leaves")
 ]
 Intensity = Annotated[
     str | None,

@@ -99,7 +99,7 @@ class Column(NamedTuple):
 
     @property
     def widest(self) -> int:
-        """Width at which nothing is wrapped."""
+        """Width of the widest cell, or of the head [columns of the terminal]."""
         return max(map(_width, [self.head, *self.cells]))
 
     @property

@@ -35,21 +35,14 @@ Steps = Annotated[
         "--step", metavar="'NAME OPTION=VALUE'", help="A step, such as 'bandpass low=0.1Hz'; repeat, in order."
     ),
 ]
-Window = Annotated[
-    tuple[str, str] | None,
-    option("Keep this part, after processing.", metavar="START END"),
-]
+Window = Annotated[tuple[str, str] | None, option("Keep this part, after processing.", metavar="START END")]
 Pga = Annotated[str | None, option("Scale to this peak ground acceleration.")]
 Scale = Annotated[str | None, option("Scale by this factor.")]
 SpectralAcceleration = Annotated[
-    tuple[str, str] | None,
-    option("Scale to this Sa at a period, such as 0.5g 1s.", metavar="VALUE PERIOD"),
+    tuple[str, str] | None, option("Scale to this Sa at a period, such as 0.5g 1s.", metavar="VALUE PERIOD")
 ]
-Direction = Annotated[
-    str | None,
-    option("Turn both horizontals of each recording to this direction, such as 30deg."),
-]
-Damping = Annotated[str, typer.Option(help="Damping ratio of the spectra.")]
+Direction = Annotated[str | None, option("Turn both horizontals of each recording to this direction, such as 30deg.")]
+Damping = Annotated[str, option("Damping ratio of the spectra.")]
 
 
 def record_request(

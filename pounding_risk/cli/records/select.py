@@ -6,8 +6,6 @@ from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from pounding_risk.cli._common.files import announce, draw
 from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import Figure, option, out_option, read_option
@@ -19,23 +17,20 @@ ORDER = 50
 
 
 def select(
-    target: Annotated[str, typer.Option(help="Target spectrum: a file, a code shape, or a record set.")],
+    target: Annotated[str, option("Target spectrum: a file, a code shape, or a record set.")],
     source: options.Sources = None,
     set: options.Set = None,
-    range: Annotated[
-        tuple[str, str], typer.Option(metavar="FROM TO", help="Periods at which spectra are compared.")
-    ] = ("0.2 s", "2 s"),
-    count: Annotated[int, typer.Option(min=1, help="Records to choose, or pairs.")] = 11,
-    spectrum: Annotated[
-        str, typer.Option(help="component; or geomean, rotd50, rotd100 of pairs with one factor.")
-    ] = "component",
-    factor: Annotated[tuple[float, float], typer.Option(metavar="LEAST MOST", help="Limits of the scale factor.")] = (
+    range: Annotated[tuple[str, str], option("Periods at which spectra are compared.", metavar="FROM TO")] = (
+        "0.2 s",
+        "2 s",
+    ),
+    count: Annotated[int, option("Records to choose, or pairs.", min=1)] = 11,
+    spectrum: Annotated[str, option("component; or geomean, rotd50, rotd100 of pairs with one factor.")] = "component",
+    factor: Annotated[tuple[float, float], option("Limits of the scale factor.", metavar="LEAST MOST")] = (
         0.25,
         4.0,
     ),
-    per_event: Annotated[
-        int | None, typer.Option(min=1, help="At most so many of one earthquake.", show_default="any number")
-    ] = None,
+    per_event: Annotated[int | None, option("At most so many of one earthquake.", "any number", min=1)] = None,
     magnitude: Annotated[tuple[float, float] | None, option("Such as 6.5 7.5.", metavar="LEAST MOST")] = None,
     distance: Annotated[tuple[str, str] | None, option('Such as "10 km" "50 km".', metavar="LEAST MOST")] = None,
     vs30: Annotated[tuple[str, str] | None, option('Such as "180 m/s" "360 m/s".', metavar="LEAST MOST")] = None,
