@@ -181,3 +181,8 @@ def _padded(text: str, width: int, side: str) -> str:
 def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
     """Print a line for each pair of a label and its words."""
     print_table(("", ""), pairs, "ll")
+
+
+def one_line(words: object) -> str:
+    """Words without line breaks and repeated blanks."""
+    return " ".join(str(words).split())

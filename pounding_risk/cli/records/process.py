@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,11 +13,12 @@ from pounding_risk.cli._common.files import check_folder, make_folder, writable
 from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import NONE, Figure
 from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.tables import engineering, one_line, print_table
 from pounding_risk.cli.records import _options as options
-from pounding_risk.cli.records._tables import print_processed
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
+    from pounding_risk.motions.motion import Motion
     from pounding_risk.motions.record import Source
 
 ORDER = 30
@@ -98,3 +100,35 @@ def _is_file(source: Source, target: Path) -> bool:
     """Whether a source was read from this file."""
     file = str(source.record.get("file") or "")
     return bool(file) and Path(file).is_file() and target.is_file() and target.samefile(file)
+
+
+def print_processed(motions: Sequence[Motion], targets: Sequence[Path | None]) -> None:
+    """Print the processing steps and flags of each record, then a table with a line for each."""
+    for motion in motions:
+        print(motion.name)
+        print("\n".join(f"  {one_line(sentence)}" for sentence in motion.processing))
+        print("".join(f"  note: {flag}\n" for flag in motion.flags))
+    heads = ("record", "PGA as recorded", "PGA", "PGV", "PGD", "velocity at the end", "displacement at the end", "dt")
+    rows = [_processed_cells(motion) for motion in motions]
+    if any(targets):
+        rows = [(*row, str(target)) for row, target in zip(rows, targets, strict=True)]
+        print_table((*heads, "written"), rows, "lrrrrrrrl")
+    else:
+        print_table(heads, rows, "lrrrrrrr")
+
+
+def _processed_cells(motion: Motion) -> tuple[str, ...]:
+    from pounding_risk.motions.intensity import measure
+
+    measures = measure(motion.acceleration, motion.dt)
+    velocity, displacement = motion.velocity_displacement()
+    return (
+        motion.name,
+        engineering(motion.record.get("pga_recorded", nan), "m/s2"),  # a turned motion was not recorded
+        engineering(measures.pga, "m/s2"),
+        engineering(measures.pgv, "m/s", 3),
+        engineering(measures.pgd, "m", 3),
+        engineering(velocity[-1], "m/s", 2),
+        engineering(displacement[-1], "m", 2),
+        f"{motion.dt:.4g} s",
+    )

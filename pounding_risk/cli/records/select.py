@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.notes import print_left_out
+from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import Figure, option, out_option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.tables import one_line, print_pairs, print_table
 from pounding_risk.cli.records import _options as options
-from pounding_risk.cli.records._tables import print_selection
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.selection import Selection
 
 ORDER = 50
 
@@ -72,3 +75,26 @@ def select(
         write_manifest(selection.motions(), out)
     announce(out)
     draw(figure, "motions.selection_figure", selection)
+
+
+def print_selection(selection: Selection) -> None:
+    """Print the chosen records, closest first, each with its factor, then what was chosen from and how."""
+    rows = [
+        (
+            row.name,
+            f"{row.factor:.3f}{' (limit)' if row.limited else ''}",
+            f"{row.misfit:.3f}",
+            *(_known(row.known(key), unit) for key, unit in (("magnitude", ""), ("distance_km", " km"))),
+            one_line(", ".join(str(row.known(key)) for key in ("event", "date") if row.known(key))),
+        )
+        for row in selection.rows
+    ]
+    print_table(("record", "factor", "misfit", "magnitude", "distance", "event"), rows, "lrrrrl")
+    print()
+    pairs = (sentence.partition(": ") for sentence in selection.words())
+    print_pairs((what, words) for what, _, words in pairs)
+    print_notes(f"{row.name}: {doubt}" for row in selection.rows for doubt in row.doubts)
+
+
+def _known(value: Any, unit: str) -> str:
+    return "–" if value is None else f"{float(value):.4g}{unit}"
