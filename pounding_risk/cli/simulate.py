@@ -88,10 +88,7 @@ def print_run(dataset: Any) -> None:
     is_row = "interface" in dataset.dims
     facts = dataset.attrs
     gap_and_force = (
-        [
-            ("gap", engineering(facts["gap"], "m")),
-            ("yield force", engineering(facts["yield_force"], "N")),
-        ]
+        [("gap", engineering(facts["gap"], "m")), ("yield force", engineering(facts["yield_force"], "N"))]
         if not is_row
         else []
     )

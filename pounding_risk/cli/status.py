@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 ORDER = 220
 
 
-def status(
-    paths: Annotated[list[Path], argument("RESULTS...", "Results (.nc or .zarr) or a study's folder.")],
-) -> None:
+def status(paths: Annotated[list[Path], argument("RESULTS...", "Results (.nc or .zarr) or a study's folder.")]) -> None:
     """Show how far a study is: running, stopped or complete."""
     from pounding_risk.ensemble.status import status as run
 

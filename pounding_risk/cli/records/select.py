@@ -29,10 +29,7 @@ def select(
     ),
     count: Annotated[int, option("Records to choose, or pairs.", min=1)] = 11,
     spectrum: Annotated[str, option("component; or geomean, rotd50, rotd100 of pairs with one factor.")] = "component",
-    factor: Annotated[tuple[float, float], option("Limits of the scale factor.", metavar="LEAST MOST")] = (
-        0.25,
-        4.0,
-    ),
+    factor: Annotated[tuple[float, float], option("Limits of the scale factor.", metavar="LEAST MOST")] = (0.25, 4.0),
     per_event: Annotated[int | None, option("At most so many of one earthquake.", "any number", min=1)] = None,
     magnitude: Annotated[tuple[float, float] | None, option("Such as 6.5 7.5.", metavar="LEAST MOST")] = None,
     distance: Annotated[tuple[str, str] | None, option('Such as "10 km" "50 km".', metavar="LEAST MOST")] = None,
