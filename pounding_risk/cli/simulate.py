@@ -87,17 +87,13 @@ def print_run(dataset: Any) -> None:
     """Print the case, its outputs, its contacts, and notes on what is unusual."""
     is_row = "interface" in dataset.dims
     facts = dataset.attrs
-    gap_and_force = (
-        [("gap", engineering(facts["gap"], "m")), ("yield force", engineering(facts["yield_force"], "N"))]
-        if not is_row
-        else []
-    )
+    levels = () if is_row else (("gap", "m"), ("yield_force", "N"))  # of a pair's one interface
     print_pairs(
         [
             ("scene", facts["title"]),
             ("record", f"{facts['record']}, {facts['polarity']}, PGA {engineering(facts['pga'], 'm/s2')}"),
             ("contact model", facts["contact_model"]),
-            *gap_and_force,
+            *((name.replace("_", " "), engineering(facts[name], unit)) for name, unit in levels),
             ("status", facts["status"]),
         ]
     )
