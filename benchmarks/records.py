@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from far_field import at2_text, file_name
 
-from pounding_risk.cli.tables import Watch
+from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.motion import Motion
@@ -48,10 +48,10 @@ def stages(paths: list[Path]) -> dict[str, float]:
 
     def read(**choices: Any) -> None:
         motions.clear()
-        with Watch("records", "records") as watch:
+        with ProgressDisplay("records", "records") as progress:
             for number, path in enumerate(paths, start=1):
                 motions.append(read_motion(path, **choices))
-                watch(number, len(paths))
+                progress(number, len(paths))
 
     calls: tuple[Callable[[], object], ...] = (
         read,

@@ -26,7 +26,7 @@ import pounding_risk.motions.formats
 from pounding_risk.models.contact import laws as contact
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-FILES = sorted(file for file in PACKAGE.rglob("*.py") if "records" not in file.relative_to(PACKAGE).parts)
+FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = [file.relative_to(PACKAGE).as_posix() for file in FILES]
 TREES = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in zip(NAMES, FILES, strict=True)}
 MOST_AT_TOP = 17  # modules and folders that a newcomer sees first

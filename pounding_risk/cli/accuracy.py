@@ -1,31 +1,59 @@
-"""What `accuracy` prints: a line for each setting, then the sentence, and where another method is quicker."""
+"""The command `accuracy`: error and time of each setting of each method."""
 
 from __future__ import annotations
 
 import json
 from math import isinf, isnan
-from typing import Any
+from typing import Annotated, Any
 
-from pounding_risk.cli.tables import print_pairs, print_table
+import typer
 
+from pounding_risk.cli._common.files import announce, draw
+from pounding_risk.cli._common.options import NONE, Dataset, Figure, New, Overrides, Scene, option
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.tables import print_pairs, print_table
+
+ORDER = 70
 HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 
 
+def accuracy(
+    scene: Scene,
+    out: Dataset = None,
+    overrides: Overrides = NONE,
+    cases: Annotated[int, option("Cases of the grid, at most; thinned evenly.", min=1)] = 24,
+    budget: Annotated[float, option("Seconds a setting may take; slower ones are left out.", min=0.0)] = 20.0,
+    scipy: Annotated[bool, typer.Option("--scipy/--no-scipy", help="Run SciPy's integrators too.")] = True,
+    new: New = False,
+    figure: Figure = None,
+) -> None:
+    """What each digit of the answers costs in time, by method."""
+    from pounding_risk.scene.reader import read_scene
+    from pounding_risk.studies.accuracy import accuracy as run
+
+    study = read_scene(scene, overrides)
+    with ProgressDisplay("accuracy", "settings") as progress:
+        dataset = run(study, out, cases=cases, budget=budget, scipy=scipy, new=new, progress=progress)
+    print_accuracy(dataset)
+    announce(out)
+    draw(figure, "accuracy.accuracy_figure", dataset)
+
+
 def print_accuracy(dataset: Any) -> None:
-    """Settings by method with time, median and worst error of each output, steps per contact, energy residual."""
+    """Print a table of settings, with time, errors, steps and energy residual, then the finding."""
     from pounding_risk.studies.accuracy_findings import OUTPUTS, beaten_at, summed_up, time_words
 
     times = dataset["time"].sel(output="peak_relative_displacement").values
     rows = []
-    for place, name in enumerate(dataset["setting"].values):
-        errors = dataset["error"].values[place]
-        residual = float(dataset["energy_residual"].values[place])
+    for number, name in enumerate(dataset["setting"].values):
+        errors = dataset["error"].values[number]
+        residual = float(dataset["energy_residual"].values[number])
         rows.append(
             (
                 str(name),
-                time_words(times[place]),
+                time_words(times[number]),
                 *(_error_words(*summed_up(errors[:, output])) for output in range(len(OUTPUTS))),
-                f"{float(dataset['steps_per_contact'].values[place]):.0f}",
+                f"{float(dataset['steps_per_contact'].values[number]):.0f}",
                 "–" if isnan(residual) else f"{residual:.0e}",
             )
         )
@@ -44,7 +72,7 @@ def print_accuracy(dataset: Any) -> None:
     )
 
 
-def _error_words(middle: float, worst: float) -> str:
-    if isnan(middle):
+def _error_words(median: float, largest: float) -> str:
+    if isnan(median):
         return "–"
-    return " / ".join("∞" if isinf(value) else "0" if value == 0.0 else f"{value:.0e}" for value in (middle, worst))
+    return " / ".join("∞" if isinf(value) else "0" if value == 0.0 else f"{value:.0e}" for value in (median, largest))

@@ -1,12 +1,29 @@
-"""What `compare` prints: the equal terms, each law beside the baseline, the conclusions that flip, and the sentence."""
+"""The command `compare`: a scene under many contact models on equal terms."""
 
 from __future__ import annotations
 
-from math import isnan
-from typing import Any
+from math import isnan, nan
+from typing import Annotated, Any
 
-from pounding_risk.cli.tables import engineering, print_pairs, print_table
+import typer
 
+from pounding_risk.cli._common.files import announce, draw
+from pounding_risk.cli._common.options import (
+    NONE,
+    RUN_FAILED,
+    Dataset,
+    Figure,
+    New,
+    Overrides,
+    Scene,
+    Strict,
+    option,
+    read_optional,
+)
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
+
+ORDER = 60
 HEADS = {
     "peak relative displacement": "displacement",
     "peak contact force": "force",
@@ -16,8 +33,39 @@ HEADS = {
 }
 
 
+def compare(
+    scene: Scene,
+    out: Dataset = None,
+    overrides: Overrides = NONE,
+    law: Annotated[list[str] | None, option("Contact model; repeat for several.", "the grid's, or all")] = None,
+    baseline: Annotated[str | None, option("The law to set the others beside.", "the interface's")] = None,
+    same: Annotated[str | None, option("Calibrate to equal: peak force, or penetration.", "peak force")] = None,
+    speed: Annotated[str | None, option("Approach speed of the reference impact.", "0.5 m/s")] = None,
+    relation: Annotated[str | None, option("Damping from e: exact, so that e is equal, or published.", "exact")] = None,
+    new: New = False,
+    figure: Figure = None,
+    strict: Strict = False,
+) -> None:
+    """Run a scene under many contact models on equal terms."""
+    from pounding_risk.results.summary import failures
+    from pounding_risk.scene.reader import read_scene
+    from pounding_risk.studies.compare import compare as run
+    from pounding_risk.units import SPEED
+
+    terms: dict[str, Any] = {"same": same, "speed": read_optional("--speed", speed, SPEED), "relation": relation}
+    study = read_scene(scene, overrides)
+    with ProgressDisplay("compare") as progress:
+        dataset = run(study, out, laws=law or (), baseline=baseline, **terms, new=new, progress=progress)
+    print_comparison(dataset)
+    announce(out)
+    draw(figure, "compare.agreement_figure", dataset)
+    draw(figure and figure.with_stem(f"{figure.stem}-impacts"), "compare.reference_figure", dataset)
+    if strict and failures(dataset):
+        raise typer.Exit(RUN_FAILED)
+
+
 def print_comparison(dataset: Any) -> None:
-    """Three tables of one line a law, and the finding."""
+    """Print three tables of one line a law, and the finding."""
     from pounding_risk.results.summary import failures
     from pounding_risk.results.tolerance_check import findings
 
@@ -29,86 +77,90 @@ def print_comparison(dataset: Any) -> None:
     print(f"\nRatio to {facts['baseline']}: median (16-84 %) over the cases with contact\n")
     _print_ratios(dataset)
     print(f"\nCases in which a law disagrees with {facts['baseline']}, and whether it ranks the motions alike\n")
-    _print_flips(dataset)
+    _print_disagreements(dataset)
     print()
     failed = [("failed", f"{count}: {name}") for name, count in failures(dataset).items()]
     without = [("left out", facts["left_out"])] if facts["left_out"] else []
     unequal = [("e", f"as published, not equal: {facts['unequal_e']}")] if facts["unequal_e"] else []
-    told = [*findings(dataset), *failed, *without, *unequal, *_speeds(dataset), *_gaps(dataset)]
-    print_pairs([*told, ("finding", facts["finding"])])
+    pairs = [*findings(dataset), *failed, *without, *unequal, *_approach_speeds(dataset), *_gap_adequacy(dataset)]
+    print_pairs([*pairs, ("finding", facts["finding"])])
 
 
 def _laws(dataset: Any) -> list[tuple[str, Any]]:
+    """Name of each contact model and its part of the dataset."""
     return [(str(name), dataset.sel(contact_model=name)) for name in dataset["contact_model"].values]
 
 
 def _print_terms(dataset: Any) -> None:
+    """Print the stiffness of each law and what it does in the reference impact."""
     from pounding_risk.scene.scene import known_law
     from pounding_risk.studies.compare_findings import with_terms_of_its_own
 
     heads = ("law", "stiffness", "e asked", "e achieved", "peak force", "penetration", "duration", "")
     rows = []
-    own = dict(zip(dataset["contact_model"].values, with_terms_of_its_own(dataset), strict=True))
-    for name, one in _laws(dataset):
-        damped = int(one["dissipates"]) and known_law(name).needs_restitution
-        kind = [] if damped else [_own_terms(one, own[name])]
-        kind += ["yields at F_E"] if int(one["capped"]) else []
-        unit = str(one["stiffness_unit"].values)
+    for (name, law), has_own_terms in zip(_laws(dataset), with_terms_of_its_own(dataset), strict=True):
+        takes_restitution = int(law["dissipates"]) and known_law(name).needs_restitution
+        notes = [] if takes_restitution else [_own_terms(law, has_own_terms)]
+        notes += ["yields at F_E"] if int(law["capped"]) else []
         rows.append(
             (
                 name,
-                _number(float(one["stiffness"]), ".4g", f" {unit}"),
-                _number(float(one["reference_restitution_asked"]) if damped else float("nan"), ".3f"),
-                _number(float(one["reference_restitution"]), ".3f"),
-                engineering(float(one["reference_peak_force"]), "N"),
-                engineering(float(one["reference_peak_penetration"]), "m", 3),
-                _number(1e3 * float(one["reference_duration"]), ".3g", " ms"),
-                "; ".join(kind),
+                _number(float(law["stiffness"]), ".4g", f" {law['stiffness_unit'].values}"),
+                _number(float(law["reference_restitution_asked"]) if takes_restitution else nan, ".3f"),
+                _number(float(law["reference_restitution"]), ".3f"),
+                engineering(float(law["reference_peak_force"]), "N"),
+                engineering(float(law["reference_peak_penetration"]), "m", 3),
+                _number(1e3 * float(law["reference_duration"]), ".3g", " ms"),
+                "; ".join(notes),
             )
         )
     print_table(heads, rows, "lrrrrrrl")
 
 
-def _own_terms(one: Any, force: bool) -> str:
-    """Why a law has not the restitution asked for, or that it has one of 1."""
+def _own_terms(law: Any, has_own_terms: bool) -> str:
+    """Why a law does not have the restitution that is asked for."""
     from pounding_risk.scene.scene import known_law
 
-    if force:
+    if has_own_terms:
         return "e and force are its own: nothing can be made equal"
-    if int(one["dissipates"]):
+    if int(law["dissipates"]):
         return "e is its own: no restitution can be given to it"
-    if known_law(str(one["contact_model"].values)).needs_restitution:
+    if known_law(str(law["contact_model"].values)).needs_restitution:
         return "elastic with e = 1"
     return "elastic: cannot dissipate, no restitution can be given to it"
 
 
 def _print_ratios(dataset: Any) -> None:
+    """Print the ratio of each output to that under the baseline."""
     outputs = [str(name) for name in dataset["output"].values]
     rows = []
-    for name, one in _laws(dataset):
-        values = zip(*(one[f"ratio_{part}"].values for part in ("median", "low", "high")), strict=True)
-        rows.append((name, *("–" if isnan(middle) else f"{middle:.2f} ({a:.2f}-{b:.2f})" for middle, a, b in values)))
+    for name, law in _laws(dataset):
+        ratios = zip(*(law[f"ratio_{part}"].values for part in ("median", "low", "high")), strict=True)
+        cells = ("–" if isnan(middle) else f"{middle:.2f} ({low:.2f}-{high:.2f})" for middle, low, high in ratios)
+        rows.append((name, *cells))
     print_table(("law", *map(_head, outputs)), rows, "l" + "r" * len(outputs))
 
 
 def _head(output: str) -> str:
+    """The short name of an output; that of a building keeps its name."""
     name, comma, building = output.partition(",")
     return HEADS.get(name, name) + comma + building
 
 
-def _print_flips(dataset: Any) -> None:
+def _print_disagreements(dataset: Any) -> None:
+    """Print in how many cases each law changes a conclusion, and the agreement of ranks."""
     heads = ("law", "contact", "yielding", "displacement over 10 % off", "gap needed", "ranks: displacement", "force")
     rows = []
-    for name, one in _laws(dataset):
-        counts = zip(one["flips"].values, one["judged"].values, strict=True)
-        told = [f"{count} of {judged}" if judged else "–" for count, judged in counts]
-        ranks = (float(one["rank_agreement"].sel(output=output)) for output in list(HEADS)[:2])
-        rows.append((name, *told, *(_number(rank, ".3f") for rank in ranks)))
+    for name, law in _laws(dataset):
+        counts = zip(law["flips"].values, law["judged"].values, strict=True)
+        cells = [f"{count} of {judged}" if judged else "–" for count, judged in counts]
+        ranks = (float(law["rank_agreement"].sel(output=output)) for output in list(HEADS)[:2])
+        rows.append((name, *cells, *(_number(rank, ".3f") for rank in ranks)))
     print_table(heads, rows, "l" + "r" * (len(heads) - 1))
 
 
-def _speeds(dataset: Any) -> list[tuple[str, str]]:
-    """How fast the touches are: the terms are equal at one speed only."""
+def _approach_speeds(dataset: Any) -> list[tuple[str, str]]:
+    """The approach speeds of the fastest contact of each case; the terms are equal at one speed only."""
     fastest = dataset["peak_approach_speed"].sel(contact_model=dataset.attrs["baseline"])
     fastest = fastest.where(fastest > 0.0)
     if not int(fastest.notnull().sum()):
@@ -118,8 +170,8 @@ def _speeds(dataset: Any) -> list[tuple[str, str]]:
     return [("approach", words)]
 
 
-def _gaps(dataset: Any) -> list[tuple[str, str]]:
-    """What the comparison says of the gap."""
+def _gap_adequacy(dataset: Any) -> list[tuple[str, str]]:
+    """A sentence where no law changes whether a gap suffices."""
     if int(dataset["flips"].sel(conclusion="gap adequacy").sum()):
         return []
     return [("gap needed", "the same under every law: the free motion decides whether there is contact at all")]

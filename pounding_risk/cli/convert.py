@@ -1,62 +1,23 @@
-"""The commands `convert` and `summary`: results as another kind of file, and in a few numbers."""
+"""The command `convert`: a dataset in the other file format."""
 
 from __future__ import annotations
 
-from math import isnan
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import typer
+from pounding_risk.cli._common.files import announce, writable
+from pounding_risk.cli._common.options import argument
 
-from pounding_risk.cli.options import writable
-
-AGAIN = ("made again", "of these sensitive")  # counts that the sentences on them tell
-Results = Annotated[
-    Path, typer.Argument(metavar="RESULTS", help="Dataset of a scan (.nc or .zarr).", show_default=False)
-]
+ORDER = 180
 
 
 def convert(
-    source: Annotated[
-        Path, typer.Argument(metavar="SOURCE", help="A dataset of any command (.nc or .zarr).", show_default=False)
-    ],
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="Where it goes (.zarr or .nc).", show_default=False)],
+    source: Annotated[Path, argument("SOURCE", "A dataset of any command (.nc or .zarr).")],
+    target: Annotated[Path, argument("TARGET", "Where it goes (.zarr or .nc).")],
 ) -> None:
     """Write a dataset as Zarr or as netCDF, whatever its size."""
     from pounding_risk.results.files import RESULTS
     from pounding_risk.studies.convert import convert as run
 
     writable("TARGET", target, RESULTS)
-    typer.echo(f"written: {run(source, target)}")
-
-
-def summary(results: Results) -> None:
-    """How a dataset's cases ended, and the range of every output."""
-    from pounding_risk.results.summary import summary as run
-
-    print_summary(run(results))
-
-
-def print_summary(found: Any) -> None:
-    """Counts, and a line for each output and contact model."""
-    from pounding_risk.cli.print_runs import print_notes
-    from pounding_risk.cli.tables import print_pairs, print_table
-
-    told = [(name, str(count)) for name, count in found.counts.items() if name not in AGAIN]
-    print_pairs([("title", found.title), *told, *found.rechecks.items()])
-    print()
-    rows = [
-        (
-            name,
-            law,
-            str(spread.values),
-            *("–" if isnan(value) else f"{value:.6g}" for value in spread[1:]),
-            found.units[name],
-        )
-        for name, by_law in found.spreads.items()
-        for law, spread in by_law.items()
-    ]
-    print_table(
-        ("output, of complete cases", "contact model", "values", "least", "mean", "largest", ""), rows, "llrrrrl"
-    )
-    print_notes(found.notes)
+    announce(run(source, target))

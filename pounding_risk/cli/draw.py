@@ -5,56 +5,40 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from pounding_risk.cli._common.files import FIGURES, announce
+from pounding_risk.cli._common.options import NONE, Amplitude, argument, file_option, option, read_optional
 
-from pounding_risk.cli.options import FIGURES, Amplitude, read_option, writable
-
-NO_NAMES: list[str] = []
-Picture = ".png, .svg or .pdf"
+ORDER = 200
 
 
 def draw(
-    results: Annotated[
-        list[Path], typer.Argument(metavar="RESULTS...", help="What scan wrote (.nc or .zarr).", show_default=False)
-    ],
-    elevation: Annotated[
-        Path | None, typer.Option(help=f"The row in elevation ({Picture}).", show_default=False)
-    ] = None,
-    plan: Annotated[Path | None, typer.Option(help=f"The street in plan ({Picture}).", show_default=False)] = None,
-    profiles: Annotated[Path | None, typer.Option(help=f"Storeys ({Picture}).", show_default=False)] = None,
-    animation: Annotated[
-        Path | None, typer.Option(help="One run with its histories, moving (.html).", show_default=False)
-    ] = None,
-    street: Annotated[
-        Path | None, typer.Option(help="Footprints for the plan (.geojson).", show_default="plain rectangles")
-    ] = None,
-    building: Annotated[
-        list[str], typer.Option(help="Of the profiles; repeat for several.", show_default="those raised most")
-    ] = NO_NAMES,
-    gap: Annotated[str | None, typer.Option(help="Gap, the grid's nearest.", show_default="the scene's")] = None,
-    contact_model: Annotated[str | None, typer.Option(help="Of the grid.", show_default="the scene's")] = None,
-    yield_force: Annotated[str | None, typer.Option(help="F_E of the grid.", show_default="the scene's")] = None,
+    results: Annotated[list[Path], argument("RESULTS...", "What scan wrote (.nc or .zarr).")],
+    elevation: Annotated[Path | None, file_option("The row in elevation", FIGURES)] = None,
+    plan: Annotated[Path | None, file_option("The street in plan", FIGURES)] = None,
+    profiles: Annotated[Path | None, file_option("Storeys", FIGURES)] = None,
+    animation: Annotated[Path | None, file_option("One run with its histories, moving", (".html",))] = None,
+    street: Annotated[Path | None, option("Footprints for the plan (.geojson).", "plain rectangles")] = None,
+    building: Annotated[list[str], option("Of the profiles; repeat for several.", "those raised most")] = NONE,
+    gap: Annotated[str | None, option("Gap, the grid's nearest.", "the scene's")] = None,
+    contact_model: Annotated[str | None, option("Of the grid.", "the scene's")] = None,
+    yield_force: Annotated[str | None, option("F_E of the grid.", "the scene's")] = None,
     pga: Amplitude = None,
 ) -> None:
     """Draw a row: elevation, plan, storeys, animation."""
-    options = {"--elevation": elevation, "--plan": plan, "--profiles": profiles}
-    files = [writable(name, path, FIGURES) for name, path in options.items()]
-    moving = writable("--animation", animation, (".html",))
     from pounding_risk.reports.drawings import draw as run
     from pounding_risk.units import GAP, PGA, YIELD_FORCE
 
-    written = run(
+    files = run(
         results,
-        elevation=files[0],
-        plan=files[1],
-        profiles=files[2],
-        animation=moving,
+        elevation=elevation,
+        plan=plan,
+        profiles=profiles,
+        animation=animation,
         street=street,
         building=building,
-        gap=None if gap is None else read_option("--gap", gap, GAP),
+        gap=read_optional("--gap", gap, GAP),
         contact_model=contact_model,
-        yield_force=None if yield_force is None else read_option("--yield-force", yield_force, YIELD_FORCE),
-        pga=None if pga is None else read_option("--pga", pga, PGA),
+        yield_force=read_optional("--yield-force", yield_force, YIELD_FORCE),
+        pga=read_optional("--pga", pga, PGA),
     )
-    for path in written:
-        typer.echo(f"written: {path}")
+    announce(*files)

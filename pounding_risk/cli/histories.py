@@ -7,23 +7,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli.options import read_option, writable
-from pounding_risk.errors import PoundingError
+from pounding_risk.cli._common.files import announce, out_or
+from pounding_risk.cli._common.options import NONE, Workers, argument, option, out_option, read_option
+from pounding_risk.cli._common.progress import ProgressDisplay
 
 if TYPE_CHECKING:
     from pounding_risk.units import Quantity
 
-NONE: list[str] = []
-Several = Annotated[list[str], typer.Option(help="Only this one; repeat for several.", show_default="all")]
+ORDER = 170
+Several = Annotated[list[str], option("Only this one; repeat for several.", "all")]
 
 
 def histories(
-    source: Annotated[
-        Path, typer.Argument(metavar="SOURCE", help="A scene (.toml) or what scan wrote (.nc).", show_default=False)
-    ],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Histories (.nc).", show_default="SOURCE-histories.nc")
-    ] = None,
+    source: Annotated[Path, argument("SOURCE", "A scene (.toml) or what scan wrote (.nc).")],
+    out: Annotated[Path | None, out_option("Histories", ".nc", ".zarr", absence="SOURCE-histories.nc")] = None,
     record: Several = NONE,
     polarity: Several = NONE,
     pga: Several = NONE,
@@ -31,48 +28,40 @@ def histories(
     gap: Several = NONE,
     yield_force: Several = NONE,
     largest: Annotated[
-        str | None,
-        typer.Option(help="Of each contact model only the case with the largest value of this output of the results."),
+        str | None, option("Of each contact model only the case with the largest value of this output of the results.")
     ] = None,
-    most: Annotated[int, typer.Option(min=1, help="Cases, at most.")] = 1000,
+    most: Annotated[int, option("Cases, at most.", min=1)] = 1000,
     folder: Annotated[
         Path | None,
-        typer.Option(
-            help="Folder that the record files of the results' scene are relative to.",
-            show_default="the scene's, or the results'",
-        ),
+        option("Folder that the record files of the results' scene are relative to.", "the scene's, or the results'"),
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
+    workers: Workers = None,
 ) -> None:
     """Write time histories of chosen cases as one dataset."""
-    name = f"{source.stem}-histories.nc"
-    if out is None and Path(name).exists():
-        raise PoundingError(f"{name} exists already; write -o {name} to replace it, or another name")
-    target = writable("-o", out or Path(name), (".nc", ".zarr")) or Path()
-    from pounding_risk.cli.tables import Watch
+    target = out_or(out, f"{source.stem}-histories.nc")
     from pounding_risk.studies.histories import histories as run
     from pounding_risk.units import GAP, PGA, YIELD_FORCE
 
-    with Watch("histories") as watch:
-        written = run(
+    with ProgressDisplay("histories") as progress:
+        file = run(
             source,
             target,
             records=record or None,
             polarities=polarity or None,
             laws=law or None,
-            pgas=_read("--pga", pga, PGA),
-            gaps=_read("--gap", gap, GAP),
-            yield_forces=_read("--yield-force", yield_force, YIELD_FORCE),
+            pgas=_values("--pga", pga, PGA),
+            gaps=_values("--gap", gap, GAP),
+            yield_forces=_values("--yield-force", yield_force, YIELD_FORCE),
             largest_of=largest,
             most=most,
             folder=folder,
             workers=workers,
-            progress=watch,
+            progress=progress,
             say=typer.echo,
         )
-    typer.echo(f"written: {written}")
+    announce(file)
 
 
-def _read(option: str, texts: list[str], quantity: Quantity) -> list[float] | None:
-    """Values in SI, or None where none is named."""
+def _values(option: str, texts: list[str], quantity: Quantity) -> list[float] | None:
+    """The SI values of an option that may be repeated; None where it is not given."""
     return [read_option(option, text, quantity) for text in texts] or None

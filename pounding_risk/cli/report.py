@@ -1,4 +1,4 @@
-"""The command `report`: what an engineer hands over, from a dataset."""
+"""The command `report`: the report of a scan, as HTML or PDF."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-from pounding_risk.cli.options import (
+from pounding_risk.cli._common.files import announce, out_or
+from pounding_risk.cli._common.options import (
+    NONE,
     Amplitude,
     Confidence,
     Hazard,
@@ -15,22 +17,18 @@ from pounding_risk.cli.options import (
     JudgedGap,
     Percentile,
     Target,
-    read_option,
-    writable,
+    argument,
+    option,
+    out_option,
+    read_optional,
 )
-from pounding_risk.errors import PoundingError
 
-PAGES = (".html", ".pdf")
-NONE: list[Path] = []
+ORDER = 150
 
 
 def report(
-    results: Annotated[
-        Path, typer.Argument(metavar="RESULTS", help="What scan wrote (.nc or .zarr).", show_default=False)
-    ],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="The report (.html or .pdf).", show_default="RESULTS.html")
-    ] = None,
+    results: Annotated[Path, argument("RESULTS", "What scan wrote (.nc or .zarr).")],
+    out: Annotated[Path | None, out_option("The report", ".html", ".pdf", absence="RESULTS.html")] = None,
     gap: JudgedGap = None,
     percentile: Percentile = None,
     confidence: Confidence = "95 %",
@@ -42,32 +40,30 @@ def report(
         list[Path],
         typer.Option("--with", help="What compare, accuracy or effects wrote (.nc or .zarr); repeat for several."),
     ] = NONE,
-    project: Annotated[str, typer.Option(help="Project, in the report's head.", show_default=False)] = "",
-    author: Annotated[str, typer.Option(help="Author, in the report's head.", show_default=False)] = "",
-    revision: Annotated[str, typer.Option(help="Revision, in the report's head.", show_default=False)] = "",
-    date: Annotated[str, typer.Option(help="Date, in the report's head.", show_default="no date")] = "",
+    project: Annotated[str, option("Project, in the report's head.")] = "",
+    author: Annotated[str, option("Author, in the report's head.")] = "",
+    revision: Annotated[str, option("Revision, in the report's head.")] = "",
+    date: Annotated[str, option("Date, in the report's head.", "no date")] = "",
 ) -> None:
     """Write a report of a scan: one HTML file, or a PDF."""
-    if out is None and Path(f"{results.stem}.html").exists():
-        raise PoundingError(f"{results.stem}.html exists already; write -o {results.stem}.html to replace it")
-    file = writable("-o", out or Path(f"{results.stem}.html"), PAGES)
+    file = out_or(out, f"{results.stem}.html")
     from pounding_risk.assessment.options import read_criterion
     from pounding_risk.reports import report as run
     from pounding_risk.units import GAP, PGA
 
     criterion = read_criterion(target, percentile, confidence, prefix="--")
-    written = run(
+    report_file = run(
         results,
-        file or Path(),
+        file,
         hazard=hazard,
         also=others,
-        gap=None if gap is None else read_option("--gap", gap, GAP),
+        gap=read_optional("--gap", gap, GAP),
         project=project,
         author=author,
         revision=revision,
         date=date,
         **criterion._asdict(),
         intensity=intensity,
-        pga=None if pga is None else read_option("--pga", pga, PGA),
+        pga=read_optional("--pga", pga, PGA),
     )
-    typer.echo(f"written: {written}")
+    announce(report_file)

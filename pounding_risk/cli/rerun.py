@@ -1,4 +1,4 @@
-"""The command `rerun`: a results file made again from what it carries, and held against itself."""
+"""The command `rerun`: a results file made again from what it carries, and compared with it."""
 
 from __future__ import annotations
 
@@ -8,69 +8,62 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pounding_risk.cli.options import New, writable
+from pounding_risk.cli._common.files import announce
+from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.options import New, Workers, argument, option, out_option
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.tables import print_table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.rerun import Difference, Rerun
 
-DIFFERS = 3  # the status with which the command ends where the results are others
+ORDER = 160
+DIFFERS = 3  # exit status where the new results differ
 
 
 def rerun(
-    results: Annotated[
-        Path, typer.Argument(metavar="RESULTS", help="What scan or demo wrote (.nc).", show_default=False)
-    ],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Write the new results (.nc).", show_default=False)
-    ] = None,
+    results: Annotated[Path, argument("RESULTS", "What scan or demo wrote (.nc).")],
+    out: Annotated[Path | None, out_option("Write the new results", ".nc")] = None,
     folder: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder that the scene's record files are relative to.", show_default="the scene's, or the results'"
-        ),
+        Path | None, option("Folder that the scene's record files are relative to.", "the scene's, or the results'")
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
+    workers: Workers = None,
     new: New = False,
 ) -> None:
     """Run results again from what they carry, and compare.
 
     Ends with status 3 where anything differs.
     """
-    target = writable("-o", out, (".nc",))
-    from pounding_risk.cli.tables import Watch
     from pounding_risk.studies.rerun import rerun as run
 
-    with Watch("rerun") as watch:
-        found = run(results, target, folder=folder, workers=workers, new=new, progress=watch)
-    print_rerun(found)
-    if target is not None:
-        typer.echo(f"written: {target}")
-    if not found.same:
+    with ProgressDisplay("rerun") as progress:
+        comparison = run(results, out, folder=folder, workers=workers, new=new, progress=progress)
+    print_rerun(comparison)
+    announce(out)
+    if not comparison.same:
         raise typer.Exit(DIFFERS)
 
 
-def print_rerun(found: Rerun) -> None:
-    """What differs, or that nothing does; then what else is not as it was."""
-    from pounding_risk.cli.tables import print_table
-
-    if found.same:
-        typer.echo(f"all {found.compared} variables and coordinates are the same to the last bit")
-    if found.differences:
+def print_rerun(comparison: Rerun) -> None:
+    """Print what differs, or that nothing does, then other versions and notes."""
+    if comparison.same:
+        print(f"all {comparison.compared} variables and coordinates are the same to the last bit")
+    if comparison.differences:
         heads = ("differs", "in", "of", "largest difference", "relative", "")
-        print_table(heads, (_row(each, found) for each in found.differences), "lrrrrl")
-        same = found.compared - len(found.differences) - len(found.missing)
-        typer.echo(f"the other {same} variables and coordinates are the same to the last bit")
-    for what, names in (("missing", found.missing), ("new", found.new)):
+        print_table(heads, (_row(difference, comparison) for difference in comparison.differences), "lrrrrl")
+        n_same = comparison.compared - len(comparison.differences) - len(comparison.missing)
+        print(f"the other {n_same} variables and coordinates are the same to the last bit")
+    for what, names in (("missing", comparison.missing), ("new", comparison.new)):
         if names:
-            typer.echo(f"{what}: {', '.join(names)}")
-    for name, (was, now) in found.versions.items():
-        typer.echo(f"version: {name} is {now}, was {was}")
-    for note in found.notes:
-        typer.echo(f"note: {note}")
+            print(f"{what}: {', '.join(names)}")
+    for name, (was, now) in comparison.versions.items():
+        print(f"version: {name} is {now}, was {was}")
+    print_notes(comparison.notes)
 
 
-def _row(each: Difference, found: Rerun) -> tuple[str, ...]:
-    unit = str(found.dataset[each.name].attrs.get("units", ""))
-    absolute = "–" if isnan(each.absolute) else f"{each.absolute:.2g} {unit}".strip()
-    relative = "–" if isnan(each.relative) else f"{each.relative:.1e}"
-    return each.name, str(each.cases), str(each.of), absolute, relative, each.words
+def _row(difference: Difference, comparison: Rerun) -> tuple[str, ...]:
+    """Cells of a variable that differs."""
+    unit = str(comparison.dataset[difference.name].attrs.get("units", ""))
+    absolute = "–" if isnan(difference.absolute) else f"{difference.absolute:.2g} {unit}".strip()
+    relative = "–" if isnan(difference.relative) else f"{difference.relative:.1e}"
+    return difference.name, str(difference.cases), str(difference.of), absolute, relative, difference.words

@@ -1,42 +1,54 @@
-"""The command `scan`: a scene's whole grid, by one process, by shards, or by a cluster."""
+"""The command `scan`: a scene's whole grid, run by one process, by shards, or by a cluster."""
 
 from __future__ import annotations
 
+import json
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, RUN_FAILED, Figure, Overrides, Scene, Strict, results_file, writable
-from pounding_risk.cli.tables import draw
+from pounding_risk.cli._common.files import draw, out_or
+from pounding_risk.cli._common.notes import FASTER, print_flags, print_left_out, print_notes, print_unused
+from pounding_risk.cli._common.options import (
+    NONE,
+    RUN_FAILED,
+    Figure,
+    Overrides,
+    Scene,
+    Strict,
+    Workers,
+    option,
+    out_option,
+)
+from pounding_risk.cli._common.progress import ProgressDisplay
+from pounding_risk.cli._common.tables import print_pairs
+from pounding_risk.cli.validate import print_plan
 from pounding_risk.errors import PoundingError
 
-NONE: list[str] = []
-# Options that cannot change a number, and whether they take a value: the results' command is told without them.
-ASIDE = {"--workers": True, "--shard": True, "--scheduler": True, "--new": False}
+ORDER = 50
+# Options that cannot change a number, and whether they take a value: left out of the command that the results carry.
+NO_INFLUENCE = {"--workers": True, "--shard": True, "--scheduler": True, "--new": False}
+COUNTS = ("cases", "simulated", "known without a run of their own")
+AGAIN = "to make the same study again, --new to replace it whatever it is, or -o and another name"
 
 
 def scan(
     scene: Scene,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Results (.nc or .zarr).", show_default="SCENE.nc")
-    ] = None,
+    out: Annotated[Path | None, out_option("Results", ".nc", ".zarr", absence="SCENE.nc")] = None,
     overrides: Overrides = NONE,
     screening: Annotated[
         bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
     ] = True,
-    check_fraction: Annotated[
-        float, typer.Option(help="Share of the runs to make again at a tighter tolerance, 0 to 1.")
-    ] = 0.01,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default="one a processor")] = None,
+    check_fraction: Annotated[float, option("Share of the runs to make again at a tighter tolerance, 0 to 1.")] = 0.01,
+    workers: Workers = None,
     plan: Annotated[bool, typer.Option("--plan", help="Say what it would take, and run nothing.")] = False,
-    shard: Annotated[
-        str | None, typer.Option(metavar="I/N", help="Do one part of N, such as 2/8.", show_default=False)
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask cluster that does the work.", show_default=False)
-    ] = None,
+    shard: Annotated[str | None, option("Do one part of N, such as 2/8.", metavar="I/N")] = None,
+    scheduler: Annotated[str | None, option("Of a Dask cluster that does the work.", metavar="ADDRESS")] = None,
     new: Annotated[
         bool, typer.Option("--new", help="Discard what an earlier start has kept, and replace other results.")
     ] = False,
@@ -47,53 +59,45 @@ def scan(
 
     What is done is kept on the way: the same command goes on where it was stopped.
     """
-    from pounding_risk.scene.reader import read_scene
-
     if plan:
-        given = {"--shard": shard, "--scheduler": scheduler, "--no-screening": not screening, "--new": new}
-        if aside := [option for option, value in given.items() if value]:
+        refused = {"--shard": shard, "--scheduler": scheduler, "--no-screening": not screening, "--new": new}
+        for option in (option for option, value in refused.items() if value):
             raise PoundingError(
-                f"--plan and {aside[0]}: a plan is of the whole scan, screened, on this machine; leave one out"
+                f"--plan and {option}: a plan is of the whole scan, screened, on this machine; leave one out"
             )
-        from pounding_risk.cli.print_runs import print_plan
         from pounding_risk.ensemble.plan.plan import plan as planned
 
         return print_plan(planned(scene, overrides, workers=workers))
     if shard is not None and (figure is not None or strict):
         option = "--strict" if figure is None else "--figure"
         raise PoundingError(f"{option} and --shard: a shard writes no results; give it to the scan without --shard")
-    out_file, figure_file = results_file(scene, out, new), writable("--figure", figure, FIGURES)
-    study = read_scene(scene, overrides)
-    from pounding_risk.cli.tables import Watch, command_line
+    target = out_or(out, f"{scene.stem}.nc", AGAIN, replace=new)
+    from pounding_risk.ensemble.scan import scan as run
+    from pounding_risk.results.summary import failures
+    from pounding_risk.scene.reader import read_scene
 
-    with Watch("scan" if shard is None else f"shard {shard}", resumes=True) as watch:
-        how: dict[str, Any] = {
+    study = read_scene(scene, overrides)
+    with ProgressDisplay("scan" if shard is None else f"shard {shard}", resumes=True) as progress:
+        choices: dict[str, Any] = {
             "screening": screening,
             "check_fraction": check_fraction,
             "workers": workers,
             "executor": _executor(scheduler, workers),
-            "progress": watch,
-            "command": command_line(ASIDE),
+            "progress": progress,
+            "command": command_line(NO_INFLUENCE),
         }
         if shard is not None:
-            return _work_on_shard(study, out_file, shard, new, how)
-        from pounding_risk.cli.print_runs import print_scan
-        from pounding_risk.ensemble.scan import scan as run
-        from pounding_risk.results.summary import failures
-
+            return _scan_shard(study, target, shard, new, choices)
         start = perf_counter()
-        dataset = run(study, out_file, new=new, **how)
-    print_scan(dataset, perf_counter() - start, out_file, watch.kept)
-    if figure_file is not None:
-        from pounding_risk.figures import scan_figure
-
-        draw(scan_figure(dataset), figure_file)
+        dataset = run(study, target, new=new, **choices)
+    print_scan(dataset, perf_counter() - start, target, progress.n_earlier)
+    draw(figure, "scan.scan_figure", dataset)
     if strict and failures(dataset):
         raise typer.Exit(RUN_FAILED)
 
 
 def _executor(scheduler: str | None, workers: int | None) -> Any:
-    """A cluster's, where one is named."""
+    """The executor of the Dask cluster at an address; None where no address is given."""
     if scheduler is None:
         return None
     if workers is not None:
@@ -103,14 +107,65 @@ def _executor(scheduler: str | None, workers: int | None) -> Any:
     return Dask(scheduler)
 
 
-def _work_on_shard(study: Any, out: Path, shard: str, new: bool, how: dict[str, Any]) -> None:
+def _scan_shard(study: Any, out: Path, shard: str, new: bool, choices: dict[str, Any]) -> None:
+    """Run the cases of one shard, such as "2/8", and print how many of the whole grid are done."""
     from pounding_risk.ensemble.scan import scan_shard
 
     if new:
         raise PoundingError(
             f"--new and --shard: shards share what is kept; remove the folder {out.with_suffix('.study')} to begin anew"
         )
-    found = scan_shard(study, out, shard, **how)
-    typer.echo(f"shard {shard}: {found.cases} cases done; {found.done} of {found.total} in {found.folder}")
-    if found.done == found.total:
+    state = scan_shard(study, out, shard, **choices)
+    typer.echo(f"shard {shard}: {state.cases} cases done; {state.done} of {state.total} in {state.folder}")
+    if state.done == state.total:
         typer.echo(f"every case is done; the same command without --shard writes {out}")
+
+
+def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -> None:
+    """Print how many cases there were, how they ended, the time taken, the file, and notes.
+
+    ``n_earlier`` of the cases were done by an earlier start, and do not count in the speed.
+    """
+    from pounding_risk.results.contact_notes import of_results
+    from pounding_risk.results.summary import counted, failures
+    from pounding_risk.results.tolerance_check import findings
+
+    counts = counted(dataset)
+    pairs = [(name, str(counts[name])) for name in COUNTS]
+    pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
+    rate = (counts["cases"] - n_earlier) / seconds
+    speed = f"{rate:.0f}" if rate >= 100.0 else f"{rate:.3g}"
+    pairs.append(("time", f"{seconds:.3g} s, {speed} cases a second with reading and compiling"))
+    print_pairs([*pairs, ("written", str(target))])
+    print_flags(json.loads(dataset.attrs.get("flags", "{}")))
+    print_notes(of_results(dataset))
+    print_left_out(json.loads(dataset.attrs.get("left_out", "[]")))
+    print_unused(dataset)
+    n_held = int((dataset["restitution_held"] > 0).sum())
+    if n_held:
+        print(f"note: {n_held} cases have contacts {FASTER}")
+
+
+def command_line(excluded: Mapping[str, bool]) -> str:
+    """The command as it was typed, without the options ``excluded``, each of which takes a value or does not.
+
+    "" where the function was called from another program. Bytes that are not text are escaped.
+    """
+    program = Path(sys.argv[0])
+    if program.stem != "pounding-risk" and (program.name, program.parent.name) != ("__main__.py", "pounding_risk"):
+        return ""
+    return shlex.join(["pounding-risk", *_without(sys.argv[1:], excluded)]).encode(errors="backslashreplace").decode()
+
+
+def _without(words: Sequence[str], excluded: Mapping[str, bool]) -> list[str]:
+    """Words of a command without some options and their values."""
+    rest, is_value = [], False
+    for word in words:
+        option, equals, _ = word.partition("=")
+        if is_value:
+            is_value = False
+        elif option in excluded:
+            is_value = excluded[option] and not equals
+        else:
+            rest.append(word)
+    return rest

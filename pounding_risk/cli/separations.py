@@ -1,4 +1,4 @@
-"""What `separations` prints: every rule of the codes, or each beside what the motions of a dataset ask for."""
+"""The command `separations`: the rules of building codes, alone or beside what the motions of a dataset need."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli.options import FIGURES, Figure, read_option, writable
-from pounding_risk.cli.tables import draw, engineering, print_pairs, print_table
+from pounding_risk.cli._common.files import draw
+from pounding_risk.cli._common.options import NONE, Figure, option, read_option, read_optional
+from pounding_risk.cli._common.tables import engineering, print_pairs, print_table
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.separations.table import CodeTable, Comparison, SeparationRow
 
-NONE: list[str] = []
-NO_NUMBERS: list[float] = []
-ROW_HEADS, ROW_SIDES = ("rule", "clause", "text", "separation", "note"), "lllrl"
+ORDER = 120
 SIDES = "left, then right"
 
 
@@ -27,95 +26,72 @@ def separations(
         Path | None,
         typer.Argument(metavar="[RESULTS]", help="Dataset of a scan (.nc or .zarr).", show_default="list the rules"),
     ] = None,
-    percentile: Annotated[str, typer.Option(help='Percentile of the gap needed, "84 %".')] = "84 %",
-    height: Annotated[
-        list[str], typer.Option(help=f"Height of a building; twice: {SIDES}.", show_default=False)
-    ] = NONE,
+    percentile: Annotated[str, option('Percentile of the gap needed, "84 %".')] = "84 %",
+    height: Annotated[list[str], option(f"Height of a building; twice: {SIDES}.")] = NONE,
     factor: Annotated[
-        list[float],
-        typer.Option(
-            help=f"Code's displacement over the linear one, such as Cd / R; twice: {SIDES}.", show_default="1"
-        ),
-    ] = NO_NUMBERS,
+        list[float], option(f"Code's displacement over the linear one, such as Cd / R; twice: {SIDES}.", "1")
+    ] = NONE,
     aligned: Annotated[bool, typer.Option("--aligned", help="Floors are at the same levels.")] = False,
     alike: Annotated[bool, typer.Option("--alike", help="Same height and kind of structure too.")] = False,
-    zone: Annotated[str | None, typer.Option(help="Of Mexico City: I, II or III.", show_default=False)] = None,
-    intensity: Annotated[int | None, typer.Option(help="In China: 6 to 9.", show_default=False)] = None,
-    structure: Annotated[str, typer.Option(help="In China: frame, frame and walls, or walls.")] = "frame",
-    ground: Annotated[str | None, typer.Option(help="Design acceleration a_g S, in Italy.", show_default=False)] = None,
-    interface: Annotated[str | None, typer.Option(help='Of a row, "left | right".', show_default="every one")] = None,
+    zone: Annotated[str | None, option("Of Mexico City: I, II or III.")] = None,
+    intensity: Annotated[int | None, option("In China: 6 to 9.")] = None,
+    structure: Annotated[str, option("In China: frame, frame and walls, or walls.")] = "frame",
+    ground: Annotated[str | None, option("Design acceleration a_g S, in Italy.")] = None,
+    interface: Annotated[str | None, option('Of a row, "left | right".', "every one")] = None,
     figure: Figure = None,
 ) -> None:
     """Separations of building codes, beside those needed."""
-    figure_file = writable("--figure", figure, FIGURES)
     if results is None:
-        if figure_file is not None:
+        if figure is not None:
             raise PoundingError("--figure: needs a dataset to draw; name one, such as results.nc")
-        print_rules()
-        return
+        return print_rules()
     from pounding_risk.assessment.demands import interfaces
     from pounding_risk.assessment.options import percentile_of
     from pounding_risk.assessment.separations.table import Site, code_table
     from pounding_risk.results.check import check_scan
     from pounding_risk.results.files import open_results
-    from pounding_risk.units import PGA
+    from pounding_risk.units import PGA, Quantity
 
     required = percentile_of(percentile, "--percentile")
-    surface = None if ground is None else read_option("--ground", ground, PGA)
-    site = Site(_heights(height), _factors(factor), aligned, alike, zone, intensity, structure, surface)
+    surface = read_optional("--ground", ground, PGA)
+    length = Quantity("m", 0.0, inf, "height of a building", open_low=True, open_high=True, example="12 m")
+    heights = _pair("--height", [read_option("--height", text, length) for text in height], '"12 m"', '"20 m"')
+    factors = _pair("--factor", factor, "0.8", "1") or (1.0, 1.0)
+    site = Site(heights, factors, aligned, alike, zone, intensity, structure, surface)
     dataset = open_results(results)
     check_scan(dataset, str(results), names=("building", "building_period", "building_damping"))
-    chosen = _chosen(interfaces(dataset) if "interface" in dataset.dims else [("", dataset)], interface)
-    if len(chosen) > 1 and figure_file is not None:
-        raise PoundingError(f'--figure: shows one of {len(chosen)} interfaces; add --interface "{chosen[0][0]}"')
-    for name, one in chosen:
-        table = code_table(one, required, site)
-        if len(chosen) > 1:
+    parts = _chosen(interfaces(dataset) if "interface" in dataset.dims else [("", dataset)], interface)
+    if len(parts) > 1 and figure is not None:
+        raise PoundingError(f'--figure: shows one of {len(parts)} interfaces; add --interface "{parts[0][0]}"')
+    for name, part in parts:
+        table = code_table(part, required, site)
+        if len(parts) > 1:
             print(f"{name}\n")
         print_code_table(table)
-        if len(chosen) > 1:
+        if len(parts) > 1:
             print()
-    if figure_file is not None:
-        from pounding_risk.figures.separations import separations_figure
-
-        draw(separations_figure(table), figure_file)
+    draw(figure, "separations.separations_figure", table)
 
 
-def _chosen(every: list[tuple[str, Any]], asked: str | None) -> list[tuple[str, Any]]:
-    """The interface that is asked for, or all; raises PoundingError for one that the dataset has not."""
-    if asked is None:
-        return every
-    found = [each for each in every if each[0] == asked]
-    if not found:
-        known = ", ".join(name for name, _ in every if name) or "none: it is of a pair"
-        raise PoundingError(f"--interface: {asked!r} is not in the dataset, which has {known}")
-    return found
+def _pair(option: str, values: Sequence[float], left: str, right: str) -> tuple[float, float] | None:
+    """The values of an option given twice, None where it is not given; raises PoundingError for another number."""
+    if values and len(values) != 2:
+        example = f"{option} {left} {option} {right}"
+        raise PoundingError(f"{option}: is given {len(values)} times; give it twice, such as {example}")
+    return (values[0], values[1]) if values else None
 
 
-def _heights(texts: Sequence[str]) -> tuple[float, float] | None:
-    from pounding_risk.units import Quantity
-
-    if not texts:
-        return None
-    if len(texts) != 2:
-        raise PoundingError(
-            f'--height: is given {len(texts)} times; give it twice, such as --height "12 m" --height "20 m"'
-        )
-    quantity = Quantity("m", 0.0, inf, "height of a building", open_low=True, open_high=True, example="12 m")
-    left, right = (read_option("--height", text, quantity) for text in texts)
-    return left, right
-
-
-def _factors(values: Sequence[float]) -> tuple[float, float]:
-    if not values:
-        return 1.0, 1.0
-    if len(values) != 2:
-        raise PoundingError(f"--factor: is given {len(values)} times; give it twice, such as --factor 0.8 --factor 1")
-    return values[0], values[1]
+def _chosen(parts: list[tuple[str, Any]], name: str | None) -> list[tuple[str, Any]]:
+    """The part of the dataset of the interface of this name, or all; raises PoundingError for an unknown name."""
+    chosen = [part for part in parts if name in (None, part[0])]
+    if not chosen:
+        known = ", ".join(part[0] for part in parts if part[0]) or "none: it is of a pair"
+        raise PoundingError(f"--interface: {name!r} is not in the dataset, which has {known}")
+    return chosen
 
 
 def print_rules() -> None:
-    """Every rule: clause, year, how its text is known, needs and formula; then the texts, and later editions."""
+    """Print every rule with its clause, its formula and how its text is known; then the texts, and later editions."""
     from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY, RULES, SHARED
 
     heads = ("rule", "clause", "year", "text", "superseded", "needs", "what it is and how it is found")
@@ -138,59 +114,54 @@ def print_rules() -> None:
     print_pairs((rule.name, f"{rule.clause}, by {rule.superseded}") for rule in RULES.values() if rule.superseded)
 
 
-def separation_rows(rows: Sequence[SeparationRow]) -> list[tuple[str, ...]]:
-    """Lines under `ROW_HEADS`: what each rule asks for, by its clause."""
-    return [(row.rule, row.clause, row.verification, _length(row.separation), _own_note(row)) for row in rows]
-
-
 def footnotes(rows: Sequence[SeparationRow]) -> list[str]:
-    """What `separation_rows` leaves out of its notes because many rows share it, as sentences to print below them."""
+    """Sentences for the parts of notes that many rows share, which `own_note` leaves out."""
     from pounding_risk.assessment.separations.table import SHARED
 
-    told = [words for note, words in SHARED.items() if any(note in row.note for row in rows)]
-    return [f"{words}." for words in told]
+    return [f"{words}." for note, words in SHARED.items() if any(note in row.note for row in rows)]
 
 
-def _own_note(row: SeparationRow) -> str:
-    """A row's note without what `footnotes` says."""
+def own_note(row: SeparationRow) -> str:
+    """A row's note without the parts that `footnotes` explains."""
     from pounding_risk.assessment.separations.table import SHARED
 
     return "; ".join(part for part in row.note.split("; ") if part not in SHARED) or "–"
 
 
 def print_code_table(table: CodeTable) -> None:
-    """Each rule beside the motions, then the sentence."""
+    """Print each rule beside what the motions need, then the finding."""
     left, right = table.buildings
-    asked = f"{table.percentile:g} %"
-    heads = ("rule", "text", "median", asked, "over the gap needed", "falls short in", "note")
-    print_table(heads, [_line(each, table.motions) for each in table.rules], "llrrrrl")
+    percentile = f"{table.percentile:g} %"
+    heads = ("rule", "text", "median", percentile, "over the gap needed", "falls short in", "note")
+    print_table(heads, [_cells(comparison, table.motions) for comparison in table.rules], "llrrrrl")
     print()
-    for sentence in (*footnotes([each.row for each in table.rules]), "`pounding-risk separations` lists the clauses."):
-        print(sentence)
+    notes = footnotes([comparison.row for comparison in table.rules])
+    print("\n".join([*notes, "`pounding-risk separations` lists the clauses."]))
     print()
     still = f"; {table.without} more close no gap" if table.without else ""
     correlation = "–, one is rigid" if table.correlation is None else f"{table.correlation:.3f}"
-    median, upper = (engineering(each, "m") for each in (table.demand_median, table.demand))
+    median, upper = _length(table.demand_median), _length(table.demand)
     print_pairs(
         [
             ("motions", f"{table.motions} {table.at}, each a record and a polarity{still}"),
-            ("gap needed", f"{median} in the median, {upper} in {asked} of the motions"),
-            (f"displacement, {left}", f"{engineering(table.displacements[0], 'm')} in the median"),
-            (f"displacement, {right}", f"{engineering(table.displacements[1], 'm')} in the median"),
+            ("gap needed", f"{median} in the median, {upper} in {percentile} of the motions"),
+            (f"displacement, {left}", f"{_length(table.displacements[0])} in the median"),
+            (f"displacement, {right}", f"{_length(table.displacements[1])} in the median"),
             ("correlation", f"{correlation} under white noise"),
             ("finding", table.finding),
         ]
     )
 
 
-def _line(comparison: Comparison, motions: int) -> tuple[str, ...]:
+def _cells(comparison: Comparison, n_motions: int) -> tuple[str, ...]:
+    """Cells of a rule: its text, separations, ratio to the gap needed, and motions in which it falls short."""
     row = comparison.row
-    facts = (row.rule, row.verification)
     if comparison.exceeded is None:
-        return (*facts, _length(row.separation), "–", "–", "–", _own_note(row))
+        return row.rule, row.verification, _length(row.separation), "–", "–", "–", own_note(row)
     ratio = f"{comparison.ratio_median:.2f} ({comparison.ratio_low:.2f} to {comparison.ratio_high:.2f})"
-    short = f"{round(comparison.exceeded * motions)} of {motions}"
-    return (*facts, _length(comparison.middle), _length(comparison.upper), ratio, short, _own_note(row))
+    short = f"{round(comparison.exceeded * n_motions)} of {n_motions}"
+    lengths = _length(comparison.middle), _length(comparison.upper)
+    return row.rule, row.verification, *lengths, ratio, short, own_note(row)
 
 
 def _length(value: float | None) -> str:

@@ -2,64 +2,60 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from pounding_risk._common.counted import counted
+from pounding_risk.cli._common.options import argument
+from pounding_risk.cli._common.progress import pace, span_words
+from pounding_risk.cli._common.tables import print_pairs
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.status import Status
 
+ORDER = 220
 
-def status(
-    paths: Annotated[
-        list[Path],
-        typer.Argument(metavar="RESULTS...", help="Results (.nc or .zarr) or a study's folder.", show_default=False),
-    ],
-) -> None:
+
+def status(paths: Annotated[list[Path], argument("RESULTS...", "Results (.nc or .zarr) or a study's folder.")]) -> None:
     """Show how far a study is: running, stopped or complete."""
-    from pounding_risk.cli.tables import print_pairs
     from pounding_risk.ensemble.status import status as run
 
-    for place, found in enumerate([run(path) for path in paths]):
-        if place:
-            typer.echo()
-        print_pairs(rows(found))
-        if found.go_on:  # never broken in two, so that it can be copied
-            typer.echo(f"{'go on' if found.begun else 'begin'} with:  {found.go_on}")
+    for number, state in enumerate([run(path) for path in paths]):
+        if number:
+            print()
+        print_pairs(_pairs(state))
+        if state.go_on:  # never wrapped, so that it can be copied
+            print(f"{'go on' if state.begun else 'begin'} with:  {state.go_on}")
 
 
-def rows(found: Status) -> list[tuple[str, str]]:
-    """What is known of a study, one pair a line."""
-    shards = f"; {found.shards} shard{'s' * (found.shards != 1)} so far" if found.shards else ""
-    told = [
-        ("study", str(found.path)),
-        ("title", found.title),
-        ("state", found.state + shards),
-        ("cases", _cases(found)),
-        ("on disk", f"{found.parts} part{'s' * (found.parts != 1)}, {found.size / 1e6:.1f} MB" if found.parts else ""),
-        ("begun", _when(found.begun)),
-        ("last activity", _when(found.last_activity)),
-        ("note", found.note),
+def _pairs(state: Status) -> list[tuple[str, str]]:
+    """Labels and words of what is known of a study."""
+    shards = f"; {counted(state.shards, 'shard')} so far" if state.shards else ""
+    size = f"{counted(state.parts, 'part')}, {state.size / 1e6:.1f} MB" if state.parts else ""
+    pairs = [
+        ("study", str(state.path)),
+        ("title", state.title),
+        ("state", state.state + shards),
+        ("cases", _case_words(state)),
+        ("on disk", size),
+        ("begun", _time_words(state.begun)),
+        ("last activity", _time_words(state.last_activity)),
+        ("note", state.note),
     ]
-    return [(what, words) for what, words in told if words]
+    return [(label, words) for label, words in pairs if words]
 
 
-def _cases(found: Status) -> str:
-    from pounding_risk.cli.tables import pace
-
-    if not found.total:
+def _case_words(state: Status) -> str:
+    """How many cases are done, and when the rest will be; "" where the number of cases is not known."""
+    if not state.total:
         return ""
-    share = f"{found.cases} of {found.total} ({100 * found.cases // found.total} %)"
-    return share + pace(found.cases_a_second, found.total - found.cases)
+    share = f"{state.cases} of {state.total} ({100 * state.cases // state.total} %)"
+    return share + pace(state.cases_a_second, state.total - state.cases)
 
 
-def _when(time: str) -> str:
-    """A time of the log, and how long ago that is."""
-    from datetime import UTC, datetime
-
-    from pounding_risk.cli.tables import span_words
-
+def _time_words(time: str) -> str:
+    """A time of the log [ISO 8601], and how long ago it was; "" for no time."""
     if not time:
         return ""
     then = datetime.fromisoformat(time)

@@ -87,10 +87,10 @@ def usual(warm, tmp_path_factory) -> str:
     """The output where all is as usual: nothing is said of the cache then."""
     folder = tmp_path_factory.mktemp("usual")
     (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
-    told, said = command(folder, "simulate", "scene.toml", NUMBA_CACHE_DIR=str(warm))
-    assert said == []
-    assert "contact" in told
-    return told
+    output, notes = command(folder, "simulate", "scene.toml", NUMBA_CACHE_DIR=str(warm))
+    assert notes == []
+    assert "contact" in output
+    return output
 
 
 def harmed(cache: Path, pattern: str) -> Iterator[Path]:
@@ -104,9 +104,9 @@ def harmed(cache: Path, pattern: str) -> Iterator[Path]:
 @pytest.mark.parametrize("pattern", [".nbc", ".nbi"])
 def test_damaged_code_is_told_once(pattern, cache, folder, usual):
     assert list(harmed(cache, pattern))
-    told, said = command(folder, "simulate", "scene.toml", NUMBA_CACHE_DIR=str(cache))
-    assert told == usual
-    (sentence,) = said
+    output, notes = command(folder, "simulate", "scene.toml", NUMBA_CACHE_DIR=str(cache))
+    assert output == usual
+    (sentence,) = notes
     assert sentence.startswith(f"pounding-risk: note: compiled code in {cache / 'pounding_risk'}")
     assert sentence.endswith("was damaged (pickle data was truncated) and is compiled anew")
 
@@ -145,18 +145,18 @@ def test_without_a_home_the_place_is_told(warm, folder, usual):
     shutil.copytree(warm, private)
     private.chmod(0o700)
     home = folder / "file" / "home"
-    told, said = command(folder, "simulate", "scene.toml", HOME=str(home), TMPDIR=str(folder / "temporary"))
-    assert told == usual
-    (sentence,) = said
+    output, notes = command(folder, "simulate", "scene.toml", HOME=str(home), TMPDIR=str(folder / "temporary"))
+    assert output == usual
+    (sentence,) = notes
     assert sentence.startswith(f"pounding-risk: note: compiled code is kept in {private / 'pounding_risk'}")
     assert sentence.endswith(f"since {home / '.cache'} cannot be written; to keep it elsewhere, {ADVICE}")
 
 
 def test_what_is_not_kept_is_told(folder):
     """The folder asked for is a file; `validate` compiles nothing, and tells it too."""
-    told, said = command(folder, "validate", "scene.toml", NUMBA_CACHE_DIR=str(folder / "file"))
-    assert "1 contact model" in told
-    assert said == [
+    output, notes = command(folder, "validate", "scene.toml", NUMBA_CACHE_DIR=str(folder / "file"))
+    assert "1 contact model" in output
+    assert notes == [
         f"pounding-risk: note: compiled code is not kept, since NUMBA_CACHE_DIR, {folder / 'file'}, is no folder that "
         f"can be written; every start compiles again; {ADVICE}"
     ]
@@ -165,8 +165,8 @@ def test_what_is_not_kept_is_told(folder):
 def test_a_warning_of_something_else_is_shown_as_it_is(folder):
     code = (
         "import warnings\n"
-        "from pounding_risk.cli.cache_warning import cache_told\n"
-        "with cache_told():\n"
+        "from pounding_risk.cli._common.compile_cache import report_cache_trouble\n"
+        "with report_cache_trouble():\n"
         "    warnings.warn('a compiled kernel is a kernel')\n"
     )
     done = subprocess.run(

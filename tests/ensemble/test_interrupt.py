@@ -93,7 +93,7 @@ def test_ctrl_c_before_a_command_is_reached_shows_no_traceback(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(cli, "app", interrupted)
-    monkeypatch.setattr(cli, "_leave", lambda end: None)  # other tests' threads may live here
+    monkeypatch.setattr(cli, "_exit_past_threads", lambda end: None)  # other tests' threads may live here
     with pytest.raises(SystemExit) as end:
         cli.main()
     assert end.value.code == 130

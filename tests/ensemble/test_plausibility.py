@@ -10,8 +10,10 @@ from scipy.integrate import quad
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.cli.assess import print_assessment
-from pounding_risk.cli.convert import print_summary
-from pounding_risk.cli.print_runs import print_plan, print_run, print_scan
+from pounding_risk.cli.scan import print_scan
+from pounding_risk.cli.simulate import print_run
+from pounding_risk.cli.summary import print_summary
+from pounding_risk.cli.validate import print_plan
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, of_input
 from pounding_risk.ensemble.scan import scan

@@ -1,0 +1,1 @@
+"""What commands share: options, files to write, tables, progress, notes."""

@@ -1,0 +1,91 @@
+"""Arguments and options that several commands take, and the reading of values with units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pounding_risk.cli._common.files import FIGURES, writable
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.units import Quantity
+
+BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130  # exit statuses
+NONE: list[Any] = []  # default of an option that may be repeated
+
+
+def argument(metavar: str, help: str) -> Any:
+    """A required argument."""
+    return typer.Argument(metavar=metavar, help=help, show_default=False)
+
+
+def option(help: str, absence: str | None = None, **settings: Any) -> Any:
+    """An option. The help shows what holds in its ``absence``, by default its value; the rest is for `typer.Option`."""
+    return typer.Option(help=help, show_default=absence or True, **settings)
+
+
+def file_option(what: str, suffixes: tuple[str, ...], *names: str, absence: str | None = None) -> Any:
+    """An option that takes a file to write. The file is checked before the command runs; the help lists the suffixes.
+
+    An error names the option by the shortest of its ``names``; the help shows what holds in its ``absence``.
+    """
+
+    def check(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
+        return writable(min(parameter.opts, key=len), path, suffixes)
+
+    *most, last = suffixes
+    kinds = f"{', '.join(most)} or {last}" if most else last
+    return typer.Option(*names, help=f"{what} ({kinds}).", show_default=absence or True, callback=check)
+
+
+def out_option(what: str, *suffixes: str, absence: str | None = None) -> Any:
+    """The option ``--out``, see `file_option`."""
+    return file_option(what, suffixes, "--out", "-o", absence=absence)
+
+
+Scene = Annotated[Path, argument("SCENE", "Scene file (TOML).")]
+Results = Annotated[Path, argument("RESULTS", "Dataset of a scan (.nc or .zarr).")]
+Overrides = Annotated[
+    list[str],
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as interface.gap='20 mm'."),
+]
+Dataset = Annotated[Path | None, out_option("Write the dataset", ".nc")]
+Figure = Annotated[Path | None, file_option("Write a figure", FIGURES)]
+Strict = Annotated[bool, typer.Option("--strict", help="End with status 3 where a run failed.")]
+New = Annotated[bool, typer.Option("--new", help="Replace a file that holds other results.")]
+Workers = Annotated[int | None, option("Threads.", "one a processor", min=1)]
+# How a gap is judged, by `assess` and `report`. A share is 84, 0.84 or "84 %" alike.
+JudgedGap = Annotated[str | None, option("The gap to judge.", "the scene's")]
+Percentile = Annotated[
+    str | None, option('Share of the motions that the required gap is for, "84 %".', "84 %, or by target")
+]
+Confidence = Annotated[str, option('Of all bounds, "95 %".')]
+Target = Annotated[
+    str | None, option('Probability of contact that is accepted, "10 %".', "16 %, or what the percentile leaves")
+]
+Intensity = Annotated[
+    str | None,
+    option(
+        'Of fragilities: pga, sa(left), sa(right), sa(NAME) or "sa(0.5 s)".', "what the motions are scaled to, or pga"
+    ),
+]
+Amplitude = Annotated[str | None, option("Amplitude of the grid.", "the scene's or largest")]
+Hazard = Annotated[Path | None, option("Hazard curve (.csv): intensity with unit, annual rate.")]
+
+
+def read_option(option: str, text: str, quantity: Quantity) -> float:
+    """The SI value of an option's text; raises PoundingError that names the option."""
+    from pounding_risk.units import QuantityError, parse
+
+    try:
+        return parse(text, quantity)
+    except QuantityError as error:
+        raise PoundingError(f"{option}: {error}") from None
+
+
+def read_optional(option: str, text: str | None, quantity: Quantity) -> float | None:
+    """The SI value of an option's text, or None where the option is not given; raises as `read_option`."""
+    return None if text is None else read_option(option, text, quantity)

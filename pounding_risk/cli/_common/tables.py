@@ -1,0 +1,188 @@
+"""Tables on standard output: aligned columns of words and of numbers in engineering units.
+
+On a terminal nothing is cut at any width; through a pipe every row is one line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
+from math import inf, isfinite, isnan
+from typing import NamedTuple
+
+BETWEEN = 2  # blanks between two columns of a table
+NARROWEST_WORDS = 16  # columns of a terminal below which a column of sentences is no longer read with ease
+SPEEDS = "m/s"
+
+
+class Measure(str):
+    """Text of a number that keeps its value and SI unit, so that a column can be printed in one unit."""
+
+    value: float
+    unit: str
+    digits: int
+
+
+def engineering(value: float, unit: str, digits: int = 4) -> str:
+    """A number in SI ``unit`` in engineering units: 1300 kN, 3.2 mm, 0.5 g, 0.5 m/s; – for NaN."""
+    measure = Measure(_measure_text(value, unit, digits))
+    measure.value, measure.unit, measure.digits = value, unit, digits
+    return measure
+
+
+def in_one_unit(cells: Sequence[str]) -> list[str]:
+    """Cells of a column, their measures in the engineering unit of the one of median size.
+
+    Cells stay as they are where they measure different quantities, or speeds, or numbers without a unit.
+    """
+    from pounding_risk.units import say_in
+
+    measures = [cell for cell in cells if isinstance(cell, Measure) and isfinite(cell.value)]
+    sizes = sorted((measure for measure in measures if measure.value != 0.0), key=lambda measure: abs(measure.value))
+    if not sizes or len({measure.unit for measure in measures}) != 1 or sizes[0].unit in ("1", SPEEDS):
+        return list(cells)
+    name = sizes[len(sizes) // 2].partition(" ")[2]
+    return [
+        say_in(cell.value, name, cell.digits) if isinstance(cell, Measure) and isfinite(cell.value) else cell
+        for cell in cells
+    ]
+
+
+def _measure_text(value: float, unit: str, digits: int) -> str:
+    from pounding_risk.units import Quantity, say
+
+    if isnan(value):
+        return "–"
+    if unit == "m/s2":
+        unit = "m/s^2"  # in g
+    elif unit == SPEEDS:
+        return f"{value:.{digits}g} m/s"
+    return say(value, Quantity(unit, -inf, inf, ""), digits)
+
+
+def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
+    """Print columns under their heads; nothing is cut at any width of the terminal.
+
+    Where the table is wider than the terminal, heads and cells of words are wrapped. Where that does not suffice, each
+    row is printed as a block with one line a column. Piped output is never wrapped.
+
+    Parameters
+    ----------
+    heads : sequence of str
+        One a column; all empty for a table without heads.
+    rows : iterable of sequence of str
+        The cells.
+    sides : str
+        One letter a column: "l" for words, flush left, "r" for numbers, flush right and never broken.
+    """
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    cells = [list(row) for row in rows]
+    columns = []
+    for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
+        column = [row[at] for row in cells]
+        columns.append(Column(head, side, in_one_unit(column) if side == "r" else column))
+    widths = [column.widest for column in columns]
+    if console.is_terminal:
+        widths = _fitted_widths(columns, console.width)
+    lines = _table_lines(columns, widths) if widths else _block_lines(columns, console.width)
+    print("\n".join(line.rstrip() for line in lines))
+
+
+class Column(NamedTuple):
+    """A column of a table: its head, its side ("l" words, "r" numbers) and its cells."""
+
+    head: str
+    side: str
+    cells: list[str]
+
+    @property
+    def widest(self) -> int:
+        """Width of the widest cell, or of the head [columns of the terminal]."""
+        return max(map(_width, [self.head, *self.cells]))
+
+    @property
+    def narrowest(self) -> int:
+        """Width below which the column cannot be read: whole words, and whole cells of numbers."""
+        if self.side == "l":
+            words = " ".join([self.head, *self.cells]).split(" ")
+            return max(min(self.widest, NARROWEST_WORDS), *map(_width, words))
+        return max(map(_width, [*self.head.split(" "), *self.cells]))
+
+
+def _width(text: str) -> int:
+    """Width of a text on a terminal [columns]; a Chinese or Japanese letter takes two."""
+    from rich.cells import cell_len
+
+    return cell_len(text)
+
+
+def _fitted_widths(columns: Sequence[Column], width: int) -> list[int]:
+    """Widths at which the columns fit a terminal, narrow columns unwrapped; [] where none do."""
+    room = width - BETWEEN * (len(columns) - 1)
+    least, most = [column.narrowest for column in columns], [column.widest for column in columns]
+    fitted: list[int] = []
+    for limit in range(max(most) + 1):
+        widths = [min(wide, max(narrow, limit)) for narrow, wide in zip(least, most, strict=True)]
+        if sum(widths) > room:
+            break
+        fitted = widths
+    return fitted
+
+
+def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[str]:
+    rows = list(zip(*(column.cells for column in columns), strict=True))
+    heads = [column.head for column in columns]
+    for row in ([heads] if any(heads) else []) + rows:
+        wrapped = [_wrapped(cell, width) for cell, width in zip(row, widths, strict=True)]
+        if row is heads:  # heads stand on their columns
+            deepest = max(map(len, wrapped))
+            wrapped = [[""] * (deepest - len(lines)) + lines for lines in wrapped]
+        for parts in zip_longest(*wrapped, fillvalue=""):
+            yield (" " * BETWEEN).join(
+                _padded(part, width, column.side) for part, width, column in zip(parts, widths, columns, strict=True)
+            )
+
+
+def _block_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
+    """Lines of the table turned into a block for each row: its first cell, then a line for each other column."""
+    first, *others = columns
+    labels = max((_width(column.head) for column in others), default=0)
+    for at, title in enumerate(first.cells):
+        if at:
+            yield ""
+        yield from _wrapped(f"{first.head}: {title}" if first.head else title, width)
+        for column in others:
+            indent = 2 + (labels + 2 if labels else 0)
+            cell = column.cells[at]
+            lines = [cell] if column.side == "r" else _wrapped(cell, max(width - indent, 1))
+            head = f"  {_padded(column.head, labels, 'l')}  " if labels else "  "
+            yield head + lines[0]
+            yield from (" " * indent + line for line in lines[1:])
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of whole words; a word longer than the width gets a line of its own."""
+    lines: list[str] = []
+    for word in text.split(" ") if _width(text) > width else [text]:
+        if lines and _width(lines[-1]) + 1 + _width(word) <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines
+
+
+def _padded(text: str, width: int, side: str) -> str:
+    room = " " * (width - _width(text))
+    return text + room if side == "l" else room + text
+
+
+def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """Print a line for each pair of a label and its words."""
+    print_table(("", ""), pairs, "ll")
+
+
+def one_line(words: object) -> str:
+    """Words without line breaks and repeated blanks."""
+    return " ".join(str(words).split())

@@ -1,0 +1,175 @@
+"""The command `block`: the rows of buildings in the table of a street, and a scene for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pounding_risk.cli._common.files import announce, check_folder
+from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.options import NONE, argument, option, read_option, read_optional
+from pounding_risk.cli._common.tables import engineering, print_table
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.scene.street.rows import Block, BlockRow
+    from pounding_risk.scene.street.scenes import Contact
+
+ORDER = 210
+
+
+def block(
+    street: Annotated[Path, argument("STREET", "Table of a street (.csv or .geojson).")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for a scene a row.", show_default="none is written")
+    ] = None,
+    record: Annotated[list[str], option("A record of the scenes; repeat for several.", "all horizontal ones")] = NONE,
+    pga: Annotated[str | None, option("Scale the records to it.", "as recorded")] = None,
+    limit: Annotated[str, option("Gap from which on buildings are no neighbours.")] = "1 m",
+    gap: Annotated[str, option("Gap of neighbours without one.")] = "0 mm",
+    storey_height: Annotated[str, option("Where only the height or the storeys are given.")] = "3 m",
+    typology: Annotated[str, option("Typology of buildings without one.")] = "masonry",
+    floor_load: Annotated[str, option("Weight of a floor, for its mass.")] = "10 kN/m^2",
+    floor_area: Annotated[str | None, option("Area of floors without one.", "it must be given")] = None,
+    floor_depth: Annotated[
+        str, option("Depth of floors without one; floors that overlap in height meet floor to floor.")
+    ] = "0.25 m",
+    least_facing: Annotated[
+        str | None, option('Share of the shorter front over which neighbours face each other, "10 %".', "any")
+    ] = None,
+    metres: Annotated[bool, typer.Option("--metres", help="Coordinates are metres, not degrees.")] = False,
+    axis: Annotated[str | None, option('Direction of the street from north, "30 deg".', "its walls'")] = None,
+    contact_model: Annotated[str, option("Contact model of every interface.")] = "jankowski",
+    stiffness: Annotated[str, option("Its β or k.")] = "2.75e9 N/m^1.5",
+    restitution: Annotated[str, option("e, or concrete.")] = "0.65",
+    yield_force: Annotated[str | None, option("F_E of floor against floor.", "no yielding")] = None,
+    column_yield_force: Annotated[str | None, option("F_E of floor against column.", "no yielding")] = None,
+    tolerance: Annotated[
+        str | None, option("Levels of floors that meet may differ by it.", "by the floors' depth")
+    ] = None,
+) -> None:
+    """Rows and scenes from the table of a street.
+
+    Columns of a CSV, or properties of GeoJSON footprints, each with its unit as in "height [m]": name, street, height,
+    storeys, typology, period, damping, floor mass (or floor area and floor load), gap to the building on the right, and
+    in a CSV left wall and right wall. What is missing is filled by the rules below, and listed.
+    """
+    if out is not None:
+        check_folder(out)
+    from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
+    from pounding_risk.scene.street.defaults import LIMIT, Rules
+    from pounding_risk.scene.street.rows import read_block, write_block
+    from pounding_risk.scene.street.scenes import Contact
+    from pounding_risk.scene.street.table import AREA, HEIGHT, LOAD
+    from pounding_risk.units import DIRECTION, GAP, PGA, share
+
+    rules = Rules(
+        storey_height=read_option("--storey-height", storey_height, HEIGHT),
+        typology=typology,
+        floor_load=read_option("--floor-load", floor_load, LOAD),
+        floor_area=read_optional("--floor-area", floor_area, AREA),
+        floor_depth=read_option("--floor-depth", floor_depth, FLOOR_DEPTH),
+        gap=read_option("--gap", gap, GAP),
+        limit=read_option("--limit", limit, LIMIT),
+        least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
+        metres=metres,
+        axis=read_optional("--axis", axis, DIRECTION),
+    )
+    read_optional("--pga", pga, PGA)
+    tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
+    contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
+    _check_contact(contact)
+    _check_records(record)
+    rows = read_block(street, rules)
+    print_block(rows)
+    rows.check()
+    if out is not None:
+        announce(*write_block(rows, out, records=record or None, contact=contact, tables=tables))
+
+
+def _restitution(text: str) -> str | float:
+    """The coefficient of restitution as a scene file has it: a number, or the name of a relation."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _check_contact(contact: Contact) -> None:
+    """Raise PoundingError, which names the option, for a value that no scene takes."""
+    from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
+    from pounding_risk.scene.scene import known_law
+    from pounding_risk.studies.impact import restitution_of
+    from pounding_risk.units import GAP, YIELD_FORCE
+
+    law = known_law(contact.contact_model)
+    if contact.contact_model not in LAWS:
+        laws = ", ".join(LAWS)
+        raise PoundingError(f"--contact-model: {contact.contact_model} is for pairs; in a row choose among {laws}")
+    if contact.stiffness is not None:
+        read_option("--stiffness", contact.stiffness, stiffness_quantity(law))
+    restitution_of(str(contact.restitution))
+    for name, text, quantity in (
+        ("--yield-force", contact.yield_force, YIELD_FORCE),
+        ("--column-yield-force", contact.column_yield_force, YIELD_FORCE),
+        ("--tolerance", contact.tolerance, GAP),
+    ):
+        read_optional(name, text, quantity)
+
+
+def _check_records(records: Sequence[str]) -> None:
+    """Raise PoundingError for a record that is not in the catalogue."""
+    from pounding_risk.motions.catalogue import entry
+
+    for record in records:
+        try:
+            entry(record)
+        except PoundingError as error:
+            raise PoundingError(f"--record: {error}") from None
+
+
+def print_block(block: Block) -> None:
+    """Print the rows, the buildings in none of them, what was filled in, and notes."""
+    from pounding_risk.scene.street.scenes import shares
+
+    limit = engineering(block.rules.limit, "m")
+    if block.rows:
+        heads = ("row", "buildings", "storeys", "gaps", "from left to right")
+        print_table(heads, [_row(row) for row in block.rows], "lrrrl")
+    if block.alone:
+        names = ", ".join(f"{building.street} {building.name}".strip() for building in block.alone)
+        where = "in any direction" if block.has_footprints else "along the street"
+        print(f"\nalone, no neighbour within {limit} {where}: {names}")
+    if not block.has_footprints:
+        print("\nwithout footprints it is not known what stands behind the buildings, or across the street's axis")
+    if block.close:
+        print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
+        lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in block.close]
+        print_table(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
+        print("give such buildings a table of their own, and with --axis the direction from one to the other")
+    if block.filled:
+        print()
+        lines = [(share.column, str(share.number), share.values, share.rule) for share in shares(block.filled)]
+        print_table(("filled in", "buildings", "value", "rule"), lines, "lrll")
+    print_notes(block.notes)
+
+
+def _row(row: BlockRow) -> tuple[str, ...]:
+    """Cells of a row of buildings: its name, and ranges of storeys and gaps."""
+    storeys = [building.storeys for building in row.buildings]
+    gaps = [engineering(gap, "m") for gap in (min(row.gaps), max(row.gaps))]
+    names = ", ".join(building.name for building in row.buildings)
+    return (
+        row.name,
+        str(len(row.buildings)),
+        _range_words(str(min(storeys)), str(max(storeys))),
+        _range_words(*gaps),
+        names,
+    )
+
+
+def _range_words(low: str, high: str) -> str:
+    return low if low == high else f"{low} to {high}"

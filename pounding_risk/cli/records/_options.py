@@ -1,0 +1,233 @@
+"""Options that several commands on records take: which records, and how they are processed and scaled."""
+
+from __future__ import annotations
+
+import glob
+import shlex
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from pounding_risk.cli._common.files import draw
+from pounding_risk.cli._common.options import option, read_option, read_optional
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk._common.progress import Progress
+    from pounding_risk.motions.motion import Motion
+    from pounding_risk.motions.record import Source
+    from pounding_risk.motions.request import RecordRequest
+    from pounding_risk.motions.target_spectra import Target
+
+WORDS = "ids, files, file#component, patterns or folders"
+Sources = Annotated[list[str] | None, typer.Argument(metavar="SOURCE", help=f"Records: {WORDS}.", show_default=False)]
+Set = Annotated[str | None, typer.Option("--set", help="A record set, such as fema-p695-farfield.", show_default=False)]
+Unit = Annotated[str | None, option("Unit of files that do not state theirs, such as cm/s^2.")]
+Step = Annotated[
+    str | None, typer.Option("--dt", help="Time step of files that do not state theirs.", show_default=False)
+]
+Processing = Annotated[str | None, option("auto processes raw records, none leaves all as they are.", "auto")]
+Steps = Annotated[
+    list[str],
+    typer.Option(
+        "--step", metavar="'NAME OPTION=VALUE'", help="A step, such as 'bandpass low=0.1Hz'; repeat, in order."
+    ),
+]
+Window = Annotated[tuple[str, str] | None, option("Keep this part, after processing.", metavar="START END")]
+Pga = Annotated[str | None, option("Scale to this peak ground acceleration.")]
+Scale = Annotated[str | None, option("Scale by this factor.")]
+SpectralAcceleration = Annotated[
+    tuple[str, str] | None, option("Scale to this Sa at a period, such as 0.5g 1s.", metavar="VALUE PERIOD")
+]
+Direction = Annotated[str | None, option("Turn both horizontals of each recording to this direction, such as 30deg.")]
+Damping = Annotated[str, option("Damping ratio of the spectra.")]
+
+
+def record_request(
+    processing: str | None,
+    steps: Sequence[str] = (),
+    window: tuple[str, str] | None = None,
+    pga: str | None = None,
+    scale: str | None = None,
+    sa: tuple[str, str] | None = None,
+    direction: str | None = None,
+) -> RecordRequest:
+    """How records are processed and scaled, from the texts of options, before any record is read.
+
+    Raises PoundingError, which names the option.
+    """
+    from pounding_risk.motions.request import AS_RECORDED, RecordRequest, Spectral
+    from pounding_risk.units import DIRECTION, PERIOD, PGA, SCALE, TIME
+
+    scalings = [option for option, value in (("--pga", pga), ("--scale", scale), ("--sa", sa)) if value]
+    if len(scalings) > 1:
+        raise PoundingError(
+            f"{' and '.join(scalings)} are given; a record is scaled by one of them: leave the others out"
+        )
+    return RecordRequest(
+        names=(),
+        files=(),
+        window=window and (read_option("--window", window[0], TIME), read_option("--window", window[1], TIME)),
+        pga=read_optional("--pga", pga, PGA),
+        scale=read_optional("--scale", scale, SCALE),
+        polarities=(AS_RECORDED,),
+        processing=_processing(processing, steps),
+        tail=0.0,
+        direction=read_optional("--direction", direction, DIRECTION),
+        sa=sa and Spectral(value=read_option("--sa", sa[0], PGA), period=read_option("--sa", sa[1], PERIOD)),
+    )
+
+
+def _processing(word: str | None, steps: Sequence[str]) -> Any:
+    """The steps as tables of a scene, or the word for a chain of steps."""
+    if not steps:
+        if word not in (None, "auto", "none"):
+            raise PoundingError(f'--processing: "{word}" is not one; it may be auto or none, or write --step')
+        return word or "auto"
+    if word is not None:
+        raise PoundingError("--processing and --step are both given; the steps are the processing: leave one out")
+    from pounding_risk.motions.processing import read_steps
+
+    tables = [_step_table(text) for text in steps]
+    try:
+        read_steps(tables)
+    except PoundingError as error:
+        raise PoundingError(f"--step: {error}") from None
+    return tables
+
+
+def _step_table(text: str) -> dict[str, str]:
+    """A step such as ``bandpass low=0.1Hz high="25 Hz"`` as the table that a scene has for it."""
+    try:
+        name, *options = shlex.split(text)
+        pairs = [option.partition("=") for option in options]
+        table = {key: value for key, _, value in pairs}
+        if len(table) < len(pairs) or not all(key and value for key, _, value in pairs):
+            raise ValueError(text)
+        return {"step": name, **table}
+    except ValueError:
+        raise PoundingError(
+            f"--step: {text!r} is not a step with its options; write one such as 'bandpass low=0.1Hz high=25Hz'"
+        ) from None
+
+
+def stated_facts(unit: str | None, dt: str | None) -> dict[str, Any]:
+    """Unit and time step [s] of files that do not state theirs; raises PoundingError that names the option."""
+    from pounding_risk.scene.records import unit as read_unit
+    from pounding_risk.scene.values import Unreadable
+    from pounding_risk.units import STEP
+
+    try:
+        return {"unit": None if unit is None else read_unit(unit), "dt": read_optional("--dt", dt, STEP)}
+    except Unreadable as error:
+        raise PoundingError(f"--unit: {error}") from None
+
+
+def target_spectrum(text: str, damping: float) -> Target:
+    """The target of ``--target``; raises PoundingError where it is for another damping than ``--damping``."""
+    from pounding_risk.motions.target_spectra import read_target
+
+    target = read_target(text, damping=damping)
+    if target.damping != damping:
+        raise PoundingError(
+            f"--damping: {100.0 * damping:g} % is asked for, and {target.name} is for {100.0 * target.damping:g} %; "
+            f"write --damping {target.damping:g}, or another target"
+        )
+    return target
+
+
+class SourceGroups(NamedTuple):
+    """Records alone or in pairs of components, and a sentence for each file of a folder that is left out."""
+
+    groups: tuple[tuple[Source, ...], ...]
+    left_out: tuple[str, ...]
+
+
+def find_sources(
+    words: Sequence[str],
+    record_set: str | None,
+    facts: dict[str, Any],
+    *,
+    lenient: bool = False,
+    horizontal: bool = False,
+    in_pairs: bool = False,
+) -> SourceGroups:
+    """Open records by words (ids, files, file#component, patterns, folders), and those of a record set.
+
+    Raises PoundingError where no record is named or found, and for a file that is no record, unless it is in a folder.
+
+    Parameters
+    ----------
+    words : sequence of str
+        A file stands for all of its components.
+    record_set : str or None
+        Name of a record set.
+    facts : dict
+        What `stated_facts` returns.
+    lenient : bool
+        Leave out damaged records of a folder.
+    horizontal : bool
+        Leave out vertical components, unless they are named one by one.
+    in_pairs : bool
+        Take the two horizontal components of each recording as one group.
+    """
+    from pounding_risk.motions.ensemble import horizontals, pairs
+    from pounding_risk.motions.record_sets import load, members
+    from pounding_risk.motions.source import open_source
+
+    if not words and record_set is None:
+        raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
+    left_out: list[str] = []
+    sources = [source for word in words for source in _sources_of(word, facts, left_out, lenient)]
+    if horizontal or in_pairs:
+        sources = horizontals(sources, left_out)
+    sources += [] if record_set is None else [open_source(load(member)) for member in members(record_set)]
+    sources = list({(source.record["file"], source.name): source for source in sources}.values())
+    if not sources:
+        why = f"left out: {left_out[0]}" if left_out else "the folder is empty"
+        raise PoundingError(f"{' '.join(words)}: holds no record; {why}")
+    groups = pairs(sources) if in_pairs else [(source,) for source in sources]
+    return SourceGroups(tuple(groups), tuple(left_out))
+
+
+def _sources_of(word: str, facts: dict[str, Any], left_out: list[str], lenient: bool) -> Iterator[Source]:
+    """Open the records of one word; a sentence is added to ``left_out`` for each file of a folder that is not taken."""
+    from pounding_risk.motions.catalogue import entries
+    from pounding_risk.motions.ensemble import sources_named
+    from pounding_risk.motions.request import matching
+    from pounding_risk.motions.source import open_source
+
+    is_id = any(entry.id == word for entry in entries())
+    if not is_id and (Path(word).is_dir() or matching(Path(), word)):
+        yield from sources_named(word, Path(), left_out, **facts, lenient=lenient)
+    elif glob.has_magic(word):
+        raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
+    else:
+        yield open_source(word, **facts)
+
+
+def treat(request: RecordRequest, groups: Sequence[tuple[Source, ...]], progress: Progress) -> list[Motion]:
+    """The motion of each group of sources, processed and scaled."""
+    from pounding_risk.motions.ensemble import treated
+
+    motions = []
+    for group in groups:
+        motions.append(treated(request, group))
+        progress(len(motions), len(groups))
+    return motions
+
+
+def draw_before_and_after(target: Path, request: RecordRequest, group: tuple[Source, ...]) -> None:
+    """Draw a record, or two components turned to one direction, before and after its processing."""
+    from pounding_risk.motions.ensemble import treated
+    from pounding_risk.motions.read import read_trace
+
+    untreated = request._replace(processing="none", window=None, pga=None, scale=None, sa=None)
+    start, start_after = (
+        read_trace(group[0], processing=way.processing, window=way.window).stats.starttime
+        for way in (untreated, request)
+    )
+    motions = treated(untreated, group), treated(request, group)
+    draw(target, "motions.processing_figure", *motions, shift=float(start_after - start))

@@ -1,0 +1,129 @@
+"""The command `records info`: all that is known of one record, and its intensity measures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.options import argument
+from pounding_risk.cli._common.tables import engineering, one_line, print_pairs, print_table
+from pounding_risk.cli.records._options import Step, Unit, stated_facts
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.catalogue import Entry
+    from pounding_risk.motions.motion import Motion
+    from pounding_risk.motions.record import Source
+
+ORDER = 20
+SPECTRUM = (0.2, 0.5, 1.0, 2.0)  # s
+# Units of facts of a record, by key.
+UNITS = {"distance_km": "km", "azimuth": "° from north", "vs30": "m/s"}
+FREQUENCIES = ("low_corner", "high_corner", "lowest_usable_frequency")  # Hz
+SIZES = {"header_pga": "m/s2", "header_pgv": "m/s", "header_pgd": "m", "pgv_peer": "m/s"}
+
+
+def info(
+    source: Annotated[str, argument("SOURCE", "An id, a file, or file#component.")], unit: Unit = None, dt: Step = None
+) -> None:
+    """One record: origin, terms, checksum, where its file is, PGA to Sa."""
+    from pounding_risk.motions.catalogue import entries, entry
+    from pounding_risk.motions.source import open_source
+
+    if any(known.id == source for known in entries()):
+        print_record(entry(source))
+    else:
+        print_source(open_source(source, **stated_facts(unit, dt)))
+
+
+def print_record(entry: Entry) -> None:
+    """Print the catalogue's entry of a record, where its file is, and its intensity measures and checks."""
+    from pounding_risk.motions.catalogue import path
+
+    values = {key: value for key, value in asdict(entry).items() if value not in ("", None)}
+    values |= {"dt": f"{entry.dt:g} s", "duration": f"{entry.duration:g} s", "PGA": engineering(entry.pga, "m/s2")}
+    del values["pga_g"]
+    if entry.sensitivity == 1.0:
+        del values["sensitivity"]
+    else:
+        values["sensitivity"] = f"{entry.sensitivity:.8g} counts per m/s²"
+    if entry.azimuth is not None:
+        values["azimuth"] = f"{entry.azimuth:g}° from north"
+    has_file = True
+    try:
+        values["file"] = str(path(entry.id))
+    except PoundingError as error:
+        has_file, values["file"] = False, str(error)
+    print_pairs((key, one_line(value)) for key, value in values.items())
+    if has_file:
+        from pounding_risk.motions.source import open_source
+
+        _print_intensity(open_source(entry.id))
+
+
+def print_source(source: Source) -> None:
+    """Print what a file says of its record, and its intensity measures and checks."""
+    stats = source.trace.stats
+    values = {key: _fact_words(key, value) for key, value in source.record.items() if value not in ("", None)}
+    del values["pga_recorded"]
+    if values.get("source") == values.get("file"):
+        values.pop("source", None)
+    values |= {"units": source.units.removeprefix("units: "), "npts": str(stats.npts), "dt": f"{stats.delta:g} s"}
+    values |= {"duration": f"{(stats.npts - 1) * stats.delta:g} s"}
+    values |= {"PGA": engineering(source.record["pga_recorded"], "m/s2")}
+    print_pairs((key.removesuffix("_km").replace("_", " "), one_line(value)) for key, value in values.items())
+    _print_intensity(source)
+
+
+def _fact_words(key: str, value: Any) -> str:
+    """A fact of a record with its unit."""
+    if key in FREQUENCIES:
+        return f"{value:.4g} Hz"
+    if key in SIZES:
+        return engineering(float(value), SIZES[key])
+    if isinstance(value, float):
+        unit = UNITS.get(key, "")
+        return f"{value:g}{unit if unit.startswith('°') else f' {unit}'}".rstrip()
+    return str(value)
+
+
+def _print_intensity(source: Source) -> None:
+    """Print the intensity measures of a record as a run takes it, and the checks of its quality."""
+    from pounding_risk.motions.read import read_motion
+
+    motion = read_motion(source)
+    print()
+    print_table(("measure", "value", "meaning"), _measures(motion), "lrl")
+    print()
+    print_table(("check, as recorded", "met", "found", "allowed"), _findings(source), "llll")
+    print_notes(motion.flags)
+
+
+def _findings(source: Source) -> Iterator[tuple[str, str, str, str]]:
+    """Name, outcome, value and limit of each check of a record as it was recorded."""
+    from pounding_risk.motions.quality import quality
+
+    trace = source.trace
+    for finding in quality(trace.data, trace.stats.delta, state=source.record["state"]):
+        yield finding.check, "yes" if finding.passed else "no", finding.found, finding.allowed
+
+
+def _measures(motion: Motion) -> Iterator[tuple[str, str, str]]:
+    """Name, value and meaning of each intensity measure of a record as a run takes it."""
+    from pounding_risk.motions.intensity import measure, response_spectra
+    from pounding_risk.motions.record import RAW
+
+    measures = measure(motion.acceleration, motion.dt)
+    state = ", processed as for a run" if motion.record["state"] == RAW else ""
+    yield "PGA", engineering(measures.pga, "m/s2"), f"peak ground acceleration{state}"
+    yield "PGV", engineering(measures.pgv, "m/s"), "peak ground velocity"
+    yield "PGD", engineering(measures.pgd, "m"), "peak ground displacement"
+    yield "Arias", engineering(measures.arias, "m/s"), "Arias intensity"
+    yield "CAV", engineering(measures.cav, "m/s"), "cumulative absolute velocity"
+    yield "D5-75", engineering(measures.d5_75, "s"), "from 5 to 75 % of the Arias intensity"
+    yield "D5-95", engineering(measures.d5_95, "s"), "from 5 to 95 % of the Arias intensity"
+    spectra = response_spectra(motion.acceleration, motion.dt, SPECTRUM)
+    for period, value in zip(SPECTRUM, spectra.pseudo_acceleration, strict=True):
+        yield f"Sa({period:g} s)", engineering(value, "m/s2"), "pseudo-spectral acceleration, damping 5 %, as in codes"

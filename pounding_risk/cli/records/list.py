@@ -1,0 +1,62 @@
+"""The command `records list`: the records of the catalogue, of a set, or of a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pounding_risk.cli._common.notes import print_left_out
+from pounding_risk.cli._common.options import option
+from pounding_risk.cli._common.tables import engineering, one_line, print_table
+from pounding_risk.cli.records._options import Set, Step, Unit, find_sources, stated_facts
+from pounding_risk.errors import PoundingError
+
+if TYPE_CHECKING:
+    from pounding_risk.motions.catalogue import Entry
+    from pounding_risk.motions.record import Source
+
+ORDER = 10
+HEADS = ("record", "event", "date", "station", "component", "state", "PGA", "duration", "dt")
+
+
+def list(
+    set: Set = None,
+    folder: Annotated[Path | None, option("A folder of record files.")] = None,
+    unit: Unit = None,
+    dt: Step = None,
+) -> None:
+    """The records of the catalogue, of a set, or of a folder."""
+    if set is None and folder is None:
+        from pounding_risk.motions.catalogue import entries
+
+        return print_records(entries())
+    if folder is not None and not folder.is_dir():
+        raise PoundingError(f"--folder: {folder} is not a folder; check the name")
+    sources = find_sources([str(folder)] if folder else [], set, stated_facts(unit, dt), lenient=True)
+    print_sources([source for group in sources.groups for source in group])
+    print_left_out(sources.left_out)
+
+
+def print_records(entries: Sequence[Entry]) -> None:
+    """Print entries of the catalogue, one line a record."""
+    print_table(HEADS, [_cells(asdict(entry), entry.pga, entry.duration, entry.dt) for entry in entries], "llllllrrr")
+
+
+def print_sources(sources: Sequence[Source]) -> None:
+    """Print records that were read, one line each."""
+    from pounding_risk.motions.source import file_name
+
+    rows = []
+    for source in sources:
+        stats = source.trace.stats
+        facts = {**source.record, "id": file_name(source)}
+        rows.append(_cells(facts, source.record["pga_recorded"], (stats.npts - 1) * stats.delta, stats.delta))
+    print_table(HEADS, rows, "llllllrrr")
+
+
+def _cells(facts: Mapping[str, Any], pga: float, duration: float, dt: float) -> tuple[str, ...]:
+    """Cells of a record, from its facts, PGA [m/s2], duration [s] and time step [s]."""
+    words = [one_line(facts.get(key) or "") for key in ("id", "event", "date", "station", "component", "state")]
+    return *words, engineering(pga, "m/s2", 3), f"{duration:.4g} s", f"{dt:.4g} s"

@@ -1,0 +1,44 @@
+"""The command `summary`: how the cases of a dataset ended, and the range of every output."""
+
+from __future__ import annotations
+
+from math import isnan
+from typing import TYPE_CHECKING
+
+from pounding_risk.cli._common.notes import print_notes
+from pounding_risk.cli._common.options import Results
+from pounding_risk.cli._common.tables import print_pairs, print_table
+
+if TYPE_CHECKING:
+    from pounding_risk.results.summary import Summary
+
+ORDER = 190
+IN_RECHECKS = ("made again", "of these sensitive")  # counts that the sentences on rechecks contain
+
+
+def summary(results: Results) -> None:
+    """How a dataset's cases ended, and the range of every output."""
+    from pounding_risk.results.summary import summary as run
+
+    print_summary(run(results))
+
+
+def print_summary(summary: Summary) -> None:
+    """Print the counts of cases, and a line for each output and contact model."""
+    counts = [(name, str(count)) for name, count in summary.counts.items() if name not in IN_RECHECKS]
+    print_pairs([("title", summary.title), *counts, *summary.rechecks.items()])
+    print()
+    rows = [
+        (
+            name,
+            law,
+            str(spread.values),
+            *("–" if isnan(value) else f"{value:.6g}" for value in spread[1:]),
+            summary.units[name],
+        )
+        for name, spread_of_laws in summary.spreads.items()
+        for law, spread in spread_of_laws.items()
+    ]
+    heads = ("output, of complete cases", "contact model", "values", "least", "mean", "largest", "")
+    print_table(heads, rows, "llrrrrl")
+    print_notes(summary.notes)
