@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-from scenes import Scene
+from pair_scenes import Scene
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import hertz_work, jankowski_ratio

@@ -1,6 +1,6 @@
 """This package beside OpenSees, SciPy and a fixed-step kernel at equal error: ``python benchmarks/side_by_side.py``.
 
-Same scenes (`scenes.py`), same constant e, one run each, processor time. Every method has a ladder of settings; each
+Same scenes (`pair_scenes.py`), same constant e, one run each, processor time. Every method has a ladder of settings; each
 rung gives an error and a time, and two methods are compared at the same error, read off between their rungs. Errors
 are relative, against this package at rtol 1e-12, which is held against SciPy at rtol 1e-12. Methods take turns,
 repetition by repetition, so that a busy machine slows all of them. A machine without OpenSees leaves it out and says
@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from opensees_pair import Answer, bilinear_material, load, solve_opensees
+from pair_scenes import Scene, all_scenes, moderate_scenes
 from rk4 import solve_rk4
-from scenes import Scene, all_scenes, moderate_scenes
 from scipy_pair import solve_scipy
 from throughput import in_time, range_of
 
