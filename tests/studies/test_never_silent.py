@@ -27,7 +27,7 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.pair.outputs import COLUMNS, building_outputs, run_outputs
 from pounding_risk.studies import demo as paper
-from pounding_risk.studies.stability.rest import bouncing
+from pounding_risk.studies.stability.cases.rest import bouncing
 from pounding_risk.studies.stability.trial import Scene, Trial, shaking
 
 # Limits are constants of compiled code: where they are lowered, the code must be interpreted.

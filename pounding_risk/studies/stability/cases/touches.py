@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.studies.stability.rest import bouncing
+from pounding_risk.studies.stability.cases.rest import bouncing
 from pounding_risk.studies.stability.trial import SOFT, WALL, Scene, Trial, largest_difference
 
 OVERLAP = 1e-6  # of the gap
