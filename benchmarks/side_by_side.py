@@ -1,8 +1,8 @@
 """This package beside OpenSees, SciPy and a fixed-step kernel at equal error: ``python benchmarks/side_by_side.py``.
 
-Same scenes (`pair_scenes.py`), same constant e, one run each, processor time. Every method has a ladder of settings; each
-rung gives an error and a time, and two methods are compared at the same error, read off between their rungs. Errors
-are relative, against this package at rtol 1e-12, which is held against SciPy at rtol 1e-12. Methods take turns,
+Same scenes (`pair_scenes.py`), same constant e, one run each, processor time. Every method has a ladder of settings;
+each rung gives an error and a time, and two methods are compared at the same error, read off between their rungs.
+Errors are relative, against this package at rtol 1e-12, which is held against SciPy at rtol 1e-12. Methods take turns,
 repetition by repetition, so that a busy machine slows all of them. A machine without OpenSees leaves it out and says
 so. ``--figure FILE`` draws error against time; ``--quick`` does everything small.
 """

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from test_labels import SCENE
+from scenes import two_records
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -18,7 +18,7 @@ from pounding_risk.results.files import open_results, save
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
 
-SMALL = SCENE.replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]').replace("0.3 g", "0.2 g")
+SMALL = two_records().replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]').replace("0.3 g", "0.2 g")
 SMALL = SMALL.replace('"RSN6-180", "RSN1690-090"', '"RSN6-180"')
 OTHER = SMALL.replace('gap = "20 mm"', 'gap = "25 mm"').replace('period = "0.3 s"', 'period = "0.4 s"')
 SUFFIXES = (".nc", ".zarr")

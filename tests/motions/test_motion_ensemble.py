@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import scene_text, single
 
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
@@ -28,21 +29,13 @@ from pounding_risk.scene.reader import parse_scene
 G = 9.80665
 PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
 PAIR = PLAIN._replace(names=("RSN6-180", "RSN6-270"))
-SCENE = """
-[[building]]
-name = "left"
-mass = "10 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "10 t"
-period = "0.3 s"
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "1e5 kN/m"
-[records]
-"""
+SCENE = scene_text(
+    single("left", "10 t", "0.5 s"),
+    single("right", "10 t", "0.3 s"),
+    law="linear",
+    gap="20 mm",
+    records={"names": None},
+)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from scenes import scene_text
 
 from pounding_risk import accuracy
 from pounding_risk.errors import PoundingError
@@ -32,30 +33,12 @@ from pounding_risk.studies.accuracy_findings import (
     times_to_reach,
 )
 
-SCENE = """
-[scene]
-name = "ladder"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "800 t"
-period = "1.0 s"
-[[interface]]
-gap = "10 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "4 s"]
-pga = "0.5 g"
-[grid]
-gap = ["0 mm", "10 mm", "20 mm", "30 mm", "40 mm"]
-yield_force = ["900 kN", "1800 kN", "inf"]
-"""
+SCENE = scene_text(
+    name="ladder",
+    law="viscous_elastoplastic",
+    records={"window": ["0 s", "4 s"], "pga": "0.5 g"},
+    grid={"gap": ["0 mm", "10 mm", "20 mm", "30 mm", "40 mm"], "yield_force": ["900 kN", "1800 kN", "inf"]},
+)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
+from scenes import BOTH, scene_text
 from typer.testing import CliRunner
 
 from pounding_risk import cli, compare, figures, scan, simulate
@@ -24,31 +25,16 @@ from pounding_risk.studies.compare import left_out, on_equal_terms, reference_im
 from pounding_risk.studies.demo import scene
 
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
-SCENE = """
-[scene]
-name = "two buildings"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "800 t"
-period = "1.0 s"
-[[interface]]
-gap = "10 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180", "RSN6-270", "RSN753-000"]
-window = ["0 s", "6 s"]
-pga = "0.3 g"
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["10 mm", "40 mm", "2 m"]
-yield_force = ["2 MN", "inf"]
-"""
+SCENE = scene_text(
+    name="two buildings",
+    records={
+        "names": ["RSN6-180", "RSN6-270", "RSN753-000"],
+        "window": ["0 s", "6 s"],
+        "pga": "0.3 g",
+        "polarity": BOTH,
+    },
+    grid={"gap": ["10 mm", "40 mm", "2 m"], "yield_force": ["2 MN", "inf"]},
+)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from figure_words import words_of
+from scenes import rigid, scene_text, single, storeyed
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -135,36 +136,16 @@ def test_command_prints_draws_and_writes(tmp_path):
     assert refused.exit_code == 2
 
 
-ROW = """
-[scene]
-name = "Four storeys beside a shop"
-[[building]]
-name = "tall"
-storeys = 4
-floor_masses = "200 t"
-storey_stiffnesses = "180 MN/m"
-storey_heights = "3 m"
-storey_strengths = "2 MN"
-[[building]]
-name = "shop"
-mass = "150 t"
-period = "0.25 s"
-height = "3 m"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "5 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "300 kN"
-[records]
-names = ["RSN6-180"]
-window = ["1 s", "5 s"]
-[grid]
-gap = ["5 mm", "2 m"]
-"""
+ROW = scene_text(
+    storeyed("tall", "200 t", "180 MN/m", storeys=4, storey_strengths="2 MN"),
+    single("shop", "150 t", "0.25 s", height="3 m"),
+    rigid(),
+    name="Four storeys beside a shop",
+    gap="5 mm",
+    yield_force="300 kN",
+    records={"window": ["1 s", "5 s"]},
+    grid={"gap": ["5 mm", "2 m"]},
+)
 
 
 @pytest.fixture(scope="module")

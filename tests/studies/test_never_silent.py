@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interpreted import interpreted
+from scenes import rigid, scene_text, storeyed
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -96,29 +97,14 @@ found = pr.scan(folder + "/row.toml")
 names = ("status", "row_impulse", "peak_contact_force", "storey_drift", "impact_count")
 print(json.dumps({name: np.nan_to_num(found[name].values.squeeze(), nan=-9.0).tolist() for name in names}))
 """
-TWO_AND_A_WALL = """
-[scene]
-name = "two and a wall"
-[[building]]
-name = "a"
-storeys = 1
-floor_masses = "40 t"
-storey_stiffnesses = "30 MN/m"
-storey_heights = "3 m"
-[[building]]
-name = "b"
-rigid = true
-height = "4 m"
-[[interface]]
-gap = "5 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[grid]
-gap = ["5 mm", "1 m"]
-[records]
-files = ["shaking.csv"]
-"""
+TWO_AND_A_WALL = scene_text(
+    storeyed("a", "40 t", "30 MN/m", storeys=1),
+    rigid("b", height="4 m"),
+    name="two and a wall",
+    gap="5 mm",
+    records={"files": ["shaking.csv"]},
+    grid={"gap": ["5 mm", "1 m"]},
+)
 
 
 def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from interpreted import interpreted
+from scenes import BOTH, rigid, scene_text, single, storeyed
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -23,51 +24,26 @@ from pounding_risk.studies import demo as paper
 from pounding_risk.studies.simulate import simulate
 
 STIFFNESS = 2.75e9  # N/m^1.5
-SCENE = """
-[scene]
-name = "Three beside a wall"
-[[building]]
-name = "tall"
-storeys = 4
-floor_masses = "200 t"
-storey_stiffnesses = "180 MN/m"
-storey_heights = "3 m"
-[[building]]
-name = "middle"
-storeys = 2
-floor_masses = "150 t"
-storey_stiffnesses = "300 MN/m"
-storey_heights = "3.9 m"
-[[building]]
-name = "shop"
-mass = "150 t"
-period = "0.25 s"
-height = "3.9 m"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "6 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-column_yield_force = "300 kN"
-[[interface]]
-gap = "4 mm"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-[[interface]]
-gap = "3 mm"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-[records]
-names = ["RSN6-180"]
-window = ["1 s", "5 s"]
-polarity = ["as recorded", "reversed"]
-"""
+SCENE = scene_text(
+    storeyed("tall", "200 t", "180 MN/m", storeys=4),
+    storeyed("middle", "150 t", "300 MN/m", "3.9 m", storeys=2),
+    single("shop", "150 t", "0.25 s", height="3.9 m"),
+    rigid(),
+    name="Three beside a wall",
+    interfaces=[
+        {
+            "gap": "6 mm",
+            "contact_model": "jankowski",
+            "stiffness": "2.75e9 N/m^1.5",
+            "restitution": 0.65,
+            "yield_force": "900 kN",
+            "column_yield_force": "300 kN",
+        },
+        {"gap": "4 mm", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"},
+        {"gap": "3 mm", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"},
+    ],
+    records={"window": ["1 s", "5 s"], "polarity": BOTH},
+)
 NAMES = ("tall", "middle", "shop", "wall")
 GAPS = (6e-3, 4e-3, 3e-3)
 
