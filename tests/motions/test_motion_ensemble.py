@@ -300,7 +300,7 @@ def test_a_manifest_whose_files_have_changed_is_refused(folder):
 @pytest.mark.parametrize(
     ("lines", "sentence"),
     [
-        ('manifest = "no.csv"\n', "line 15, records.manifest: no such file in .*; files are relative to the scene"),
+        ('manifest = "no.csv"\n', "line 14, records.manifest: no such file in .*; files are relative to the scene"),
         ('manifest = "a.csv"\npga = "0.5 g"\n', "records.pga: manifest and pga are both given, and each sets the"),
         ('manifest = "a.csv"\ndirection = "20 deg"\n', "records.direction: a manifest names single components; remove"),
         ('manifest = "a.csv"\n[grid]\npga = ["0.5 g"]\n', "records.manifest: the grid has a pga, which sets the amp"),
