@@ -141,18 +141,42 @@ def accuracy(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Error and time of every setting of every method on a scene's cases, as a dataset (and written to ``out``).
+    """Error and computing time of many settings of many methods on the cases of a scene.
 
-    At most about ``cases`` of the grid are run, thinned evenly along gaps and yield forces; a setting that would take
-    more than ``budget`` [s] for one pass, or gives up, is left out and named, and SciPy runs the first few cases only
-    (none without ``scipy``). Effects, contacts that remember and instant jumps are known to the event-driven solver
-    alone: its own tolerances are then the ladder. Dimensions: setting, case, output, level. Variables: ``error``
-    (relative for amounts and times; of counts, the difference over the count; of the yield exceedance, 0 or 1),
-    ``value``, ``reference``, ``time`` [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an
-    error level. The attribute ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer
-    change.
+    The event-driven solver from loose to tight tolerances, three fixed-step methods and two of SciPy's are set against
+    the event-driven solver at rtol 1e-12. A setting that would take more than ``budget`` for one pass, or gives up, is
+    left out and named. Effects, contact models that remember their path and impulsive models are known to the
+    event-driven solver alone: then only its own tolerances are compared.
 
-    Raises as `scan` does, before the first run, and so for an ``out`` that holds other results, unless ``new``.
+    Parameters
+    ----------
+    study : Study or path
+        A scene of a pair, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    cases : int
+        Most cases to run, about; the grid is thinned evenly along gaps and yield forces.
+    budget : float
+        Longest processor time of one pass of a setting over all cases [s].
+    scipy : bool
+        Run SciPy's methods, on the first few cases only.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of settings done and of all settings.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along setting, case, output and level: ``error`` (relative for amounts and times; of counts the difference over
+        the count; of the yield exceedance 0 or 1), ``value``, ``reference``, ``time`` [s per run],
+        ``steps_per_contact``, ``energy_residual``, and ``time_to_reach`` [s] an error level. The attribute ``finding``
+        names the cheapest setting whose printed digits no longer change.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`, before the first run; also, unless ``new``, if ``out`` holds other results.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "accuracy")

@@ -62,22 +62,47 @@ def compare(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
+    """Run a scene under several contact models on equal terms.
 
-    ``laws``: those of the scene's grid by default, or every law there is where the grid names one, but for those
-    that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e: the
-    attribute ``left_out`` says so. All get the
-    stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
-    buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s. All
-    that have a restitution return the same e there: ``relation`` is "exact" by default, and "published" where that is
-    asked for or a law has no other; the attribute ``unequal_e`` says why. Results are set beside those of
-    ``baseline``, the scene's own law by default.
+    Every law gets the stiffness with which an impact of the buildings' reduced mass at ``speed`` has the same peak
+    force, or penetration, as under the scene's own law; all that have a restitution return the same e there.
 
-    The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
-    `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
-    and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
-    speed, relation or ``same`` that is none, for fewer than two laws and, unless ``new``, for an ``out`` that holds
-    other results; all before the first run.
+    Parameters
+    ----------
+    study : Study or path
+        A scene of a pair, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    laws : sequence of str
+        Contact models to compare. By default those of the scene's grid; where the grid names one, every model but those
+        that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e
+        (the attribute ``left_out`` says so).
+    baseline : str, optional
+        Contact model beside which the others are set; the scene's own by default.
+    same : {"peak force", "penetration"}, optional
+        What the reference impacts have in common; the scene's ``equal_terms``, or "peak force", by default.
+    speed : float or str, optional
+        Speed of the reference impact, a number in m/s or a text with a unit; the scene's ``equal_terms``, or 0.5 m/s,
+        by default.
+    relation : {"exact", "published"}, optional
+        How damping follows from e; "exact" by default, "published" where a law has no other (the attribute
+        ``unequal_e`` says why).
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of cases done and of all cases.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset of `scan`, with ratios, ranks and conclusions set against the baseline, the reference impacts
+        (``reference_...``, ``impact_...``), histories of one typical case, and the attribute ``finding``, a sentence.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; and for an unknown law, baseline, speed, relation or ``same``, for fewer than two laws and, unless
+        ``new``, if ``out`` holds other results. All before the first run.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "compare")

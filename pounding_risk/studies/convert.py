@@ -13,11 +13,28 @@ from pounding_risk.results.store import store_of
 
 
 def convert(source: str | Path, target: str | Path) -> Path:
-    """Write a dataset under another name: ``.nc`` for a netCDF file, ``.zarr`` for a Zarr store.
+    """Write a dataset in another format: netCDF (``.nc``) or Zarr (``.zarr``).
 
-    Values, labels and attributes stay what they are. The target is whole or not there. Raises PoundingError for a
-    source that cannot be read and a target that cannot be written, is the source, or holds anything else than the
-    results of the same command and the same study.
+    Values, labels and attributes stay what they are; memory holds one block at a time. The target is complete or
+    absent.
+
+    Parameters
+    ----------
+    source : path
+        Dataset to read.
+    target : path
+        File or store to write.
+
+    Returns
+    -------
+    pathlib.Path
+        The path of the target.
+
+    Raises
+    ------
+    PoundingError
+        If the source cannot be read, or the target cannot be written, is the source, or holds anything but the results
+        of the same command and study.
     """
     place = check_target(target, RESULTS)
     if place.exists() and Path(source).exists() and place.samefile(source):

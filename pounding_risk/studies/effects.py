@@ -49,15 +49,36 @@ def effects(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
+    """Run a scene's grid without effects, with each effect alone and with all of them.
 
-    The effects are those of the scene; where it names none, all that act on the ground, or of a row on its buildings,
-    or on one of its contact models, with the options of their examples. An effect that acts on another is switched on
-    with it. Contact models that one of the effects does not act on are left out. Dimensions: effects, and those of
-    `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects
-    act on cases that do not yield, too], and ``time`` [s of the processor per run, every case run, median of
-    ``repeats``], ``time_ratio`` over the scene without. Raises as `scan` does, and for an ``out`` that holds results of
-    another command, unless ``new``.
+    The effects are those of the scene. Where it names none, they are all that act on the ground, or in a row on its
+    buildings, or on one of its contact models, with the options of their examples. An effect that acts on another is
+    switched on with it. Contact models that one of the effects does not act on are left out.
+
+    Parameters
+    ----------
+    study : Study or path
+        A scene, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    repeats : int
+        Timed repetitions, of which the median counts.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of steps done and of all steps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along effects and the dimensions of `scan`: the outputs of `COMPARED`, ``yield_exceedance``, ``status``,
+        ``acts_on_all`` [1 where the effects also act on cases that do not yield], ``time`` [s of the processor per run,
+        every case run] and ``time_ratio``, over the scene without effects. The attribute ``finding`` is a sentence.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; also, unless ``new``, if ``out`` holds results of another command.
     """
     target = None if out is None else check_target(out)
     if target is not None:

@@ -125,20 +125,52 @@ def histories(
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Path:
-    """Write the time histories of chosen cases of a grid to ``out``, with the labels of its results; returns the path.
+    """Write the time histories of chosen cases of a grid, with the labels of its results.
 
-    ``source`` is a scene, or the results of a scan, whose scene and records are then those of the results (see
-    `rerun`, also for ``folder``). Of each axis of the grid the values named are taken, or all: names, and numbers in
-    SI [m/s², m, N]. ``largest_of`` names an output of the results: of each contact model only the case in which it is
-    largest. ``say`` is told how much it will be before anything is written, ``progress`` is called with (cases done,
-    cases in all).
+    Values are those of `simulate` at the samples of the records. Of each axis of the grid the named values are taken,
+    or all of them.
 
-    Dimensions are those of the results, and sample; ``time`` [s] is by record and sample, NaN past the end of a record.
-    Values are those of `simulate` at the samples of the record. With ``largest_of`` the other axes of the grid are
-    labels along contact_model.
+    Parameters
+    ----------
+    source : Study or path
+        A scene, or the results of a scan, whose scene and records are then those of the results.
+    out : path
+        File for the dataset, ``.nc`` or ``.zarr``.
+    records, polarities : sequence of str, optional
+        Names of records and polarities.
+    pgas : sequence of float, optional
+        Peak ground accelerations [m/s²].
+    laws : sequence of str, optional
+        Names of contact models.
+    gaps : sequence of float, optional
+        Gaps [m].
+    yield_forces : sequence of float, optional
+        Yield forces [N].
+    largest_of : str, optional
+        An output of the results: of each contact model only the case in which it is largest is written, and the other
+        axes of the grid are labels along ``contact_model``.
+    most : int
+        Most cases that may be written.
+    folder : path, optional
+        Where record files are that the scene of the results names relative to itself, see `rerun`.
+    workers : int, optional
+        Number of threads; as many as there are processors by default.
+    progress : callable, optional
+        Called with the number of cases done and of all cases.
+    say : callable, optional
+        Called with a sentence on the size, before anything is written.
 
-    Raises PoundingError for values that the grid does not have, more than ``most`` cases, and an ``out`` that cannot be
-    written; as `scan` and as `rerun` for the source.
+    Returns
+    -------
+    pathlib.Path
+        The path of the dataset. Its dimensions are those of the results, and sample; ``time`` [s] is by record and
+        sample, NaN past the end of a record.
+
+    Raises
+    ------
+    PoundingError
+        As `scan` and `rerun`; and if the grid does not have a value, more than ``most`` cases are chosen, or ``out``
+        cannot be written.
     """
     target = check_target(out, RESULTS)
     if not isinstance(source, Study) and target.resolve() == Path(source).resolve():

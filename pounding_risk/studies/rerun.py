@@ -55,14 +55,33 @@ def rerun(
     new: bool = False,
     progress: Progress | None = None,
 ) -> Rerun:
-    """Run what the results file of a scan was made from again, and compare every variable and coordinate.
+    """Run again what the results file of a scan was made from, and compare every variable and coordinate.
 
-    Scene, options and command are those that the file carries. Record files that its scene names relative to itself
-    are looked for in ``folder``; without one in the folder of the scene file, then beside the results. ``out`` is
-    where the new dataset goes, in place of other results only with ``new``; ``workers`` is how many threads there are,
-    ``progress`` is called with (cases done, cases in all).
+    Parameters
+    ----------
+    results : path
+        Results of `scan`; scene, options and command are those that the file carries.
+    out : path, optional
+        File for the new dataset, ``.nc`` or ``.zarr``.
+    folder : path, optional
+        Where record files are that the scene names relative to itself; by default the folder of the scene file, then
+        that of the results.
+    workers : int, optional
+        Number of threads; as many as there are processors by default.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of cases done and of all cases.
 
-    Raises as `recorded_scene.recorded` and `recorded_scene.check_records`, before any run, and as `scan`.
+    Returns
+    -------
+    Rerun
+        The new dataset, the differences to the results, and changes of versions and records.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; and, before any run, if the results do not carry a scene and records that can be run again.
     """
     path = Path(results)
     if out is not None and Path(out).resolve() == path.resolve():

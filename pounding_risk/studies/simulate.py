@@ -75,15 +75,37 @@ def simulate(
     yield_force: float | str | None = None,
     pga: float | str | None = None,
 ) -> xr.Dataset:
-    """One case of a scene with its histories: the scene's own values, or those named here.
+    """Run one case of a scene and return its time histories.
 
-    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit ("20 mm"); the others
-    are names.
+    Arguments that are left out take the scene's own values.
 
-    Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
-    both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has the motion of every floor
-    and the force at every contact point instead (`row_history`). Raises as `scan` does, and PoundingError for a record
-    or polarity that the scene does not have and for a number out of its range.
+    Parameters
+    ----------
+    study : Study or path
+        A scene, or the path of its TOML file.
+    record, polarity, law : str, optional
+        Names of a record, a polarity and a contact model; the first record and polarity of the scene and its own
+        contact model by default.
+    gap : float or str, optional
+        Clear distance at rest, a number in m or a text with a unit ("20 mm"). In a row it is that of all interfaces, or
+        of the interface that the grid varies.
+    yield_force : float or str, optional
+        Yield force of the contact, a number in N or a text with a unit.
+    pga : float or str, optional
+        Peak ground acceleration to which the record is scaled, a number in m/s² or a text with a unit.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of a pair: displacements, velocities, contact force and energies along ``time`` [s] (samples of the record and
+        every step in contact) and ``building``, the contacts along ``contact``. Energies [J] are those of both
+        buildings together: W_ground = kinetic + strain + damping + contact. Of a row: the motion of every floor along
+        ``building`` and ``storey``, the force at every ``contact_point``, and the outputs that `scan` has of the case.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; and if the scene does not have the record or polarity, or a number is out of its range.
     """
     study = as_study(study)
     gap, yield_force, pga = (
