@@ -14,7 +14,7 @@ from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Jankowski
 from pounding_risk.scene.street.defaults import Rules
-from pounding_risk.studies.case_choice import chosen, values_of
+from pounding_risk.studies.histories import chosen, values_of
 from pounding_risk.units import STANDARD_GRAVITY
 
 G = STANDARD_GRAVITY
