@@ -21,7 +21,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports import explorer
 from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 
 pytest.importorskip("plotly")
 G = 9.80665
@@ -40,7 +40,7 @@ OUT_OF_STEPS = 3  # a status that is not complete
 @pytest.fixture(scope="module")
 def results() -> xr.Dataset:
     """A scan of 72 cases, one of them made to have failed."""
-    study = parse_scene(paper.scene("paper").text + GRID, source="grid.toml")
+    study = parse_scene(demo.scene("paper").text + GRID, source="grid.toml")
     dataset = scan(study, check_fraction=0.2)
     for name, found in dataset.data_vars.items():
         if set(CASE) <= set(found.dims) and name not in ("status", "simulated"):

@@ -16,7 +16,7 @@ from pounding_risk.cli import app
 from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings
 from pounding_risk.scene.reader import parse_scene, study_from
 from pounding_risk.scene.scene import Effect
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.effects import (
     ALL,
     COMPARED,
@@ -36,7 +36,7 @@ GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_mod
 
 def scene(**more):
     """The paper's pair, a small grid, both polarities."""
-    base = paper.scene("paper").resolved()
+    base = demo.scene("paper").resolved()
     return study_from(
         {**base, "records": {**base["records"], "polarity": ["as recorded", "reversed"]}, "grid": GRID, **more}
     )

@@ -18,7 +18,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import generated
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Effect
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.modes import building_modes
 
 SOIL = Effect("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 8.0)))
@@ -28,7 +28,7 @@ TOWER = generated("a tower of $10", height=30.0, storeys=10, typology="concrete_
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(paper.scene("paper").to_toml(), encoding="utf-8")
+    path.write_text(demo.scene("paper").to_toml(), encoding="utf-8")
     return path
 
 
@@ -63,7 +63,7 @@ def test_a_row_of_all_kinds(tmp_path):
 
 
 def test_effects_of_the_scene_act():
-    study = replace(paper.scene("paper"), effects=(SOIL,))
+    study = replace(demo.scene("paper"), effects=(SOIL,))
     assert all(each.periods.size == 2 and each.levels[0] == 0.0 for each in pr.modes(study))
 
 

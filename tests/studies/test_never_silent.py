@@ -27,7 +27,7 @@ from pounding_risk.solver.counters import (
     UNDERFLOW,
 )
 from pounding_risk.solver.pair.outputs import COLUMNS, building_outputs, run_outputs
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.stability.cases.rest import bouncing
 from pounding_risk.studies.stability.trial import Scene, Trial, shaking
 
@@ -157,7 +157,7 @@ def test_an_infinite_sample_has_a_status_and_no_warning(bad: float):
 )
 def test_a_number_out_of_range_is_refused_in_python_too(choice: dict[str, float]):
     with pytest.raises(PoundingError):
-        pr.simulate(paper.scene("paper"), **choice)
+        pr.simulate(demo.scene("paper"), **choice)
 
 
 @pytest.mark.parametrize(

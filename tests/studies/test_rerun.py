@@ -20,7 +20,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.results.provenance import text_digest
 from pounding_risk.scene.reader import parse_scene, read_scene
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 
 SCENE = scene_text(
     single("left", "44.36 t", "0.208 s"),
@@ -225,7 +225,7 @@ def test_a_set_of_records(tmp_path):
 
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
     """What was run counts, not the text that it came from; numpy's numbers are written as any others."""
-    study = paper.scene("paper")
+    study = demo.scene("paper")
     few = replace(study, grid=study.grid._replace(yield_forces=(*np.array([3e5, 4.5e5]), np.inf), gaps=(study.gap,)))
     pr.save(pr.scan(few), tmp_path / "searched.nc")
     found = pr.rerun(tmp_path / "searched.nc")

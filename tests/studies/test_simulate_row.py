@@ -20,7 +20,7 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.solver.row.workspace import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.simulate import simulate
 
 STIFFNESS = 2.75e9  # N/m^1.5
@@ -291,7 +291,7 @@ def test_the_command_prints_draws_and_moves(tmp_path, run):
 
 def test_a_pair_has_no_animation(tmp_path):
     path = tmp_path / "pair.toml"
-    path.write_text(paper.scene("paper").to_toml(), "utf-8")
+    path.write_text(demo.scene("paper").to_toml(), "utf-8")
     refused = CliRunner().invoke(app, ["simulate", str(path), "--animation", str(tmp_path / "run.html")])
     assert refused.exit_code == 2
     assert "this scene is a pair" in refused.stderr
