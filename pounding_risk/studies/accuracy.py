@@ -186,8 +186,8 @@ def accuracy(
     left_out = [f"fixed steps and SciPy: they know no {bench.alien}"] if bench.alien else []
     compile_time = warm_up(bench)
     reference = run_event(bench, REFERENCE).values
-    found = run_ladder(bench, budget, scipy, left_out, progress or (lambda done, total: None))
-    dataset = _dataset(study, bench, found, reference)
+    outcomes = run_settings(bench, budget, scipy, left_out, progress or (lambda done, total: None))
+    dataset = _dataset(study, bench, outcomes, reference)
     dataset.attrs |= {
         "finding": finding(dataset),
         "left_out": as_text(left_out),
@@ -231,8 +231,8 @@ def _thinned(values: tuple[float, ...], most: int) -> tuple[float, ...]:
     """At most so many of the values, first and last among them where there is room."""
     if len(values) <= most:
         return values
-    places = np.unique(np.linspace(0, len(values) - 1, max(most, 2)).round().astype(int))
-    return tuple(values[place] for place in (places if most > 1 else places[-1:]))
+    indices = np.unique(np.linspace(0, len(values) - 1, max(most, 2)).round().astype(int))
+    return tuple(values[index] for index in (indices if most > 1 else indices[-1:]))
 
 
 def run_event(bench: Bench, rtol: float) -> Outcome:
@@ -280,9 +280,10 @@ def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
         required.append(nan if out[0, 0, fixed.UNSTABLE] else out[0, 0, fixed.CLOSING])
     raw = np.concatenate(rows)
     exceeds = raw[:, fixed.DEMAND] >= bench.each(1)
-    every = np.repeat([required[batch.motion] for batch in bench.batches], len(bench.gaps) * len(bench.yield_forces))
-    columns = (raw[:, fixed.REACH], raw[:, fixed.FORCE], raw[:, fixed.COUNT], exceeds, raw[:, fixed.FIRST], every)
-    values = np.column_stack(columns)
+    gaps_required = np.repeat([required[batch.motion] for batch in bench.batches], np.prod(bench.shape))
+    columns = (fixed.REACH, fixed.FORCE, fixed.COUNT, fixed.FIRST)
+    reach, force, count, first = (raw[:, column] for column in columns)
+    values = np.column_stack((reach, force, count, exceeds, first, gaps_required))
     values[raw[:, fixed.UNSTABLE] != 0.0] = nan
     steps = raw[:, fixed.TOUCHING].sum() / max(raw[:, fixed.COUNT].sum(), 1.0)
     return Outcome(values, steps, nan, seconds / bench.size, free_seconds / len(bench.motions))
@@ -291,22 +292,22 @@ def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
 def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
     """SciPy over one case of each of the first motions, the first gap with the largest yield force; others are NaN."""
     values, contacts, steps = np.full((bench.size, len(OUTPUTS)), nan), 0.0, 0.0
-    spent: list[tuple[float, float]] = []
+    durations: list[tuple[float, float]] = []
     width = len(bench.gaps) * len(bench.yield_forces)
-    for place, batch in enumerate(bench.batches):
-        if len(spent) == most or batch.motion < len(spent):
+    for number, batch in enumerate(bench.batches):
+        if len(durations) == most or batch.motion < len(durations):
             continue
         motion = bench.motions[batch.motion]
-        shaken = motion.acceleration, motion.dt
+        ground = motion.acceleration, motion.dt
         strength, start = float(bench.yield_forces[-1]), process_time()
-        there = Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength)
-        run = solve_general(solver, bench.pair, there, shaken, rtol)
+        interface = Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength)
+        run = solve_general(solver, bench.pair, interface, ground, rtol)
         middle = process_time()
         # A gap of a kilometre stays open, and leaves SciPy's root search a finite number.
-        alone = solve_general(solver, bench.pair, Interface(1e3, batch.law, bench.restitution), shaken, rtol)
-        spent.append((middle - start, process_time() - middle))
+        alone = solve_general(solver, bench.pair, Interface(1e3, batch.law, bench.restitution), ground, rtol)
+        durations.append((middle - start, process_time() - middle))
         contacts, steps = contacts + run.impact_count, steps + run.steps
-        values[place * width + len(bench.yield_forces) - 1] = (
+        values[number * width + len(bench.yield_forces) - 1] = (
             run.peak_relative_displacement,
             run.peak_contact_force,
             run.impact_count,
@@ -314,7 +315,7 @@ def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
             run.first_impact_time,
             alone.peak_closing,
         )
-    seconds, free_seconds = np.mean(spent, axis=0)
+    seconds, free_seconds = np.mean(durations, axis=0)
     return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
 
@@ -330,12 +331,12 @@ def warm_up(bench: Bench) -> float:
     return process_time() - start
 
 
-def run_ladder(
+def run_settings(
     bench: Bench, budget: float, scipy: bool, left_out: list[str], progress: Callable[[int, int], None]
 ) -> dict[Setting, Outcome]:
     """Every setting that keeps to the budget; quick ones several times in turns, of which the median counts."""
     runs = dict(_settings(bench, scipy))
-    found: dict[Setting, list[Outcome]] = {}
+    outcomes: dict[Setting, list[Outcome]] = {}
     pace: dict[str, float] = {}  # seconds of a pass times the step, by fixed-step method
     for number, (setting, call) in enumerate(runs.items()):
         progress(number, len(runs))
@@ -345,17 +346,17 @@ def run_ladder(
             continue
         start = process_time()
         try:
-            found[setting] = [call()]
-        except GaveUp as told:
-            left_out.append(f"{setting.words}: {told}")
+            outcomes[setting] = [call()]
+        except GaveUp as reason:
+            left_out.append(f"{setting.words}: {reason}")
             continue
         pace[setting.method] = (process_time() - start) * setting.value
-    brief = [s for s, all_of in found.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
+    brief = [s for s, all_of in outcomes.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
     for _ in range(REPEATS - 1):
         for setting in brief:
-            found[setting].append(runs[setting]())
+            outcomes[setting].append(runs[setting]())
     progress(len(runs), len(runs))
-    return {setting: _middle(outcomes) for setting, outcomes in found.items()}
+    return {setting: _middle(repeated) for setting, repeated in outcomes.items()}
 
 
 def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
@@ -379,13 +380,13 @@ def _middle(outcomes: list[Outcome]) -> Outcome:
     return outcomes[0]._replace(**times)
 
 
-def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
-    settings, outcomes = list(found), list(found.values())
+def _dataset(study: Study, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
+    settings, outcomes = list(by_setting), list(by_setting.values())
     errors = np.stack([errors_of(outcome.values, reference.copy()) for outcome in outcomes])
-    for place, setting in enumerate(settings):
+    for number, setting in enumerate(settings):
         # SciPy runs some cases only: what was not run has no error.
         if setting.method in GENERAL:
-            errors[place][np.isnan(outcomes[place].values[:, REACH])] = nan
+            errors[number][np.isnan(outcomes[number].values[:, REACH])] = nan
     # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
     errors[:, bench.each(0) == 0.0, FIRST] = nan
     times = np.array([[o.seconds] * GAP + [o.free_seconds] for o in outcomes])

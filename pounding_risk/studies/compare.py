@@ -135,8 +135,8 @@ def on_equal_terms(
     if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
-    names = tuple(dict.fromkeys((*asked, baseline or study.law_name)))
+    names_asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
+    names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))
     for name in names:
         known_law(name)
     if len(names) < 2:
@@ -147,21 +147,21 @@ def on_equal_terms(
             "a contact_model that has one, and name this one as the baseline"
         )
     _check_restitution(study, names)
-    own = study.equal_terms or USUAL_TERMS
-    same, speed = terms[0] or own.same, own.speed if terms[1] is None else terms[1]
+    scene_terms = study.equal_terms or USUAL_TERMS
+    same, speed = terms[0] or scene_terms.same, scene_terms.speed if terms[1] is None else terms[1]
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
     fast = si(speed, SPEED, "compare: speed")
     return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
 
 
-def with_relation(study: Study, asked: str | None) -> tuple[Study, str]:
+def with_relation(study: Study, relation: str | None) -> tuple[Study, str]:
     """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
     laws = [known_law(name) for name in study.grid.contact_models]
-    if asked is not None:
-        if wrong := relation_fault(asked) or misfit(laws, asked):
+    if relation is not None:
+        if wrong := relation_fault(relation) or misfit(laws, relation):
             raise PoundingError(f"compare: {wrong}")
-        return replace(study, relation=asked), ""
+        return replace(study, relation=relation), ""
     if not any(law.needs_restitution for law in laws):
         return study, ""
     exact = replace(study, relation=AS_ASKED)
@@ -202,13 +202,13 @@ def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
     damped = [name for name in names if known_law(name).needs_restitution]
     if damped and study.restitution_words == NO_RESTITUTION:
-        rest = [name for name in runnable(study) if not known_law(name).needs_restitution]
+        undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
         raise SceneError(
             study.source,
             [
                 f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
                 'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
-                f"or compare {', '.join(rest)} alone"
+                f"or compare {', '.join(undamped)} alone"
             ],
         )
 
@@ -220,22 +220,22 @@ def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impac
     """
     terms = study.equal_terms or USUAL_TERMS
     wall = study.striking_mass, inf
-    found = []
+    impacts = []
     for name in study.grid.contact_models:
         law, masses = study.law(name, stiffnesses.get(name)), wall
         if needs_floors(law):
             # A wall cannot strike.
             struck, other = sorted(study.buildings, key=lambda building: building.is_rigid)
             law, masses = law.between(struck, other), (struck.mass, inf if other.is_rigid else other.mass)
-        found.append(impact(law, terms.speed, *masses, restitution=study.restitution))
-    return found
+        impacts.append(impact(law, terms.speed, *masses, restitution=study.restitution))
+    return impacts
 
 
 def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
-    found = reference_impacts(study, stiffnesses)
+    impacts = reference_impacts(study, stiffnesses)
     names = study.grid.contact_models
-    longest = max(len(each.time) for each in found)
+    longest = max(len(one.time) for one in impacts)
     variables: dict[str, Any] = {
         "stiffness": (
             "contact_model",
@@ -245,7 +245,7 @@ def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
         "stiffness_unit": ("contact_model", [_unit(name) for name in names], {"long_name": "unit of stiffness"}),
         "dissipates": (
             "contact_model",
-            np.array([not each.restitution > 1.0 - ELASTIC for each in found], dtype=np.int8),
+            np.array([not one.restitution > 1.0 - ELASTIC for one in impacts], dtype=np.int8),
             {"long_name": "0 where the law is elastic, and without yielding returns all energy"},
         ),
         "capped": (
@@ -255,10 +255,10 @@ def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
         ),
     }
     for name, (unit, words) in IMPACT_COLUMNS.items():
-        values = [getattr(each, name) for each in found]
+        values = [getattr(one, name) for one in impacts]
         variables[f"reference_{name}"] = ("contact_model", values, {"units": unit, "long_name": words})
     for name, (unit, words) in CURVES.items():
-        rows = [np.pad(getattr(each, name), (0, longest - len(each.time)), constant_values=nan) for each in found]
+        rows = [np.pad(getattr(one, name), (0, longest - len(one.time)), constant_values=nan) for one in impacts]
         about = {"units": unit, "long_name": f"{words}, reference impact; NaN after the parting"}
         variables[f"impact_{name}"] = (("contact_model", "impact_step"), np.array(rows), about)
     return variables
@@ -268,14 +268,14 @@ def _unit(name: str) -> str:
     return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
 
 
-def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
+def _histories(study: Study, case: dict[str, int]) -> dict[str, Any]:
     """Relative displacement of one case under every law at the record's samples, and which case it is."""
     records, grid = study.records, study.grid
-    pga = grid.pgas[place.get("pga", 0)]
-    motion = driven(motions_of(study)[place["record"]], records.polarities[place["polarity"]], pga)
+    pga = grid.pgas[case.get("pga", 0)]
+    motion = driven(motions_of(study)[case["record"]], records.polarities[case["polarity"]], pga)
     pair = oscillators(*study.pair)
     free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
-    gap, strength = grid.gaps[place["gap"]], grid.yield_forces[place["yield_force"]]
+    gap, strength = grid.gaps[case["gap"]], grid.yield_forces[case["yield_force"]]
     samples = np.arange(len(motion.acceleration)) * motion.dt
     rows = []
     for name in grid.contact_models:
@@ -292,7 +292,7 @@ def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
                 "units": "m",
                 "long_name": "relative displacement of a case of median spread",
                 "record": motion.name,
-                "polarity": records.polarities[place["polarity"]],
+                "polarity": records.polarities[case["polarity"]],
                 "pga": motion.pga,
                 "gap": gap,
                 "yield_force": strength,

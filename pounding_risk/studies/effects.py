@@ -87,39 +87,39 @@ def effects(
     laws = study.grid.contact_models
     unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
     acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
-    asked = study.effects or tuple(_example(name) for name in acting)
-    taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))
-    study = replace(study, grid=study.grid._replace(contact_models=taken))
-    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(asked).items()]
-    found = []
-    for place, (_, scene) in enumerate(scenes):
-        found.append(scan(scene, check_fraction=0.0))
+    switched = study.effects or tuple(_example(name) for name in acting)
+    kept_laws = tuple(law for law in laws if all(_acts(effect.name, law) for effect in switched))
+    study = replace(study, grid=study.grid._replace(contact_models=kept_laws))
+    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(switched).items()]
+    scans = []
+    for number, (_, scene) in enumerate(scenes):
+        scans.append(scan(scene, check_fraction=0.0))
         if progress:
-            progress(place + 1, len(scenes) + 1)
+            progress(number + 1, len(scenes) + 1)
     times = run_times([scene for _, scene in scenes], repeats)
     if progress:
         progress(len(scenes) + 1, len(scenes) + 1)
-    dataset = _dataset(scenes, found, times)
-    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
-    rest = [law for law in laws if law not in taken]
-    told = [f"{', '.join(rest)}: not every effect here acts on it"] if rest else []
-    dataset.attrs["left_out"] = "; ".join([*told, *(why for name, why in unsuited.items() if _fits(study, name))])
+    dataset = _dataset(scenes, scans, times)
+    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in switched})}
+    dropped_laws = [law for law in laws if law not in kept_laws]
+    reasons = [f"{', '.join(dropped_laws)}: not every effect here acts on it"] if dropped_laws else []
+    dataset.attrs["left_out"] = "; ".join([*reasons, *(why for name, why in unsuited.items() if _fits(study, name))])
     dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
     if target is not None:
         save(dataset, target)
     return dataset
 
 
-def combinations(asked: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
+def combinations(switched: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
     """None, each alone with what it acts on, and all together, by the words for it."""
-    known = {effect.name: effect for effect in asked}
-    found: dict[str, tuple[Effect, ...]] = {NONE: ()}
-    for name, effect in known.items():
-        needs = tuple(known.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
-        found[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
-    if len(known) > 1 and set(asked) != set(found[list(found)[-1]]):
-        found[ALL] = asked
-    return found
+    by_name = {effect.name: effect for effect in switched}
+    sets: dict[str, tuple[Effect, ...]] = {NONE: ()}
+    for name, effect in by_name.items():
+        needs = tuple(by_name.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
+        sets[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
+    if len(by_name) > 1 and set(switched) != set(sets[list(sets)[-1]]):
+        sets[ALL] = switched
+    return sets
 
 
 def _example(name: str) -> Effect:
@@ -161,13 +161,13 @@ def _unsuited(study: Study, effect: str) -> str:
 def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
     """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
     timers = [_timer(scene) for scene in scenes]
-    found = np.zeros((len(scenes), repeats))
+    times = np.zeros((len(scenes), repeats))
     for number in range(-1, repeats):  # the first round compiles and warms the caches
-        for place, timed in enumerate(timers):
+        for row, timed in enumerate(timers):
             seconds = timed()
             if number >= 0:
-                found[place, number] = seconds
-    return found
+                times[row, number] = seconds
+    return times
 
 
 def _timer(scene: Study) -> Callable[[], float]:
@@ -177,20 +177,20 @@ def _timer(scene: Study) -> Callable[[], float]:
     bench = bench_of(scene, CASES_TIMED)
 
     def timed() -> float:
-        spent = run_event(bench, scene.rtol)
+        outcome = run_event(bench, scene.rtol)
         # The motion without contact is common to all cases of a record.
-        return spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
+        return outcome.seconds - outcome.free_seconds * len(bench.motions) / bench.size
 
     return timed
 
 
-def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+def _dataset(scenes: list[tuple[str, Study]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
     names = [name for name, _ in scenes]
     variables = [*COMPARED, "yield_exceedance", "status"]
-    dataset = xr.concat([each[variables] for each in found], dim="effects", combine_attrs="override")
+    dataset = xr.concat([one[variables] for one in scans], dim="effects", combine_attrs="override")
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
-    middle = np.array([median(row) for row in times])
-    dataset["time"] = ("effects", middle, {"units": "s", "long_name": "processor time of one run"})
+    medians = np.array([median(row) for row in times])
+    dataset["time"] = ("effects", medians, {"units": "s", "long_name": "processor time of one run"})
     everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
     words = "1 where the effects act on cases that do not yield, too"
     dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), {"units": "1", "long_name": words})
@@ -201,11 +201,11 @@ def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np
         {"units": "1", "long_name": "time of one run over that without effects"},
     )
     dataset.attrs = {
-        key: value for key, value in found[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
+        key: value for key, value in scans[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
     }
     dataset.attrs |= {
-        "scene": found[0].attrs["scene"],
-        "references": "; ".join(dict.fromkeys(each.attrs["references"] for each in found)),
+        "scene": scans[0].attrs["scene"],
+        "references": "; ".join(dict.fromkeys(one.attrs["references"] for one in scans)),
     }
     return dataset
 
@@ -264,11 +264,11 @@ def finding(dataset: xr.Dataset) -> str:
     spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
     strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
     change = changes(dataset, strongest, output)
-    rest = f"; {' and '.join(without)} change no reported digit" if without else ""
+    idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
     return (
         f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
         f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
-        f"{rest}."
+        f"{idle_words}."
     )
 
 

@@ -100,15 +100,15 @@ class Cases(NamedTuple):
         """Of the longest record."""
         return max(len(self.motions[place].acceleration) for place in self.choice.records)
 
-    def motion(self, place: Sequence[int]) -> Motion:
+    def motion(self, case: Sequence[int]) -> Motion:
         """The motion of a case, in its polarity and amplitude."""
         study = self.study
-        return driven(self.motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
+        return driven(self.motions[case[0]], study.records.polarities[case[1]], study.grid.pgas[case[2]])
 
-    def run(self, place: Sequence[int]) -> xr.Dataset:
+    def run(self, case: Sequence[int]) -> xr.Dataset:
         """A case as `simulate` tells it."""
         study, grid = self.study, self.study.grid
-        motion, (law, gap, force) = self.motion(place), place[LAW:]
+        motion, (law, gap, force) = self.motion(case), case[LAW:]
         if study.is_row:
             # A grid of one yield force leaves every interface its own.
             level = grid.yield_forces[force] if len(grid.yield_forces) > 1 else None
@@ -117,16 +117,16 @@ class Cases(NamedTuple):
         interface = Interface(grid.gaps[gap], self.laws[law], study.restitution, grid.yield_forces[force])
         return pair_histories(study, motion, interface)
 
-    def at_samples(self, place: Sequence[int]) -> dict[str, Any]:
+    def at_samples(self, case: Sequence[int]) -> dict[str, Any]:
         """The variables of a case, time last and NaN past the end of its record, and its status."""
-        run, motion = self.run(place), self.motion(place)
-        at = _nearest(run["time"].values, motion.times)
-        found: dict[str, Any] = {"status": CODES[run.attrs["status"]]}
+        run, motion = self.run(case), self.motion(case)
+        nodes = _nearest(run["time"].values, motion.times)
+        variables: dict[str, Any] = {"status": CODES[run.attrs["status"]]}
         for name in OF_A_ROW if self.study.is_row else OF_A_PAIR:
-            told = np.moveaxis(run[name].values[at], 0, -1)
-            found[name] = np.full((*told.shape[:-1], self.samples), np.nan)
-            found[name][..., : len(at)] = told
-        return found
+            array = np.moveaxis(run[name].values[nodes], 0, -1)
+            variables[name] = np.full((*array.shape[:-1], self.samples), np.nan)
+            variables[name][..., : len(nodes)] = array
+        return variables
 
 
 def histories(
@@ -196,10 +196,10 @@ def histories(
     target = check_target(out, RESULTS)
     if not isinstance(source, Study) and target.resolve() == Path(source).resolve():
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
-    asked: Asked = {"record": records, "polarity": polarities, "pga": pgas}
-    asked |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
+    wanted: Asked = {"record": records, "polarity": polarities, "pga": pgas}
+    wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
     check_replaceable(target, "histories", choice=OTHER_NAME)
-    cases = _chosen_cases(source, asked, largest_of, folder)
+    cases = _chosen_cases(source, wanted, largest_of, folder)
     count = len(cases.choice.places)
     if count > most:
         raise PoundingError(
@@ -214,25 +214,25 @@ def histories(
     return target
 
 
-def _chosen_cases(source: Study | str | Path, asked: Asked, output: str | None, folder: str | Path | None) -> Cases:
+def _chosen_cases(source: Study | str | Path, wanted: Asked, output: str | None, folder: str | Path | None) -> Cases:
     """The cases that are asked for; the source is read, its records too."""
     if isinstance(source, Study) or Path(source).suffix.lower() not in RESULTS:
         if output is not None:
             raise PoundingError(f"the case with the largest {output} is known from results; name those of a scan")
         study = source if isinstance(source, Study) else read_scene(source)
         motions = motions_of(study)
-        choice = chosen(values_of(study, [motion.name for motion in motions]), asked)
+        choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
     else:
         with open_results(source, lazy=True) as results:
             study = recorded(results, Path(source), folder).study
             motions = motions_of(study)
             check_records(results, motions)
-            choice = chosen(values_of(study, [motion.name for motion in motions]), asked)
+            choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
             if output is not None:
                 check_scan(results, str(source))
                 choice = largest(results, output, choice)
-    places = dict.fromkeys(choice.places[:, LAW].tolist())
-    laws = {} if study.is_row else {place: law_of(study, study.grid.contact_models[place]) for place in places}
+    law_indices = dict.fromkeys(choice.places[:, LAW].tolist())
+    laws = {} if study.is_row else {index: law_of(study, study.grid.contact_models[index]) for index in law_indices}
     return Cases(study, motions, choice, laws)
 
 
@@ -240,7 +240,7 @@ def form_of(cases: Cases) -> Form:
     """The form of the dataset. One case of each contact model is run for it, on one thread: it compiles."""
     choice = cases.choice
     first = [choice.places[choice.places[:, LAW] == law][0] for law in dict.fromkeys(choice.places[:, LAW].tolist())]
-    run, *_ = [cases.run(place) for place in first]
+    run, *_ = [cases.run(case) for case in first]
     variables = {
         name: CaseVariable(
             (*dims, "sample"), np.dtype(np.float64), {**run[name].attrs, "cell_methods": "sample: point"}
@@ -253,29 +253,30 @@ def form_of(cases: Cases) -> Form:
 def _skeleton(cases: Cases) -> xr.Dataset:
     """Labels, the time of every sample, and the ground motions."""
     study, choice, samples = cases.study, cases.choice, cases.samples
-    labels = {name: found for name, found in case_coordinates(study, cases.motions).items() if name != "period"}
+    labels = case_coordinates(study, cases.motions)
+    labels.pop("period", None)
     if study.is_row:
         labels |= row_coordinates(study, row_grid(study))
-    every = one_amplitude(xr.Dataset(coords=labels), study)
+    whole = one_amplitude(xr.Dataset(coords=labels), study)
     along = "contact_model" if choice.by_law else "record"
-    taken: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}
+    indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}
     if choice.by_law:
-        taken = {axis: (along, choice.places[:, place]) for place, axis in enumerate(AXES)}
-    every = every.isel({axis: places for axis, places in taken.items() if axis in every.dims})
+        indexers = {axis: (along, choice.places[:, place]) for place, axis in enumerate(AXES)}
+    whole = whole.isel({axis: places for axis, places in indexers.items() if axis in whole.dims})
     records = choice.places[:, 0] if choice.by_law else choice.records
     times = _rows([cases.motions[place].times for place in records], samples)
-    shaken = tuple(dim for dim in AXES[:3] if dim in every.dims)
+    motion_dims = tuple(dim for dim in AXES[:3] if dim in whole.dims)
     driving = choice.places if choice.by_law else _motions_of(choice)
     ground = _rows([cases.motion(place).acceleration for place in driving], samples)
-    dims = (along,) if choice.by_law else shaken
-    told = described("m/s2", "acceleration of the ground motion, where it comes first")
+    dims = (along,) if choice.by_law else motion_dims
+    about = described("m/s2", "acceleration of the ground motion, where it comes first")
     return (
-        every.assign_coords(
+        whole.assign_coords(
             time=((along, "sample"), times, described("s", "time since the start of the record")),
             sample=("sample", np.arange(samples), described("1", "sample of the record, from 0")),
         )
         .assign(
-            ground_acceleration=((*dims, "sample"), ground.reshape(*(every.sizes[dim] for dim in dims), samples), told)
+            ground_acceleration=((*dims, "sample"), ground.reshape(*(whole.sizes[dim] for dim in dims), samples), about)
         )
         .assign_attrs(_attributes(cases))
     )
@@ -300,15 +301,15 @@ def _attributes(cases: Cases) -> dict[str, Any]:
 def _rows(values: Sequence[Samples], length: int) -> Samples:
     """Arrays as rows of one length, NaN past the end of the shorter ones."""
     rows = np.full((len(values), length), np.nan)
-    for row, each in zip(rows, values, strict=True):
-        row[: len(each)] = each
+    for row, value in zip(rows, values, strict=True):
+        row[: len(value)] = value
     return rows
 
 
-def _nearest(times: Samples, asked: Samples) -> NDArray[np.int64]:
+def _nearest(times: Samples, wanted: Samples) -> NDArray[np.int64]:
     """Where a run is told at these times, which are among its own but for rounding."""
-    after = np.clip(np.searchsorted(times, asked), 1, len(times) - 1)
-    return np.where(asked - times[after - 1] < times[after] - asked, after - 1, after).astype(np.int64)
+    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after).astype(np.int64)
 
 
 def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progress | None) -> None:
@@ -316,15 +317,18 @@ def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progr
     width, total, done = form.width, len(cases.choice.places), 0
     with store_of(form, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
         for block in blocks(form):
-            places = cases.choice.places[block.start * width : block.stop * width]
-            values = {name: np.empty((len(places), *form.extra(name)), each.dtype) for name, each in form.cases.items()}
-            for at, found in enumerate(pool.map(cases.at_samples, places)):
-                for name, told in found.items():
-                    values[name][at] = told
+            indices = cases.choice.places[block.start * width : block.stop * width]
+            values = {
+                name: np.empty((len(indices), *form.extra(name)), variable.dtype)
+                for name, variable in form.cases.items()
+            }
+            for row, variables in enumerate(pool.map(cases.at_samples, indices)):
+                for name, array in variables.items():
+                    values[name][row] = array
                 done += 1
                 if progress is not None:
                     progress(done, total)
-            shaped = {name: each.reshape(len(block), width, *form.extra(name)) for name, each in values.items()}
+            shaped = {name: array.reshape(len(block), width, *form.extra(name)) for name, array in values.items()}
             store.write(block, shaped)
         store.finish(created("pounding_risk.histories"))
 
@@ -336,13 +340,13 @@ def values_of(study: Study, records: Sequence[str]) -> dict[str, tuple[Any, ...]
     return dict(zip(AXES, along, strict=True))
 
 
-def chosen(values: dict[str, tuple[Any, ...]], asked: Asked) -> Choice:
+def chosen(values: dict[str, tuple[Any, ...]], wanted: Asked) -> Choice:
     """The cases of these values along each axis.
 
     A number stands for the value of the grid that is as large, within 1e-9 of it. Raises PoundingError for what the
     grid does not have.
     """
-    picked = [_places(axis, values[axis], asked.get(axis)) for axis in AXES]
+    picked = [_places(axis, values[axis], wanted.get(axis)) for axis in AXES]
     return Choice(np.array(list(product(*picked)), dtype=np.int64), tuple(map(len, picked)), False)
 
 
@@ -353,7 +357,7 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
     output of a case, and where no case of a contact model has one.
     """
     dims = [axis for axis in AXES if axis in results.dims]
-    of_cases = [str(name) for name, found in results.data_vars.items() if set(dims) <= set(found.dims)]
+    of_cases = [str(name) for name, variable in results.data_vars.items() if set(dims) <= set(variable.dims)]
     if output not in of_cases:
         raise PoundingError(
             f"{output} is no output of a case{nearest(output, of_cases)}; the results have {', '.join(of_cases)}"
@@ -364,8 +368,8 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
     peaks = np.where(np.isnan(values), -np.inf, values).max(axis=-1)[tuple(among.places.T)]
     best = []
     for law in dict.fromkeys(among.places[:, LAW].tolist()):
-        own = np.flatnonzero(among.places[:, LAW] == law)
-        first = own[peaks[own].argmax()]
+        of_law = np.flatnonzero(among.places[:, LAW] == law)
+        first = of_law[peaks[of_law].argmax()]
         if isinf(peaks[first]):
             name = results["contact_model"].values[law]
             raise PoundingError(f"no chosen case of {name} has a finite {output}; choose other cases or another output")
@@ -375,13 +379,13 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
     return Choice(np.array(best), tuple(shape), True)
 
 
-def _places(axis: str, known: tuple[Any, ...], asked: Sequence[Any] | None) -> list[int]:
+def _places(axis: str, known: tuple[Any, ...], wanted: Sequence[Any] | None) -> list[int]:
     """Places of the values asked for, in the order of the grid; of all where nothing is asked."""
-    if asked is None:
+    if wanted is None:
         return list(range(len(known)))
-    if not asked:
+    if not wanted:
         raise PoundingError(f"{_words(axis)}: the list is empty; name one value at least, or leave it out for all")
-    return sorted({_place(axis, known, value) for value in asked})
+    return sorted({_place(axis, known, value) for value in wanted})
 
 
 def _place(axis: str, known: tuple[Any, ...], value: Any) -> int:
@@ -392,9 +396,9 @@ def _place(axis: str, known: tuple[Any, ...], value: Any) -> int:
         raise PoundingError(
             "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
         )
-    for place, one in enumerate(known):
-        if one == value or (axis in QUANTITIES and isclose(one, value, rel_tol=NEAR)):
-            return place
+    for index, level in enumerate(known):
+        if level == value or (axis in QUANTITIES and isclose(level, value, rel_tol=NEAR)):
+            return index
     raise PoundingError(_absent(axis, known, value))
 
 
@@ -402,10 +406,10 @@ def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
     quantity = QUANTITIES.get(axis)
     if quantity is None:
         return f"{_words(axis)} {value!r} is not in the grid{nearest(str(value), known)}, which has {_listed(known)}"
-    told = say(value, quantity, 10)
-    beside = sorted(known, key=lambda one: abs(one - value) if not isinf(one) else np.inf)[:2]
+    written = say(value, quantity, 10)
+    beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else np.inf)[:2]
     close = f" (next to it are {_numbers(sorted(beside), quantity)})" if len(known) > FEW else ""
-    return f"{_words(axis)} {told} is not in the grid, which has {_numbers(known, quantity)}{close}"
+    return f"{_words(axis)} {written} is not in the grid, which has {_numbers(known, quantity)}{close}"
 
 
 def _numbers(values: Sequence[float], quantity: Quantity) -> str:

@@ -109,9 +109,11 @@ def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution
     """The law under the relation asked for, and e(v)."""
     asked = restitution if isinstance(restitution, Mapping) else {"value": restitution}
     asked = {"relation": relation, **asked}
-    told = [f"{key}: {sentence}" for key, sentence in faults(asked)] or [misfit([type(bare(law))], asked["relation"])]
-    if told[0]:
-        raise PoundingError(f"impact: restitution, {'; '.join(told)}")
+    refusals = [f"{key}: {sentence}" for key, sentence in faults(asked)] or [
+        misfit([type(bare(law))], asked["relation"])
+    ]
+    if refusals[0]:
+        raise PoundingError(f"impact: restitution, {'; '.join(refusals)}")
     law, restitution = _related(law, asked["relation"]), asked["value"]
     return law, restitution if isinstance(restitution, Restitution) else restitution_of(restitution)
 

@@ -87,13 +87,13 @@ def rerun(
     if out is not None and Path(out).resolve() == path.resolve():
         raise PoundingError(f"{out}: is the results file itself, which stays as it is; write to another name")
     with open_results(path, lazy=True) as before:
-        asked = recorded(before, path, folder)
-        notes = check_records(before, motions_of(asked.study))
+        origin = recorded(before, path, folder)
+        notes = check_records(before, motions_of(origin.study))
         after = scan(
-            asked.study,
+            origin.study,
             out,
-            screening=asked.screening,
-            check_fraction=asked.check_fraction,
+            screening=origin.screening,
+            check_fraction=origin.check_fraction,
             workers=workers,
             new=new,
             progress=progress,
@@ -107,11 +107,11 @@ def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
     if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
     first, second = set(before.variables), set(after.variables)
-    found = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
+    differences = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
     return Rerun(
         after,
         len(first),
-        tuple(each for each in found if each is not None),
+        tuple(difference for difference in differences if difference is not None),
         tuple(sorted(map(str, first - second))),
         tuple(sorted(map(str, second - first))),
         _changed_versions(before),
@@ -135,7 +135,7 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
 def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Difference | None:
     """How two arrays differ; None where they are the same to the last bit."""
     one, other = before.values, after.values
-    shapes = [f"({', '.join(map(str, each.dims))}) of {each.shape}" for each in (before, after)]
+    shapes = [f"({', '.join(map(str, array.dims))}) of {array.shape}" for array in (before, after)]
     if shapes[0] != shapes[1]:
         return Difference(name, one.size, one.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
     numbers = [values.dtype.kind in "biuf" for values in (one, other)]
@@ -158,7 +158,7 @@ def _same_bits(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
     """Cases in which a value is apart and cases in all; values, where the array does not depend on cases."""
-    inner = tuple(place for place, dim in enumerate(array.dims) if dim not in AXES)
+    inner = tuple(axis for axis, dim in enumerate(array.dims) if dim not in AXES)
     if len(inner) == len(array.dims):
         return int(apart.sum()), apart.size
     cases = apart.any(axis=inner)
@@ -168,9 +168,9 @@ def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
 def _sizes(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
     """The largest difference and the largest relative to the first; NaN where none is a number."""
     one, other = one.astype(np.float64), other.astype(np.float64)
-    known = np.isfinite(one) & np.isfinite(other)
-    if not known.any():
+    finite = np.isfinite(one) & np.isfinite(other)
+    if not finite.any():
         return np.nan, np.nan
-    away, size = np.abs(other[known] - one[known]), np.abs(one[known])
+    away, size = np.abs(other[finite] - one[finite]), np.abs(one[finite])
     relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
     return float(away.max()), float(relative.max())

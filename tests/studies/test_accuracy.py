@@ -1,4 +1,4 @@
-"""Accuracy against time: errors that are errors, times of the same cases, and sentences that follow from the numbers."""
+"""Accuracy against time: errors that are errors, times of the same cases, sentences that follow from the numbers."""
 
 from __future__ import annotations
 
