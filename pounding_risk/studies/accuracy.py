@@ -1,4 +1,4 @@
-"""What accuracy costs in time, on a user's own scene: many settings of many methods against a converged reference.
+"""Error against computing time of many methods and settings on a scene, with a converged run as the reference.
 
 The event-driven solver from loose to tight tolerances; Newmark's average acceleration, central difference and
 Runge-Kutta 4 with fixed steps; SciPy's DOP853 and Radau. Every compiled method runs all cases of a motion in one
@@ -82,7 +82,7 @@ class Setting(NamedTuple):
 class Batch(NamedTuple):
     """One law under one motion: every gap with every yield force of the bench."""
 
-    motion: int  # its place in `Bench.motions`
+    motion: int  # its index in `Bench.motions`
     law: Any
     labels: tuple[str, ...]  # of its cases
 
@@ -98,31 +98,31 @@ class Bench:
     yield_forces: np.ndarray
     restitution: Any
     wave: WavePassage | None
-    alien: str  # what of the scene the other methods do not know; "" where they can follow
+    event_only: str  # what of the scene only the event-driven solver models; "" where every method does
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Gaps and yield forces."""
+        """Numbers of gaps and of yield forces."""
         return len(self.gaps), len(self.yield_forces)
 
     @property
     def size(self) -> int:
-        """How many cases there are in all."""
+        """Number of cases."""
         return len(self.batches) * len(self.gaps) * len(self.yield_forces)
 
     @property
     def grid(self) -> tuple[np.ndarray, np.ndarray, Any]:
-        """As `sweep` takes it."""
+        """Gaps, yield forces and restitution, as the kernel takes them."""
         return self.gaps, self.yield_forces, self.restitution
 
-    def each(self, axis: int) -> np.ndarray:
+    def by_case(self, axis: int) -> np.ndarray:
         """The gap (axis 0) or yield force (axis 1) of every case."""
         values = np.meshgrid(self.gaps, self.yield_forces, indexing="ij")[axis]
         return np.tile(values.ravel(), len(self.batches))
 
 
 class Outcome(NamedTuple):
-    """What a setting found and spent."""
+    """Answers, steps and times of one setting over all cases."""
 
     values: np.ndarray  # (cases, OUTPUTS)
     steps: float  # in contact, per contact
@@ -183,7 +183,7 @@ def accuracy(
     if target is not None:
         check_replaceable_scene(target, "accuracy", study, new)
     bench = bench_of(study, cases)
-    left_out = [f"fixed steps and SciPy: they know no {bench.alien}"] if bench.alien else []
+    left_out = [f"fixed steps and SciPy: they know no {bench.event_only}"] if bench.event_only else []
     compile_time = warm_up(bench)
     reference = run_event(bench, REFERENCE).values
     outcomes = run_settings(bench, budget, scipy, left_out, progress or (lambda done, total: None))
@@ -199,8 +199,8 @@ def accuracy(
     return dataset
 
 
-def _alien(study: Study) -> str:
-    """What of the scene only the event-driven solver knows: effects, contacts that remember, instant jumps."""
+def _event_only(study: Study) -> str:
+    """Effects, path-dependent and impulsive models of the scene, which only the event-driven solver has."""
     paths = (name for name in study.grid.contact_models if remembers(known_law(name)) or is_instant(known_law(name)))
     return ", ".join([*(effect.name for effect in study.effects), *paths])
 
@@ -223,7 +223,7 @@ def bench_of(study: Study, cases: int) -> Bench:
     pair = oscillators(*study.pair)
     levels = np.array(gaps), np.array(strengths)
     return Bench(
-        pair, tuple(motions), tuple(batches), *levels, study.restitution, wave_of(study.effects), _alien(study)
+        pair, tuple(motions), tuple(batches), *levels, study.restitution, wave_of(study.effects), _event_only(study)
     )
 
 
@@ -253,7 +253,7 @@ def run_event(bench: Bench, rtol: float) -> Outcome:
         required += [max(float(free.high[:, 0].max()), 0.0)] * how.size
     raw = np.concatenate(raws)
     columns = (np.maximum(raw[:, HIGH], -raw[:, LOW]), raw[:, tally.PEAK_FORCE], raw[:, tally.COUNT])
-    exceeds = raw[:, tally.DEMAND] >= bench.each(1)
+    exceeds = raw[:, tally.DEMAND] >= bench.by_case(1)
     values = np.column_stack([*columns, exceeds, raw[:, tally.FIRST_TOUCH], required])
     values[raw[:, tally.STATUS] != tally.COMPLETE] = nan
     residual = np.abs(raw[:, tally.RESIDUAL]) / np.where(raw[:, tally.ENERGY] > 0.0, raw[:, tally.ENERGY], 1.0)
@@ -279,7 +279,7 @@ def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
         free_seconds += process_time() - start
         required.append(nan if out[0, 0, fixed.UNSTABLE] else out[0, 0, fixed.CLOSING])
     raw = np.concatenate(rows)
-    exceeds = raw[:, fixed.DEMAND] >= bench.each(1)
+    exceeds = raw[:, fixed.DEMAND] >= bench.by_case(1)
     gaps_required = np.repeat([required[batch.motion] for batch in bench.batches], np.prod(bench.shape))
     columns = (fixed.REACH, fixed.FORCE, fixed.COUNT, fixed.FIRST)
     reach, force, count, first = (raw[:, column] for column in columns)
@@ -326,7 +326,7 @@ def warm_up(bench: Bench) -> float:
     for batch in {type(batch.law): batch for batch in bench.batches}.values():
         small = replace(bench, motions=short, batches=(batch,))
         run_event(small, REFERENCE)
-        for method in () if bench.alien else FIXED.values():
+        for method in () if bench.event_only else FIXED.values():
             run_fixed(small, method, inf)
     return process_time() - start
 
@@ -362,7 +362,7 @@ def run_settings(
 def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
     for rtol in RTOLS:
         yield Setting(EVENT, rtol), partial(run_event, bench, rtol)
-    if bench.alien:
+    if bench.event_only:
         return
     longest = max(motion.dt for motion in bench.motions)
     for (name, method), dt in product(FIXED.items(), STEPS):
@@ -388,7 +388,7 @@ def _dataset(study: Study, bench: Bench, by_setting: dict[Setting, Outcome], ref
         if setting.method in GENERAL:
             errors[number][np.isnan(outcomes[number].values[:, REACH])] = nan
     # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
-    errors[:, bench.each(0) == 0.0, FIRST] = nan
+    errors[:, bench.by_case(0) == 0.0, FIRST] = nan
     times = np.array([[o.seconds] * GAP + [o.free_seconds] for o in outcomes])
     labels = [label for batch in bench.batches for label in batch.labels]
     coords: dict[str, Any] = {

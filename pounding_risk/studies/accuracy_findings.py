@@ -1,4 +1,4 @@
-"""What a ladder of settings says: errors, the time to reach an error level, and the findings in plain sentences."""
+"""Results of an accuracy study: errors, the time to reach an error level, and the findings as sentences."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def curve(dataset: xr.Dataset, solver: str, output: str) -> list[tuple[float, fl
 
 
 def times_to_reach(dataset: xr.Dataset, solver: str, output: str) -> list[float]:
-    """Time per run at which all cases are within each of `LEVELS`; NaN where a method's ladder does not get there.
+    """Time per run at which all cases are within each of `LEVELS`; NaN where no setting of a method gets there.
 
     Between settings, straight lines in the logarithms of error and time.
     """

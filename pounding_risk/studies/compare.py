@@ -1,8 +1,9 @@
 """The same scene under many contact models on equal terms: does the conclusion depend on the model?
 
-A β is no k, and equal β under two laws make no equal blows: every law is calibrated to one reference impact, that of
-the scene's own law and stiffness, alone, between the two buildings' masses and without yielding. `scan` then runs
-the grid with the calibrated laws, and `agreement` says what differs.
+Stiffnesses of different laws cannot be compared (some are in N/m, some in N/m^1.5), and equal ones do not give equal
+impacts. So every law is calibrated to one reference impact: that of the scene's own law and stiffness, of the two
+buildings' masses without springs or yielding. `scan` then runs the grid with the calibrated laws, and
+`compare_findings` computes what differs.
 """
 
 from __future__ import annotations

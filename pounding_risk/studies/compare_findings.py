@@ -1,4 +1,4 @@
-"""What a comparison of contact models says: ratios to a baseline, ranks, conclusions that flip, and the sentence.
+"""Results of a comparison of contact models: ratios to a baseline, ranks, conclusions that flip, and the finding.
 
 A case is one record, polarity, amplitude, gap and yield force. Ratios are over the cases in which the baseline has
 contact: elsewhere there is nothing to compare. A case in which either run failed is left out and counted nowhere.
@@ -75,7 +75,7 @@ def by_case(values: xr.DataArray) -> Array:
 
 
 def place_of(dataset: xr.Dataset, law: str) -> int:
-    """Where a law stands along ``contact_model``."""
+    """Index of a law along ``contact_model``."""
     return list(map(str, dataset["contact_model"].values)).index(law)
 
 

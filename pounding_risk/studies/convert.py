@@ -1,4 +1,4 @@
-"""From netCDF to Zarr and back, block by block: what memory holds is one block, however large the dataset is."""
+"""Conversion of datasets between netCDF and Zarr, block by block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The runs of the demo: the pair of the 2011 paper, the search for its yield force, and a small ensemble."""
+"""Runs of the demo: the pair of Khatiwada et al. (2011), the search for its yield force, and a small ensemble."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each effect of a scene changes and what it costs: the scene with none, with each alone, and with all."""
+"""Change of the results and computing time by each effect: the scene with none, with each alone, and with all."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Time histories of chosen cases of a study, at the samples of their records, as one dataset with the labels of a scan.
 
-Each case is run as `simulate` runs it and told at the samples of its record; it is written before the next ones are
-kept, so that memory does not grow with their number.
+Each case is run as `simulate` runs it and interpolated at the samples of its record. A block of cases is written before
+the next one is run, so that memory does not grow with their number.
 """
 
 from __future__ import annotations
@@ -75,11 +75,11 @@ COMMENT = (
 
 
 class Choice(NamedTuple):
-    """Chosen cases of a study."""
+    """Chosen cases of a grid."""
 
-    places: NDArray[np.int64]  # (cases, axes) along `AXES`, in their order
+    places: NDArray[np.int64]  # (cases, axes): index of each case along each of `AXES`
     shape: tuple[int, ...]  # along `AXES`
-    by_law: bool  # one case of each contact model: the other axes are told along it
+    by_law: bool  # one case of each contact model: the other axes are labels along it
 
     @property
     def records(self) -> list[int]:
@@ -97,7 +97,7 @@ class Cases(NamedTuple):
 
     @property
     def samples(self) -> int:
-        """Of the longest record."""
+        """Number of samples of the longest record."""
         return max(len(self.motions[place].acceleration) for place in self.choice.records)
 
     def motion(self, case: Sequence[int]) -> Motion:
@@ -106,7 +106,7 @@ class Cases(NamedTuple):
         return driven(self.motions[case[0]], study.records.polarities[case[1]], study.grid.pgas[case[2]])
 
     def run(self, case: Sequence[int]) -> xr.Dataset:
-        """A case as `simulate` tells it."""
+        """Dataset of a case, as `simulate` returns it."""
         study, grid = self.study, self.study.grid
         motion, (law, gap, force) = self.motion(case), case[LAW:]
         if study.is_row:
@@ -307,7 +307,7 @@ def _rows(values: Sequence[Samples], length: int) -> Samples:
 
 
 def _nearest(times: Samples, wanted: Samples) -> NDArray[np.int64]:
-    """Where a run is told at these times, which are among its own but for rounding."""
+    """Indices of a run's instants at the wanted times, which are among them except for rounding."""
     after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after).astype(np.int64)
 

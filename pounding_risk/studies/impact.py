@@ -1,4 +1,4 @@
-"""One collision alone: two masses without springs, so that a contact law shows its own face."""
+"""Impact of two free masses under one contact law."""
 
 from __future__ import annotations
 

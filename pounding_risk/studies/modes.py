@@ -1,4 +1,4 @@
-"""How each building of a scene vibrates on its own: periods, shapes, participation, damping of its modes."""
+"""Modes of each building of a scene on its own: periods, shapes, participation factors and damping ratios."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A results file made again from what it carries, and held against itself, value by value."""
+"""Run the study of a results file again and compare the new results with the file, value by value."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Difference(NamedTuple):
 
 
 class Rerun(NamedTuple):
-    """A study run again, beside its results."""
+    """Outcome of running a study again and comparing it with its results."""
 
     dataset: xr.Dataset  # of the second run
     compared: int  # variables and coordinates of the results
@@ -103,7 +103,7 @@ def rerun(
 
 
 def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
-    """Two datasets of one study held against each other."""
+    """Compare two datasets of one study."""
     if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
     first, second = set(before.variables), set(after.variables)

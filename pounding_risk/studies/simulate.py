@@ -1,4 +1,4 @@
-"""One run in full: time histories, contacts, and where the energy went."""
+"""Time histories, contacts and energies of one run."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""One run of a row in full: where every floor is, what every contact point transmits, and every contact of the run.
+"""Time histories of one run of a row: motion of every floor, force at every contact point, and every contact.
 
-It is the run that a scan makes of the case, to the bit, told at the nodes of the record and at every step in contact.
+The run is, to the bit, the one that a scan makes of the case, recorded at the nodes of the record and at every step in
+contact.
 """
 
 from __future__ import annotations
@@ -128,7 +129,7 @@ def _forces(run: RowRun, instants: Instants, touches: list[Touched]) -> dict[str
 
 
 def _of_contacts(touches: list[Touched], labels: list[str]) -> dict[str, Any]:
-    """What each contact of the run was, by the time of its touch."""
+    """Facts of each contact of the run, in the order of their beginnings."""
     facts: dict[str, Any] = {
         f"contact_{name}": ("contact", np.array([touch.facts[column] for touch in touches]), described(unit, words))
         for column, (name, (unit, words)) in enumerate(FACTS.items())

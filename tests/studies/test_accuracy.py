@@ -151,7 +151,7 @@ def test_cases_are_thinned_to_what_was_asked(study):
     assert one.size == 1 and one.yield_forces.tolist() == [np.inf]
     labels = bench_of(study, 1000).batches[0].labels
     assert labels[4].endswith("gap 0.01 m, F_E 1.8e+06 N")
-    assert bench_of(study, 1000).each(0)[4] == 0.01 and bench_of(study, 1000).each(1)[4] == 1.8e6
+    assert bench_of(study, 1000).by_case(0)[4] == 0.01 and bench_of(study, 1000).by_case(1)[4] == 1.8e6
 
 
 def test_the_event_driven_solver_meets_its_tolerance(dataset):

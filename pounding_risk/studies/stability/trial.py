@@ -1,4 +1,4 @@
-"""What the hard cases are made of: scenes, ground motions, and a trial of one law at one tolerance."""
+"""Scenes and ground motions of the hard cases, and the runs of one law at one tolerance."""
 
 from __future__ import annotations
 

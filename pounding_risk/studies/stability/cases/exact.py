@@ -110,7 +110,7 @@ def slowed(trial: Trial) -> tuple[dict[str, float], dict[str, float]]:
 
 @GROUP.case("41d", "time × 16, k and F_E / 256", "the same displacements", BITS, LINEAR)
 def slow_motion(trial: Trial) -> float:
-    """The same displacements, the same everything."""
+    """Slowed 16 times: the largest difference of any output."""
     return largest_difference(*slowed(trial))
 
 
@@ -172,7 +172,7 @@ def infinite_gap(trial: Trial) -> float:
 
 @GROUP.case("48", "the same run twice", "the same run", BITS)
 def same_again(trial: Trial) -> float:
-    """The same run twice."""
+    """Largest difference of two runs of one case."""
     return largest_difference(trial.solve(Scene()), trial.solve(Scene()))
 
 

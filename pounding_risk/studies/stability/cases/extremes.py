@@ -142,7 +142,7 @@ def resonance(trial: Trial) -> float:
     ONE,
 )
 def nearly_critical(trial: Trial) -> float:
-    """ζ = 0.99."""
+    """Free motion with ζ = 0.99."""
     return free_motion(trial, FRAME._replace(damping=0.99), shaking(4.0), 0.01)
 
 

@@ -19,7 +19,7 @@ OVERLAP = 1e-6  # of the gap
 
 
 def free_closing(trial: Trial, scene: Scene) -> dict[str, float]:
-    """The run without contact."""
+    """Outputs of the run without contact."""
     return trial.solve(scene._replace(gap=inf))
 
 
