@@ -26,7 +26,11 @@ def long_names(dataset):
     return {str(name): values.attrs["long_name"] for name, values in dataset.variables.items() if values.attrs}
 
 
-@pytest.mark.parametrize("make", [scan, simulate, compare])
+def two_laws(study):
+    return compare(study, laws=["jankowski", "linear"])
+
+
+@pytest.mark.parametrize("make", [scan, simulate, two_laws])
 def test_a_pair_says_what_each_variable_is(make):
     leaning = {name: words for name, words in long_names(make(parse_scene(PAIR))).items() if PRONOUNS.search(words)}
     assert leaning == {}
