@@ -30,7 +30,7 @@ from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects.contact import WavePassage, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
-from pounding_risk.results.pair_labels import CONVENTIONS
+from pounding_risk.results.pair_labels import CONVENTIONS, described
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import Study, known_law, needs_pair
@@ -401,27 +401,21 @@ def _dataset(study: Study, bench: Bench, by_setting: dict[Setting, Outcome], ref
         "solver": list(dict.fromkeys(setting.method for setting in settings)),
     }
     variables = {
-        "error": (("setting", "case", "output"), errors, {"units": "1", "long_name": "error against the reference"}),
+        "error": (("setting", "case", "output"), errors, described("1", "error against the reference")),
         "value": (("setting", "case", "output"), np.stack([o.values for o in outcomes]), {"long_name": "answer"}),
         "reference": (("case", "output"), reference, {"long_name": f"event-driven solver at rtol {REFERENCE:g}"}),
-        "time": (("setting", "output"), times, {"units": "s", "long_name": "processor time per run"}),
-        "steps_per_contact": ("setting", [o.steps for o in outcomes], {"units": "1", "long_name": "steps per contact"}),
+        "time": (("setting", "output"), times, described("s", "processor time per run")),
+        "steps_per_contact": ("setting", [o.steps for o in outcomes], described("1", "steps per contact")),
         "energy_residual": (
             "setting",
             [o.residual for o in outcomes],
-            {"units": "1", "long_name": "largest energy residual of a run; NaN where the method keeps no account"},
+            described("1", "largest energy residual of a run; NaN where the method keeps no account"),
         ),
     }
     dataset = xr.Dataset(variables, coords=coords)
     reach = np.array([[times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]])
-    dataset["time_to_reach"] = (
-        ("solver", "output", "level"),
-        reach,
-        {
-            "units": "s",
-            "long_name": "time per run at which every case is within the error level; NaN where that is not reached",
-        },
-    )
+    words = "time per run at which every case is within the error level; NaN where that is not reached"
+    dataset["time_to_reach"] = (("solver", "output", "level"), reach, described("s", words))
     return dataset.assign_attrs(
         Conventions=CONVENTIONS,
         title=study.name,

@@ -29,6 +29,7 @@ from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit
 from pounding_risk.models.effects.contact import refusal, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
+from pounding_risk.results.pair_labels import described
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, needs_pair, unknown_law
@@ -237,30 +238,24 @@ def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
     impacts = reference_impacts(study, stiffnesses)
     names = study.grid.contact_models
     longest = max(len(one.time) for one in impacts)
+    calibrated = [stiffnesses.get(name, nan) for name in names]
+    dissipates = np.array([not one.restitution > 1.0 - ELASTIC for one in impacts], dtype=np.int8)
+    capped = np.array([known_law(name).capped for name in names], dtype=np.int8)
+    of_laws: dict[str, tuple[Any, str]] = {
+        "stiffness": (calibrated, "calibrated stiffness of the contact law, in the unit of stiffness_unit"),
+        "stiffness_unit": ([_unit(name) for name in names], "unit of stiffness"),
+        "dissipates": (dissipates, "0 where the law is elastic, and without yielding returns all energy"),
+        "capped": (capped, "1 where the yield force acts in the law"),
+    }
     variables: dict[str, Any] = {
-        "stiffness": (
-            "contact_model",
-            [stiffnesses.get(name, nan) for name in names],
-            {"long_name": "calibrated stiffness of the contact law, in the unit of stiffness_unit"},
-        ),
-        "stiffness_unit": ("contact_model", [_unit(name) for name in names], {"long_name": "unit of stiffness"}),
-        "dissipates": (
-            "contact_model",
-            np.array([not one.restitution > 1.0 - ELASTIC for one in impacts], dtype=np.int8),
-            {"long_name": "0 where the law is elastic, and without yielding returns all energy"},
-        ),
-        "capped": (
-            "contact_model",
-            np.array([known_law(name).capped for name in names], dtype=np.int8),
-            {"long_name": "1 where the yield force acts in the law"},
-        ),
+        name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
     }
     for name, (unit, words) in IMPACT_COLUMNS.items():
         values = [getattr(one, name) for one in impacts]
-        variables[f"reference_{name}"] = ("contact_model", values, {"units": unit, "long_name": words})
+        variables[f"reference_{name}"] = ("contact_model", values, described(unit, words))
     for name, (unit, words) in CURVES.items():
         rows = [np.pad(getattr(one, name), (0, longest - len(one.time)), constant_values=nan) for one in impacts]
-        about = {"units": unit, "long_name": f"{words}, reference impact; NaN after the parting"}
+        about = described(unit, f"{words}, reference impact; NaN after the parting")
         variables[f"impact_{name}"] = (("contact_model", "impact_step"), np.array(rows), about)
     return variables
 
@@ -284,19 +279,9 @@ def _histories(study: Study, case: dict[str, int]) -> dict[str, Any]:
         _, log = logged(pair, free, interface, study.rtol)
         time, states, *_ = histories(pair, free, log)
         rows.append(np.interp(samples, time, relative_displacement(free, time, states)))
+    about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
+    about |= {"polarity": records.polarities[case["polarity"]], "pga": motion.pga, "gap": gap, "yield_force": strength}
     return {
-        "time": ("time", samples, {"units": "s", "long_name": "time since the start of the record"}),
-        "history": (
-            ("contact_model", "time"),
-            np.array(rows),
-            {
-                "units": "m",
-                "long_name": "relative displacement of a case of median spread",
-                "record": motion.name,
-                "polarity": records.polarities[case["polarity"]],
-                "pga": motion.pga,
-                "gap": gap,
-                "yield_force": strength,
-            },
-        ),
+        "time": ("time", samples, described("s", "time since the start of the record")),
+        "history": (("contact_model", "time"), np.array(rows), about),
     }

@@ -21,6 +21,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
+from pounding_risk.results.pair_labels import described
 from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import Effect, Study, known_law
 from pounding_risk.studies.accuracy import bench_of, run_event
@@ -190,16 +191,12 @@ def _dataset(scenes: list[tuple[str, Study]], scans: list[xr.Dataset], times: np
     dataset = xr.concat([one[variables] for one in scans], dim="effects", combine_attrs="override")
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
     medians = np.array([median(row) for row in times])
-    dataset["time"] = ("effects", medians, {"units": "s", "long_name": "processor time of one run"})
+    dataset["time"] = ("effects", medians, described("s", "processor time of one run"))
     everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
     words = "1 where the effects act on cases that do not yield, too"
-    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), {"units": "1", "long_name": words})
+    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
     ratios = np.median(times / times[0], axis=1)
-    dataset["time_ratio"] = (
-        "effects",
-        ratios,
-        {"units": "1", "long_name": "time of one run over that without effects"},
-    )
+    dataset["time_ratio"] = ("effects", ratios, described("1", "time of one run over that without effects"))
     dataset.attrs = {
         key: value for key, value in scans[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
     }
