@@ -67,7 +67,7 @@ def load() -> Any:
 
 
 def _cause(error: BaseException) -> BaseException:
-    """The error that came first."""
+    """The first error of a chain of exceptions."""
     while (earlier := error.__cause__ or error.__context__) is not None:
         error = earlier
     return error

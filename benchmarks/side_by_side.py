@@ -243,7 +243,7 @@ def curve(rows: list[Row], output: int, over: Callable[[Any], Any], chosen: list
 
 
 def ratio_words(theirs: Read, ours: Read) -> str:
-    """How many times longer they take."""
+    """Ratio of two times as text."""
     value = theirs.seconds / ours.seconds
     if theirs.more and ours.more:
         return "neither gets there"
@@ -329,7 +329,7 @@ def reference_line(measured: dict[str, list[Row]]) -> str:
 
 
 def versions() -> str:
-    """What was measured with."""
+    """Processor and versions of the libraries."""
     told = [f"Python {platform.python_version()}"]
     for name in ("numba", "scipy", "openseespy"):
         try:

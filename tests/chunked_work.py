@@ -17,7 +17,7 @@ WIDTH = 3  # cases in a line
 
 
 class Order(NamedTuple):
-    """What the job is made of."""
+    """Parameters from which another process makes the same job."""
 
     lines: int = 1000
     laws: int = 2
@@ -59,7 +59,7 @@ class Numbers:
 
 
 class Kept:
-    """What an executor handed over."""
+    """Sink that records the chunks an executor hands over."""
 
     def __init__(self, lines: int):
         self.value = np.full((lines, WIDTH), np.nan)
@@ -68,7 +68,7 @@ class Kept:
         self.processes: set[int] = set()
 
     def __call__(self, lines: range, part: dict[str, Any], seconds: float) -> None:
-        """Keep a part."""
+        """Record one chunk."""
         assert seconds >= 0.0
         self.value[lines.start : lines.stop] = part["value"]
         self.times[lines.start : lines.stop] += 1

@@ -44,7 +44,7 @@ class Page(HTMLParser):
 
 
 def embedded(path: Path) -> dict:
-    """The model that a page holds."""
+    """Data embedded in a page."""
     page = Page(path.read_text(encoding="utf-8"))
     (text,) = [text for kind, text in page.scripts if kind == "application/json"]
     return json.loads(text)

@@ -1,4 +1,4 @@
-"""Scans killed by SIGKILL at random moments, gone on with, and held against scans that nobody disturbed.
+"""Scans killed by SIGKILL at random moments, resumed, and compared with undisturbed scans.
 
 Run in a process of its own: `python killed_scans.py FOLDER STUDIES KILLS SEED` prints what happened. Each start is
 a fork, with its kernels compiled and read, so that what is killed is work and not the start of Python.

@@ -1,4 +1,4 @@
-"""For tests that start Python anew: the package's folder, and an environment in which no cache is chosen."""
+"""Helpers of tests that start Python: the package's folder, and an environment that names no cache."""
 
 from __future__ import annotations
 

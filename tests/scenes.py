@@ -1,4 +1,4 @@
-"""Scenes for tests, as TOML text: a call names what is special about a scene, the rest has defaults."""
+"""Scenes for tests as TOML text: a call gives what is special about a scene, the rest has defaults."""
 
 from __future__ import annotations
 
