@@ -150,14 +150,14 @@ def flips(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[Array, Array]]:
     both = (count >= 0.0) & (count[at] >= 0.0)
     yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
     return {
-        "contact": _told(both & ((count > 0.0) != (count[at] > 0.0)), both),
-        "yield exceedance": _told(yields & (exceeds != exceeds[at]), yields),
-        "displacement": _told(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
-        "gap adequacy": _told(closed != closed[at], np.ones_like(closed, dtype=bool)),
+        "contact": _totals(both & ((count > 0.0) != (count[at] > 0.0)), both),
+        "yield exceedance": _totals(yields & (exceeds != exceeds[at]), yields),
+        "displacement": _totals(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
+        "gap adequacy": _totals(closed != closed[at], np.ones_like(closed, dtype=bool)),
     }
 
 
-def _told(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _totals(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Array, Array]:
     return differs.sum(axis=1), judged.sum(axis=1)
 
 
