@@ -67,10 +67,11 @@ def test_it_holds_at_other_tolerances(rtol: float):
 
 
 def test_every_number_is_somewhere():
-    """1 to 48, each once: measured here, shown by a test of another file, or waiting for rows of buildings."""
+    """Every number from 1 on, once: measured here, shown by a test of another file, or waiting for rows of buildings."""
     here = {numbered(case) for case in CASES}
     assert not here & set(ELSEWHERE) and not here & set(LATER) and not set(ELSEWHERE) & set(LATER)
-    assert {int(number) for number in here | set(ELSEWHERE) | set(LATER)} == set(range(1, 49))
+    numbered_anywhere = {int(number) for number in here | set(ELSEWHERE) | set(LATER)}
+    assert numbered_anywhere == set(range(1, max(numbered_anywhere) + 1)) and max(numbered_anywhere) >= 48
     assert set(ALSO_ELSEWHERE) <= here
     numbers = [case.number for case in CASES]
     assert len(set(numbers)) == len(numbers)
