@@ -1,4 +1,4 @@
-"""What baseline correction does to a raw record: ``python benchmarks/baseline.py``, with ``--figure FILE`` a figure.
+"""Effect of baseline corrections on a raw record: ``python benchmarks/baseline.py``, with ``--figure FILE`` a figure.
 
 CCC-HN1, Ridgecrest 2019 M 7.1, 150 s as recorded, treated in eight ways. Peaks of acceleration, velocity and
 displacement, the displacement at the end, and spectral acceleration, which hardly sees any of it.

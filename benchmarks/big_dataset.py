@@ -84,7 +84,7 @@ def made_values(form: Form, lines: range) -> dict[str, np.ndarray]:
 
 
 def work(way: str, folder: Path, cases: int) -> None:
-    """One way, in this process."""
+    """Do one of the measured operations in this process."""
     from pounding_risk.results.store import Memory, store_of
     from pounding_risk.results.summary import summary
     from pounding_risk.studies.convert import convert

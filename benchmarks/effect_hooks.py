@@ -1,4 +1,4 @@
-"""What effects cost where a scene names none: ``python benchmarks/effect_hooks.py [REPETITIONS]``.
+"""Time that the code of effects costs a scene without any: ``python benchmarks/effect_hooks.py [REPETITIONS]``.
 
 Copies the package twice, deletes the hooks of effects from one copy, and times the benchmark's grid in both, each in a
 process of its own, taking turns. A hook that is not found where it is deleted is an error, so that the list stays true.

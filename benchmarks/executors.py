@@ -1,4 +1,4 @@
-"""What chunks, threads, shards, the journal and a Dask cluster cost: ``python benchmarks/executors.py``.
+"""Time that chunks, threads, shards, the journal and a Dask cluster cost: ``python benchmarks/executors.py``.
 
 One grid through the public `scan` by every way of solving it, in turns, so that a busy machine slows all of them alike;
 medians of the repeats. The pair of T 0.5 and 1.0 s, 500 and 800 t, ζ 5 %, β 2.75e9 N/m^1.5, e 0.65, no runs made again:
@@ -49,13 +49,13 @@ class Spent(NamedTuple):
 
 
 class Timed:
-    """An executor, and what it takes."""
+    """An executor that measures its time."""
 
     def __init__(self, executor: Executor):
         self.executor, self.seconds, self.processor, self.chunks = executor, 0.0, 0.0, 0
 
     def run(self, job: Any, pending: Any, keep: Any) -> None:
-        """As the executor's."""
+        """Run the job with the executor and add the time."""
 
         def kept(*found: Any) -> None:
             self.chunks += 1
@@ -77,7 +77,7 @@ class OneCall:
 
 
 def study_of(records: dict[str, Any], gaps: int, strengths: int, laws: Sequence[str], pgas: Sequence[str]) -> Any:
-    """The grid's study."""
+    """Scene whose grid is scanned."""
     forces = [f"{force:.6g} N" for force in np.geomspace(1e5, 1e7, strengths - 1)]
     grid: dict[str, Any] = {
         "gap": {"start": "0 mm", "stop": "300 mm", "num": gaps},
@@ -180,7 +180,7 @@ def tell(found: dict[str, list[Spent]]) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure and print."""
+    """Measure all ways and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--far-field", action="store_true", help="264,000 cases; needs the extra [ensembles]")
     parser.add_argument("--repeats", type=int, default=5)

@@ -56,7 +56,7 @@ def write_set(folder: Path) -> list[Path]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the set, say where."""
+    """Write the set and print where it is."""
     parser = argparse.ArgumentParser(description="Write the FEMA P-695 far-field set as PEER AT2 files.")
     parser.add_argument("folder", type=Path, help="where to; made where it does not exist")
     folder = parser.parse_args(arguments).folder

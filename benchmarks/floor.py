@@ -1,4 +1,4 @@
-"""How far a run is from what the machine can do: ``python benchmarks/floor.py [GAP_MM]``.
+"""Time of a run over the least time that the machine needs for its operations: ``python benchmarks/floor.py [GAP_MM]``.
 
 Times the parts that cannot be left out, each in a compiled loop of its own: one attempt at a step in contact, one look
 at a block of 16 samples and at one sample in flight. Counts how often a run of the benchmark's pair needs each (as

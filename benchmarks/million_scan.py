@@ -28,7 +28,7 @@ SIZES = {"a tenth": (100, 21), "a million": (100, 210)}  # gaps, yield forces
 
 
 def measure(gaps: int, strengths: int) -> dict[str, float]:
-    """One scan in this process."""
+    """Time and peak memory of one scan in this process."""
     study = study_of(gaps, strengths)
     with tempfile.TemporaryDirectory() as folder:
         out, start = Path(folder) / "results.nc", time.perf_counter()

@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-from scenes import Scene
+from pair_scenes import Scene
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import hertz_work, jankowski_ratio
@@ -67,7 +67,7 @@ def load() -> Any:
 
 
 def _cause(error: BaseException) -> BaseException:
-    """The error that came first."""
+    """The first error of a chain of exceptions."""
     while (earlier := error.__cause__ or error.__context__) is not None:
         error = earlier
     return error

@@ -1,4 +1,4 @@
-"""Where the work of a run goes: ``python benchmarks/profile_run.py [GAP_MM YIELD_KN]``.
+"""Shares of the parts of a run in its time: ``python benchmarks/profile_run.py [GAP_MM YIELD_KN]``.
 
 Counts the calls of the kernels' parts in one run of the benchmark's pair, which is made uncompiled for this (some
 seconds): flights and what they pass over, steps in contact, and the repeated steps that landings and crests take.

@@ -42,7 +42,7 @@ def write(folder: Path) -> list[Path]:
 
 
 def stages(paths: list[Path]) -> dict[str, float]:
-    """Seconds of each stage."""
+    """Seconds of reading, processing and measuring."""
     chain: list[dict[str, Any]] = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
     motions: list[Motion] = []
 

@@ -1,4 +1,4 @@
-"""What rows cost: ``python benchmarks/row_scan.py``.
+"""Time of scans of rows: ``python benchmarks/row_scan.py``.
 
 A made street of 30 buildings, 2 to 6 storeys each, gaps of 10 to 80 mm, under the 44 components of the FEMA P-695
 far-field set as recorded, through the public `scan` on two threads; without the set, which the extra ``ensembles``
@@ -76,7 +76,7 @@ def records() -> tuple[dict[str, Any], str]:
 
 
 def block(count: int, asked: dict[str, Any]) -> Any:
-    """The study of a street."""
+    """Scene of one row of a street."""
     chance = np.random.default_rng(SEED + 1)
     common = {"contact_model": "viscous_elastoplastic", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}
     # Floors within 50 mm of a level are one: what was timed keeps its 166 contact points.

@@ -33,7 +33,7 @@ STEPS, FINEST = (1e-3, 1e-4), 1e-5  # s
 
 
 def contacts_of(scene: RowScene) -> Any:
-    """What stands at every contact point."""
+    """Gaps, yield forces, laws and restitutions of all contact points."""
     count = len(scene.points)
     return rows.Contacts(
         np.full(count, scene.gap),

@@ -1,8 +1,8 @@
 """This package beside OpenSees, SciPy and a fixed-step kernel at equal error: ``python benchmarks/side_by_side.py``.
 
-Same scenes (`scenes.py`), same constant e, one run each, processor time. Every method has a ladder of settings; each
-rung gives an error and a time, and two methods are compared at the same error, read off between their rungs. Errors
-are relative, against this package at rtol 1e-12, which is held against SciPy at rtol 1e-12. Methods take turns,
+Same scenes (`pair_scenes.py`), same constant e, one run each, processor time. Every method has a ladder of settings;
+each rung gives an error and a time, and two methods are compared at the same error, read off between their rungs.
+Errors are relative, against this package at rtol 1e-12, which is held against SciPy at rtol 1e-12. Methods take turns,
 repetition by repetition, so that a busy machine slows all of them. A machine without OpenSees leaves it out and says
 so. ``--figure FILE`` draws error against time; ``--quick`` does everything small.
 """
@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from opensees_pair import Answer, bilinear_material, load, solve_opensees
+from pair_scenes import Scene, all_scenes, moderate_scenes
 from rk4 import solve_rk4
-from scenes import Scene, all_scenes, moderate_scenes
 from scipy_pair import solve_scipy
 from throughput import in_time, range_of
 
@@ -243,7 +243,7 @@ def curve(rows: list[Row], output: int, over: Callable[[Any], Any], chosen: list
 
 
 def ratio_words(theirs: Read, ours: Read) -> str:
-    """How many times longer they take."""
+    """Ratio of two times as text."""
     value = theirs.seconds / ours.seconds
     if theirs.more and ours.more:
         return "neither gets there"
@@ -329,7 +329,7 @@ def reference_line(measured: dict[str, list[Row]]) -> str:
 
 
 def versions() -> str:
-    """What was measured with."""
+    """Processor and versions of the libraries."""
     told = [f"Python {platform.python_version()}"]
     for name in ("numba", "scipy", "openseespy"):
         try:

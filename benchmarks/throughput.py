@@ -62,7 +62,7 @@ names = ["RSN6-180"]
 
 
 class Bench(NamedTuple):
-    """What every method is given."""
+    """Buildings, motion and grid that every method is given."""
 
     pair: Any
     acceleration: np.ndarray
@@ -169,12 +169,12 @@ def worst_errors(values: list[dict[str, float]], truths: list[dict[str, float]])
 
 
 def range_of(values: list[float], form: Callable[[float], str]) -> str:
-    """Median (least to largest)."""
+    """Text "median (least to largest)" of values."""
     return f"{form(median(values))} ({form(min(values))} to {form(max(values))})"
 
 
 def per_second(value: float) -> str:
-    """A rate, with its thousands apart."""
+    """A rate with separated thousands."""
     return f"{value:,.0f}"
 
 

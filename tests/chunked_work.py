@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from scenes import BOTH, scene_text, single
 
 from pounding_risk.errors import PoundingError
 
@@ -16,7 +17,7 @@ WIDTH = 3  # cases in a line
 
 
 class Order(NamedTuple):
-    """What the job is made of."""
+    """Parameters from which another process makes the same job."""
 
     lines: int = 1000
     laws: int = 2
@@ -58,7 +59,7 @@ class Numbers:
 
 
 class Kept:
-    """What an executor handed over."""
+    """Sink that records the chunks an executor hands over."""
 
     def __init__(self, lines: int):
         self.value = np.full((lines, WIDTH), np.nan)
@@ -67,7 +68,7 @@ class Kept:
         self.processes: set[int] = set()
 
     def __call__(self, lines: range, part: dict[str, Any], seconds: float) -> None:
-        """Keep a part."""
+        """Record one chunk."""
         assert seconds >= 0.0
         self.value[lines.start : lines.stop] = part["value"]
         self.times[lines.start : lines.stop] += 1
@@ -75,33 +76,19 @@ class Kept:
         self.processes |= set(part["process"].tolist())
 
 
-SCENE = """
-[scene]
-name = "A pair for any executor"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "0.5 s"
-damping = 0.05
-[[building]]
-name = "right"
-mass = "800 t"
-period = "1.0 s"
-damping = 0.05
-[[interface]]
-gap = "0 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "6 s"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = {start = "0 mm", stop = "60 mm", num = 13}
-yield_force = ["300 kN", "1 MN", "inf"]
-contact_model = ["jankowski", "viscous_elastoplastic"]
-"""
+SCENE = scene_text(
+    single("left", "500 t", "0.5 s", damping=0.05),
+    single("right", "800 t", "1.0 s", damping=0.05),
+    name="A pair for any executor",
+    law="viscous_elastoplastic",
+    gap="0 mm",
+    records={"window": ["0 s", "6 s"], "polarity": BOTH},
+    grid={
+        "gap": {"start": "0 mm", "stop": "60 mm", "num": 13},
+        "yield_force": ["300 kN", "1 MN", "inf"],
+        "contact_model": ["jankowski", "viscous_elastoplastic"],
+    },
+)
 
 
 def scanned(**how: Any) -> Any:

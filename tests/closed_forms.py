@@ -118,7 +118,7 @@ def capped_hertz_impact(beta: float, mass: float, speed: float, cap: float) -> t
 
 
 def integral(function: Callable[[float], float], end: float) -> float:
-    """From 0, to 1e-11 of itself."""
+    """Integral from 0, to a relative 1e-11."""
     return float(quad(function, 0.0, end, epsabs=0.0, epsrel=1e-11)[0])
 
 
@@ -321,12 +321,12 @@ def velocities(m1: float, m2: float, v1: float, v2: float, e: float) -> tuple[fl
 
 
 def impulse(mass: float, speed: float, e: float) -> float:
-    """(1+e) m v0."""
+    """Impulse (1+e) m v0 [N s]."""
     return (1.0 + e) * mass * speed
 
 
 def energy_lost(mass: float, speed: float, e: float) -> float:
-    """½ m v0² (1−e²)."""
+    """Energy lost, ½ m v0² (1−e²) [J]."""
     return 0.5 * mass * speed**2 * (1.0 - e * e)
 
 

@@ -1,4 +1,4 @@
-"""Shared by all tests: no window opens, no network is asked, examples are the same in every run."""
+"""Settings of all tests: Matplotlib opens no window, dates are fixed, hypothesis draws the same examples every time."""
 
 from __future__ import annotations
 
@@ -26,5 +26,5 @@ settings.load_profile("project")
 
 @pytest.fixture(scope="session")
 def root() -> Path:
-    """The checkout."""
+    """Root folder of the checkout."""
     return Path(__file__).resolve().parent.parent

@@ -1,4 +1,4 @@
-"""Code run without compilation, in a process of its own."""
+"""Run code with numba switched off, in another process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scans killed by SIGKILL at random moments, gone on with, and held against scans that nobody disturbed.
+"""Scans killed by SIGKILL at random moments, resumed, and compared with undisturbed scans.
 
 Run in a process of its own: `python killed_scans.py FOLDER STUDIES KILLS SEED` prints what happened. Each start is
 a fork, with its kernels compiled and read, so that what is killed is work and not the start of Python.
@@ -14,34 +14,29 @@ import sys
 import time
 from pathlib import Path
 
+from scenes import BOTH, scene_text, single
+
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.ensemble.threads import Threads
 from pounding_risk.scene.reader import parse_scene
 
 LATEST = 0.5  # s after a start, of a kill
-PAIR = """
-[scene]
-name = "killed"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "{period} s"
-[[building]]
-name = "right"
-mass = "800 t"
-period = "1.0 s"
-[[interface]]
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180", "CCC-HN1"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = {{start = "0 mm", stop = "60 mm", num = {gaps}}}
-yield_force = ["1 MN", "2 MN", "4 MN", "8 MN", "inf"]
-contact_model = ["jankowski", "viscous_elastoplastic"]
-"""
+
+
+def pair(period: float, gaps: int) -> str:
+    """A pair with a grid of so many gaps."""
+    return scene_text(
+        single("left", "500 t", f"{period} s"),
+        single("right", "800 t", "1.0 s"),
+        name="killed",
+        gap=None,
+        records={"names": ["RSN6-180", "CCC-HN1"], "polarity": BOTH},
+        grid={
+            "gap": {"start": "0 mm", "stop": "60 mm", "num": gaps},
+            "yield_force": ["1 MN", "2 MN", "4 MN", "8 MN", "inf"],
+            "contact_model": ["jankowski", "viscous_elastoplastic"],
+        },
+    )
 
 
 def ended(child: int) -> bool:
@@ -92,7 +87,7 @@ def main(folder: Path, studies: int, kills: int, seed: int) -> None:
     chance, killed, number, wrong = random.Random(seed), 0, -1, []
     while killed < kills or number + 1 < studies:
         number += 1
-        study = parse_scene(PAIR.format(period=0.3 + 0.02 * number, gaps=81 + 4 * number))
+        study = parse_scene(pair(0.3 + 0.02 * number, 81 + 4 * number))
         whole, again = folder / f"whole-{number}" / "results.nc", folder / f"killed-{number}" / "results.nc"
         for target in (whole, again):
             target.parent.mkdir()

@@ -1,4 +1,4 @@
-"""Forms of datasets made by hand, with values that say where they belong."""
+"""Templates of datasets made by hand, and values that are different in every case."""
 
 from __future__ import annotations
 
@@ -58,6 +58,6 @@ def values_of(form: Form, lines: range) -> dict[str, np.ndarray]:
 
 
 def pieces(form: Form) -> Iterator[tuple[range, dict[str, np.ndarray]]]:
-    """What is written, block by block."""
+    """The blocks to write, with their values."""
     for block in blocks(form):
         yield block, values_of(form, block)

@@ -52,23 +52,24 @@ def made_row(
     effects: str = "",
     failed: bool = False,
     seed: int = 7,
+    street: Sequence[Made] = STREET,
 ) -> xr.Dataset:
-    """A row of six buildings, two amplitudes, one contact model. ``named``: the interface whose gap alone varies."""
+    """A row of buildings, two amplitudes, one contact model. ``named``: the interface whose gap alone varies."""
     random = np.random.default_rng(seed)
-    points = [point for at, (one, other) in enumerate(pairwise(STREET)) for point in _points(at, one, other)]
-    free = _free(random, records)
-    at_points = np.stack([_closing(free, point, random) for point in points], axis=-1)
-    spaces = np.tile(np.asarray(gaps, dtype=float)[:, None], (1, len(STREET) - 1))
+    points = [point for at, (one, other) in enumerate(pairwise(street)) for point in _points(at, one, other)]
+    free = _free(random, records, street)
+    at_points = np.stack([_closing(free, point, random, street) for point in points], axis=-1)
+    spaces = np.tile(np.asarray(gaps, dtype=float)[:, None], (1, len(street) - 1))
     if named is not None:
         spaces[:] = own_gaps
         spaces[:, named] = gaps
     variables = _at_points(at_points, points, spaces, np.asarray(forces, dtype=float))
     variables |= _of_storeys(free, variables["contact_point_impact_count"][1], points)
     variables |= _of_runs(variables, records, random)
-    dataset = xr.Dataset(variables, coords=_coordinates(records, points, gaps, forces, random))
+    dataset = xr.Dataset(variables, coords=_coordinates(records, points, gaps, forces, random, street))
     if named is not None:
         dataset = dataset.assign_coords(interface_gap=(("gap", "interface"), spaces, {"units": "m"}))
-    dataset.attrs = _attributes(records, own_gaps, effects)
+    dataset.attrs = _attributes(records, own_gaps[: len(street) - 1], effects, street)
     return _with_a_failure(dataset) if failed else dataset
 
 
@@ -90,28 +91,28 @@ def _points(at: int, one: Made, other: Made) -> list[tuple[int, float, float, st
     return found
 
 
-def _free(random: np.random.Generator, records: int) -> np.ndarray:
+def _free(random: np.random.Generator, records: int, street: Sequence[Made]) -> np.ndarray:
     """Largest displacement without contact of (record, polarity, pga, building, storey); NaN where there is none."""
     strength = random.lognormal(0.0, 0.4, (records, 2, 1, 1, 1)) * np.array([1.0, 2.0])[:, None, None]
-    own = random.lognormal(0.0, 0.25, (records, 2, 1, len(STREET), 1))
-    shape = np.full((len(STREET), max(each.storeys for each in STREET)), np.nan)
-    for at, each in enumerate(STREET):
+    own = random.lognormal(0.0, 0.25, (records, 2, 1, len(street), 1))
+    shape = np.full((len(street), max(each.storeys for each in street)), np.nan)
+    for at, each in enumerate(street):
         floors = np.arange(1, each.storeys + 1)
         shape[at, : each.storeys] = each.reach * (floors / max(each.storeys, 1)) ** 1.1
     return np.asarray(strength * own * shape)
 
 
-def _at_floor(free: np.ndarray, building: int, floor: float) -> np.ndarray:
+def _at_floor(free: np.ndarray, building: int, floor: float, street: Sequence[Made]) -> np.ndarray:
     """The displacement at a floor or between two, 0 at the ground."""
     whole = np.concatenate([np.zeros((*free.shape[:3], 1)), np.nan_to_num(free[..., building, :])], axis=-1)
-    low = min(int(floor), STREET[building].storeys)
+    low = min(int(floor), street[building].storeys)
     share = floor - low
     return whole[..., low] * (1.0 - share) + (share * whole[..., low + 1] if share else 0.0)
 
 
-def _closing(free: np.ndarray, point: Any, random: np.random.Generator) -> np.ndarray:
+def _closing(free: np.ndarray, point: Any, random: np.random.Generator, street: Sequence[Made]) -> np.ndarray:
     at, left, right = point[:3]
-    both = _at_floor(free, at, left) + _at_floor(free, at + 1, right)
+    both = _at_floor(free, at, left, street) + _at_floor(free, at + 1, right, street)
     return both * random.uniform(0.55, 0.85, both.shape)
 
 
@@ -141,9 +142,9 @@ def _at_points(closing: np.ndarray, points: Sequence[Any], spaces: np.ndarray, f
     for name, (values, unit, how, words) in raw.items():
         about = {"units": unit, "long_name": words}
         found[f"contact_point_{name}"] = ((*CASE, "contact_point"), values, about)
-        whole = [getattr(values[..., places == at], how)(axis=-1) for at in range(len(STREET) - 1)]
+        whole = [getattr(values[..., places == at], how)(axis=-1) for at in range(spaces.shape[1])]
         found[name] = ((*CASE, "interface"), np.stack(whole, axis=-1).astype(values.dtype), about)
-    free = [closing[..., places == at].max(axis=-1) for at in range(len(STREET) - 1)]
+    free = [closing[..., places == at].max(axis=-1) for at in range(spaces.shape[1])]
     found["peak_closing_free"] = (
         (*MOTION, "interface"),
         np.stack(free, axis=-1),
@@ -211,15 +212,20 @@ def _of_runs(variables: dict[str, Any], records: int, random: np.random.Generato
 
 
 def _coordinates(
-    records: int, points: Sequence[Any], gaps: Sequence[float], forces: Sequence[float], random: np.random.Generator
+    records: int,
+    points: Sequence[Any],
+    gaps: Sequence[float],
+    forces: Sequence[float],
+    random: np.random.Generator,
+    street: Sequence[Made],
 ) -> dict[str, Any]:
-    names = [each.name for each in STREET]
-    most = max(each.storeys for each in STREET)
-    levels = np.full((len(STREET), most), np.nan)
-    for at, each in enumerate(STREET):
+    names = [each.name for each in street]
+    most = max(each.storeys for each in street)
+    levels = np.full((len(street), most), np.nan)
+    for at, each in enumerate(street):
         levels[at, : each.storeys] = each.storey_height * np.arange(1, each.storeys + 1)
     labels = [f"{names[at]} {left:g} | {names[at + 1]} {right:g}" for at, left, right, _, _ in points]
-    heights = [each.storeys * each.storey_height or np.nan for each in STREET]
+    heights = [each.storeys * each.storey_height or np.nan for each in street]
     return {
         "record": [f"MADE-{number:02d}" for number in range(1, records + 1)],
         "polarity": ["as recorded", "reversed"],
@@ -242,20 +248,20 @@ def _coordinates(
             {"units": "N"},
         ),
         "contact_point_level": ("contact_point", [point[4] for point in points], {"units": "m"}),
-        "building_mass": ("building", [2e5 * each.storeys or np.nan for each in STREET], {"units": "kg"}),
-        "building_period": ("building", [each.period for each in STREET], {"units": "s"}),
-        "building_damping": ("building", [0.05 if each.storeys else np.nan for each in STREET], {"units": "1"}),
+        "building_mass": ("building", [2e5 * each.storeys or np.nan for each in street], {"units": "kg"}),
+        "building_period": ("building", [each.period for each in street], {"units": "s"}),
+        "building_damping": ("building", [0.05 if each.storeys else np.nan for each in street], {"units": "1"}),
         "building_height": ("building", heights, {"units": "m"}),
-        "building_storeys": ("building", [each.storeys for each in STREET]),
-        "building_position": ("building", ["end", *["interior"] * (len(STREET) - 2), "end"]),
+        "building_storeys": ("building", [each.storeys for each in street]),
+        "building_position": ("building", ["end", *["interior"] * (len(street) - 2), "end"]),
         "floor_level": (("building", "storey"), levels, {"units": "m"}),
         "record_pga": ("record", random.uniform(1.0, 6.0, records), {"units": "m/s2"}),
     }
 
 
-def _attributes(records: int, own_gaps: Sequence[float], effects: str) -> dict[str, Any]:
+def _attributes(records: int, own_gaps: Sequence[float], effects: str, street: Sequence[Made]) -> dict[str, Any]:
     scene = '[scene]\nname = "A street, made, not solved"\n'
-    for each in STREET:
+    for each in street:
         kind = f'floor_masses = "200000 kg"\nstoreys = {each.storeys}' if each.storeys else "rigid = true"
         scene += f'\n[[building]]\nname = "{each.name}"\n{kind}\n'
     for gap in own_gaps:

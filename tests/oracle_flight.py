@@ -31,7 +31,7 @@ class Curve(NamedTuple):
         return self.b + sum((rate * z * cmath.exp(rate * t)).real for z, rate in self.waves)
 
     def bend(self, t: float) -> float:
-        """No |f''| after t is larger."""
+        """Upper bound of |f''| after t."""
         return sum(abs(rate) ** 2 * abs(z) * math.exp(rate.real * t) for z, rate in self.waves)
 
     def minus(self, other: Curve, shift: float = 0.0) -> Curve:
@@ -62,7 +62,7 @@ def swing(building: Oscillator, u: float, v: float, ground: tuple[float, float])
 
 
 def floor_acceleration(motion: Curve, ground: tuple[float, float]) -> Curve:
-    """ü + a_g."""
+    """Absolute acceleration ü + a_g of the floor."""
     return Curve(ground[0], ground[1], tuple((z * rate**2, rate) for z, rate in motion.waves))
 
 

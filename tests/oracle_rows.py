@@ -48,7 +48,7 @@ def tower(
 
 
 def stiffness_matrix(spring: np.ndarray) -> np.ndarray:
-    """K of a shear building."""
+    """Stiffness matrix of a shear building [N/m]."""
     drift = np.eye(spring.size) - np.eye(spring.size, k=-1)
     return drift.T @ np.diag(spring) @ drift
 
@@ -195,7 +195,7 @@ class Row(Motion):
         return contact
 
     def part(self, k: int) -> None:
-        """Book a contact."""
+        """Add an ended contact to the totals of its point."""
         contact = self.closed(k)
         self.sums["contact_time"][k] += contact.age
         self.sums["yielding_contacts"][k] += bool(contact.yields)

@@ -58,7 +58,7 @@ class Motion:
         return self.state[self.count : 2 * self.count]
 
     def depths(self, u: np.ndarray) -> np.ndarray:
-        """δ of every point."""
+        """Penetrations δ of all contact points [m]."""
         return self.b @ u - self.gaps
 
     def make_maps(self, tangent: np.ndarray, offset: np.ndarray, gravity: np.ndarray) -> None:
@@ -109,7 +109,7 @@ class Motion:
     def solver(
         self, rhs: Callable[..., np.ndarray], start: float, state: np.ndarray, stop: float, **more: Any
     ) -> DOP853 | Radau:
-        """The integrator of one piece."""
+        """SciPy integrator of one piece of the motion."""
         return DOP853(rhs, start, state, stop, rtol=self.rtol, atol=self.absolute, **more)
 
     def pass_time(self, duration: float) -> float:
@@ -306,7 +306,7 @@ class Motion:
             best[row] = max(best[row], -float(found.fun))
 
     def floor_peaks(self) -> np.ndarray:
-        """(D, 4)."""
+        """Peaks of displacement, drift, shear and acceleration, shape (degrees of freedom, 4)."""
         n = self.count
         return np.maximum(self.high, self.low)[: 4 * n].reshape(4, n).T.copy()
 

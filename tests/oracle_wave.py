@@ -53,7 +53,7 @@ class Run:
         return *found, power
 
     def force(self, y, grounds):
-        """The contact force."""
+        """Contact force [N]."""
         one, other, _ = self.pulls(y)
         left, right = self.sides
         if self.law == "hertz":
@@ -106,7 +106,7 @@ class Run:
                 self.turn(grounds(now))
 
     def turn(self, grounds):
-        """Join at a touch, or part."""
+        """Switch the state at a touch or a separation."""
         if self.joined:
             self.joined = False
             return

@@ -1,4 +1,4 @@
-"""Faulty scenes told in a text file: a change to a scene, and the exact sentences that it must bring."""
+"""Faulty scenes described in a text file: a change to a scene, and the exact sentences that it must give."""
 
 from __future__ import annotations
 

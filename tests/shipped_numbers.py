@@ -1,4 +1,4 @@
-"""Every number of the shipped scenes' datasets, as digests and as means.
+"""Digests and means of every variable of the shipped scenes' datasets.
 
 ``python tests/shipped_numbers.py`` writes them.
 

@@ -7,40 +7,25 @@ from dataclasses import asdict, is_dataclass
 
 import pytest
 import xarray as xr
+from scenes import scene_text, single
 
 import pounding_risk as pr
 from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Jankowski
 from pounding_risk.scene.street.defaults import Rules
-from pounding_risk.studies.case_choice import chosen, values_of
+from pounding_risk.studies.histories import chosen, values_of
 from pounding_risk.units import STANDARD_GRAVITY
 
 G = STANDARD_GRAVITY
-SCENE = """\
-[[building]]
-name = "A"
-mass = "44 t"
-period = "0.2 s"
-height = "3 m"
-[[building]]
-name = "B"
-mass = "80 t"
-period = "0.1 s"
-height = "3 m"
-[[interface]]
-gap = "2 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "3 s"]
-pga = "0.5 g"
-[grid]
-gap = ["2 mm", "8 mm"]
-yield_force = ["50 kN", "inf"]
-"""
+SCENE = scene_text(
+    single("A", "44 t", "0.2 s", height="3 m"),
+    single("B", "80 t", "0.1 s", height="3 m"),
+    law="viscous_elastoplastic",
+    gap="2 mm",
+    records={"window": ["0 s", "3 s"], "pga": "0.5 g"},
+    grid={"gap": ["2 mm", "8 mm"], "yield_force": ["50 kN", "inf"]},
+)
 ROW = SCENE.replace("[records]", "tolerance = '60 mm'\n[records]")  # a key of rows makes the pair one
 LAW = Jankowski(2.75e9)
 

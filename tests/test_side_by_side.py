@@ -30,7 +30,7 @@ def benchmarks(root):
 @pytest.fixture(scope="module")
 def cases(benchmarks):
     """The scenes of ``--quick``: six seconds of El Centro, a gap of 20 mm, three laws."""
-    from scenes import moderate_scenes
+    from pair_scenes import moderate_scenes
     from side_by_side import make_case
 
     return [make_case(scene) for scene in moderate_scenes(600, (0.02,))]

@@ -1,4 +1,4 @@
-"""What accuracy costs in time, on a user's own scene: many settings of many methods against a converged reference.
+"""Error against computing time of many methods and settings on a scene, with a converged run as the reference.
 
 The event-driven solver from loose to tight tolerances; Newmark's average acceleration, central difference and
 Runge-Kutta 4 with fixed steps; SciPy's DOP853 and Radau. Every compiled method runs all cases of a motion in one
@@ -30,7 +30,7 @@ from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.effects.contact import WavePassage, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
-from pounding_risk.results.pair_labels import CONVENTIONS
+from pounding_risk.results.pair_labels import CONVENTIONS, described
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import Study, known_law, needs_pair
@@ -82,7 +82,7 @@ class Setting(NamedTuple):
 class Batch(NamedTuple):
     """One law under one motion: every gap with every yield force of the bench."""
 
-    motion: int  # its place in `Bench.motions`
+    motion: int  # its index in `Bench.motions`
     law: Any
     labels: tuple[str, ...]  # of its cases
 
@@ -98,31 +98,31 @@ class Bench:
     yield_forces: np.ndarray
     restitution: Any
     wave: WavePassage | None
-    alien: str  # what of the scene the other methods do not know; "" where they can follow
+    event_only: str  # what of the scene only the event-driven solver models; "" where every method does
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Gaps and yield forces."""
+        """Numbers of gaps and of yield forces."""
         return len(self.gaps), len(self.yield_forces)
 
     @property
     def size(self) -> int:
-        """How many cases there are in all."""
+        """Number of cases."""
         return len(self.batches) * len(self.gaps) * len(self.yield_forces)
 
     @property
     def grid(self) -> tuple[np.ndarray, np.ndarray, Any]:
-        """As `sweep` takes it."""
+        """Gaps, yield forces and restitution, as the kernel takes them."""
         return self.gaps, self.yield_forces, self.restitution
 
-    def each(self, axis: int) -> np.ndarray:
+    def by_case(self, axis: int) -> np.ndarray:
         """The gap (axis 0) or yield force (axis 1) of every case."""
         values = np.meshgrid(self.gaps, self.yield_forces, indexing="ij")[axis]
         return np.tile(values.ravel(), len(self.batches))
 
 
 class Outcome(NamedTuple):
-    """What a setting found and spent."""
+    """Answers, steps and times of one setting over all cases."""
 
     values: np.ndarray  # (cases, OUTPUTS)
     steps: float  # in contact, per contact
@@ -141,29 +141,53 @@ def accuracy(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Error and time of every setting of every method on a scene's cases, as a dataset (and written to ``out``).
+    """Error and computing time of many settings of many methods on the cases of a scene.
 
-    At most about ``cases`` of the grid are run, thinned evenly along gaps and yield forces; a setting that would take
-    more than ``budget`` [s] for one pass, or gives up, is left out and named, and SciPy runs the first few cases only
-    (none without ``scipy``). Effects, contacts that remember and instant jumps are known to the event-driven solver
-    alone: its own tolerances are then the ladder. Dimensions: setting, case, output, level. Variables: ``error``
-    (relative for amounts and times; of counts, the difference over the count; of the yield exceedance, 0 or 1),
-    ``value``, ``reference``, ``time`` [s per run], ``steps_per_contact``, ``energy_residual``, ``time_to_reach`` [s] an
-    error level. The attribute ``finding`` is the plain sentence: the cheapest setting whose printed digits no longer
-    change.
+    The event-driven solver from loose to tight tolerances, three fixed-step methods and two of SciPy's are set against
+    the event-driven solver at rtol 1e-12. A setting that would take more than ``budget`` for one pass, or gives up, is
+    left out and named. Effects, contact models that remember their path and impulsive models are known to the
+    event-driven solver alone: then only its own tolerances are compared.
 
-    Raises as `scan` does, before the first run, and so for an ``out`` that holds other results, unless ``new``.
+    Parameters
+    ----------
+    study : Study or path
+        A scene of a pair, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    cases : int
+        Most cases to run, about; the grid is thinned evenly along gaps and yield forces.
+    budget : float
+        Longest processor time of one pass of a setting over all cases [s].
+    scipy : bool
+        Run SciPy's methods, on the first few cases only.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of settings done and of all settings.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along setting, case, output and level: ``error`` (relative for amounts and times; of counts the difference over
+        the count; of the yield exceedance 0 or 1), ``value``, ``reference``, ``time`` [s per run],
+        ``steps_per_contact``, ``energy_residual``, and ``time_to_reach`` [s] an error level. The attribute ``finding``
+        names the cheapest setting whose printed digits no longer change.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`, before the first run; also, unless ``new``, if ``out`` holds other results.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "accuracy")
     if target is not None:
         check_replaceable_scene(target, "accuracy", study, new)
     bench = bench_of(study, cases)
-    left_out = [f"fixed steps and SciPy: they know no {bench.alien}"] if bench.alien else []
+    left_out = [f"fixed steps and SciPy: they know no {bench.event_only}"] if bench.event_only else []
     compile_time = warm_up(bench)
     reference = run_event(bench, REFERENCE).values
-    found = run_ladder(bench, budget, scipy, left_out, progress or (lambda done, total: None))
-    dataset = _dataset(study, bench, found, reference)
+    outcomes = run_settings(bench, budget, scipy, left_out, progress or (lambda done, total: None))
+    dataset = _dataset(study, bench, outcomes, reference)
     dataset.attrs |= {
         "finding": finding(dataset),
         "left_out": as_text(left_out),
@@ -175,8 +199,8 @@ def accuracy(
     return dataset
 
 
-def _alien(study: Study) -> str:
-    """What of the scene only the event-driven solver knows: effects, contacts that remember, instant jumps."""
+def _event_only(study: Study) -> str:
+    """Effects, path-dependent and impulsive models of the scene, which only the event-driven solver has."""
     paths = (name for name in study.grid.contact_models if remembers(known_law(name)) or is_instant(known_law(name)))
     return ", ".join([*(effect.name for effect in study.effects), *paths])
 
@@ -199,7 +223,7 @@ def bench_of(study: Study, cases: int) -> Bench:
     pair = oscillators(*study.pair)
     levels = np.array(gaps), np.array(strengths)
     return Bench(
-        pair, tuple(motions), tuple(batches), *levels, study.restitution, wave_of(study.effects), _alien(study)
+        pair, tuple(motions), tuple(batches), *levels, study.restitution, wave_of(study.effects), _event_only(study)
     )
 
 
@@ -207,8 +231,8 @@ def _thinned(values: tuple[float, ...], most: int) -> tuple[float, ...]:
     """At most so many of the values, first and last among them where there is room."""
     if len(values) <= most:
         return values
-    places = np.unique(np.linspace(0, len(values) - 1, max(most, 2)).round().astype(int))
-    return tuple(values[place] for place in (places if most > 1 else places[-1:]))
+    indices = np.unique(np.linspace(0, len(values) - 1, max(most, 2)).round().astype(int))
+    return tuple(values[index] for index in (indices if most > 1 else indices[-1:]))
 
 
 def run_event(bench: Bench, rtol: float) -> Outcome:
@@ -229,7 +253,7 @@ def run_event(bench: Bench, rtol: float) -> Outcome:
         required += [max(float(free.high[:, 0].max()), 0.0)] * how.size
     raw = np.concatenate(raws)
     columns = (np.maximum(raw[:, HIGH], -raw[:, LOW]), raw[:, tally.PEAK_FORCE], raw[:, tally.COUNT])
-    exceeds = raw[:, tally.DEMAND] >= bench.each(1)
+    exceeds = raw[:, tally.DEMAND] >= bench.by_case(1)
     values = np.column_stack([*columns, exceeds, raw[:, tally.FIRST_TOUCH], required])
     values[raw[:, tally.STATUS] != tally.COMPLETE] = nan
     residual = np.abs(raw[:, tally.RESIDUAL]) / np.where(raw[:, tally.ENERGY] > 0.0, raw[:, tally.ENERGY], 1.0)
@@ -255,10 +279,11 @@ def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
         free_seconds += process_time() - start
         required.append(nan if out[0, 0, fixed.UNSTABLE] else out[0, 0, fixed.CLOSING])
     raw = np.concatenate(rows)
-    exceeds = raw[:, fixed.DEMAND] >= bench.each(1)
-    every = np.repeat([required[batch.motion] for batch in bench.batches], len(bench.gaps) * len(bench.yield_forces))
-    columns = (raw[:, fixed.REACH], raw[:, fixed.FORCE], raw[:, fixed.COUNT], exceeds, raw[:, fixed.FIRST], every)
-    values = np.column_stack(columns)
+    exceeds = raw[:, fixed.DEMAND] >= bench.by_case(1)
+    gaps_required = np.repeat([required[batch.motion] for batch in bench.batches], np.prod(bench.shape))
+    columns = (fixed.REACH, fixed.FORCE, fixed.COUNT, fixed.FIRST)
+    reach, force, count, first = (raw[:, column] for column in columns)
+    values = np.column_stack((reach, force, count, exceeds, first, gaps_required))
     values[raw[:, fixed.UNSTABLE] != 0.0] = nan
     steps = raw[:, fixed.TOUCHING].sum() / max(raw[:, fixed.COUNT].sum(), 1.0)
     return Outcome(values, steps, nan, seconds / bench.size, free_seconds / len(bench.motions))
@@ -267,22 +292,22 @@ def run_fixed(bench: Bench, method: str, dt: float) -> Outcome:
 def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
     """SciPy over one case of each of the first motions, the first gap with the largest yield force; others are NaN."""
     values, contacts, steps = np.full((bench.size, len(OUTPUTS)), nan), 0.0, 0.0
-    spent: list[tuple[float, float]] = []
+    durations: list[tuple[float, float]] = []
     width = len(bench.gaps) * len(bench.yield_forces)
-    for place, batch in enumerate(bench.batches):
-        if len(spent) == most or batch.motion < len(spent):
+    for number, batch in enumerate(bench.batches):
+        if len(durations) == most or batch.motion < len(durations):
             continue
         motion = bench.motions[batch.motion]
-        shaken = motion.acceleration, motion.dt
+        ground = motion.acceleration, motion.dt
         strength, start = float(bench.yield_forces[-1]), process_time()
-        there = Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength)
-        run = solve_general(solver, bench.pair, there, shaken, rtol)
+        interface = Interface(float(bench.gaps[0]), batch.law, bench.restitution, strength)
+        run = solve_general(solver, bench.pair, interface, ground, rtol)
         middle = process_time()
         # A gap of a kilometre stays open, and leaves SciPy's root search a finite number.
-        alone = solve_general(solver, bench.pair, Interface(1e3, batch.law, bench.restitution), shaken, rtol)
-        spent.append((middle - start, process_time() - middle))
+        alone = solve_general(solver, bench.pair, Interface(1e3, batch.law, bench.restitution), ground, rtol)
+        durations.append((middle - start, process_time() - middle))
         contacts, steps = contacts + run.impact_count, steps + run.steps
-        values[place * width + len(bench.yield_forces) - 1] = (
+        values[number * width + len(bench.yield_forces) - 1] = (
             run.peak_relative_displacement,
             run.peak_contact_force,
             run.impact_count,
@@ -290,7 +315,7 @@ def run_general(bench: Bench, solver: str, rtol: float, most: int) -> Outcome:
             run.first_impact_time,
             alone.peak_closing,
         )
-    seconds, free_seconds = np.mean(spent, axis=0)
+    seconds, free_seconds = np.mean(durations, axis=0)
     return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
 
@@ -301,17 +326,17 @@ def warm_up(bench: Bench) -> float:
     for batch in {type(batch.law): batch for batch in bench.batches}.values():
         small = replace(bench, motions=short, batches=(batch,))
         run_event(small, REFERENCE)
-        for method in () if bench.alien else FIXED.values():
+        for method in () if bench.event_only else FIXED.values():
             run_fixed(small, method, inf)
     return process_time() - start
 
 
-def run_ladder(
+def run_settings(
     bench: Bench, budget: float, scipy: bool, left_out: list[str], progress: Callable[[int, int], None]
 ) -> dict[Setting, Outcome]:
     """Every setting that keeps to the budget; quick ones several times in turns, of which the median counts."""
     runs = dict(_settings(bench, scipy))
-    found: dict[Setting, list[Outcome]] = {}
+    outcomes: dict[Setting, list[Outcome]] = {}
     pace: dict[str, float] = {}  # seconds of a pass times the step, by fixed-step method
     for number, (setting, call) in enumerate(runs.items()):
         progress(number, len(runs))
@@ -321,23 +346,23 @@ def run_ladder(
             continue
         start = process_time()
         try:
-            found[setting] = [call()]
-        except GaveUp as told:
-            left_out.append(f"{setting.words}: {told}")
+            outcomes[setting] = [call()]
+        except GaveUp as reason:
+            left_out.append(f"{setting.words}: {reason}")
             continue
         pace[setting.method] = (process_time() - start) * setting.value
-    brief = [s for s, all_of in found.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
+    brief = [s for s, all_of in outcomes.items() if all_of[0].seconds * bench.size < BRIEF and s.method not in GENERAL]
     for _ in range(REPEATS - 1):
         for setting in brief:
-            found[setting].append(runs[setting]())
+            outcomes[setting].append(runs[setting]())
     progress(len(runs), len(runs))
-    return {setting: _middle(outcomes) for setting, outcomes in found.items()}
+    return {setting: _middle(repeated) for setting, repeated in outcomes.items()}
 
 
 def _settings(bench: Bench, scipy: bool) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
     for rtol in RTOLS:
         yield Setting(EVENT, rtol), partial(run_event, bench, rtol)
-    if bench.alien:
+    if bench.event_only:
         return
     longest = max(motion.dt for motion in bench.motions)
     for (name, method), dt in product(FIXED.items(), STEPS):
@@ -355,15 +380,15 @@ def _middle(outcomes: list[Outcome]) -> Outcome:
     return outcomes[0]._replace(**times)
 
 
-def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
-    settings, outcomes = list(found), list(found.values())
+def _dataset(study: Study, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
+    settings, outcomes = list(by_setting), list(by_setting.values())
     errors = np.stack([errors_of(outcome.values, reference.copy()) for outcome in outcomes])
-    for place, setting in enumerate(settings):
+    for number, setting in enumerate(settings):
         # SciPy runs some cases only: what was not run has no error.
         if setting.method in GENERAL:
-            errors[place][np.isnan(outcomes[place].values[:, REACH])] = nan
+            errors[number][np.isnan(outcomes[number].values[:, REACH])] = nan
     # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
-    errors[:, bench.each(0) == 0.0, FIRST] = nan
+    errors[:, bench.by_case(0) == 0.0, FIRST] = nan
     times = np.array([[o.seconds] * GAP + [o.free_seconds] for o in outcomes])
     labels = [label for batch in bench.batches for label in batch.labels]
     coords: dict[str, Any] = {
@@ -376,27 +401,21 @@ def _dataset(study: Study, bench: Bench, found: dict[Setting, Outcome], referenc
         "solver": list(dict.fromkeys(setting.method for setting in settings)),
     }
     variables = {
-        "error": (("setting", "case", "output"), errors, {"units": "1", "long_name": "error against the reference"}),
+        "error": (("setting", "case", "output"), errors, described("1", "error against the reference")),
         "value": (("setting", "case", "output"), np.stack([o.values for o in outcomes]), {"long_name": "answer"}),
         "reference": (("case", "output"), reference, {"long_name": f"event-driven solver at rtol {REFERENCE:g}"}),
-        "time": (("setting", "output"), times, {"units": "s", "long_name": "processor time per run"}),
-        "steps_per_contact": ("setting", [o.steps for o in outcomes], {"units": "1", "long_name": "steps per contact"}),
+        "time": (("setting", "output"), times, described("s", "processor time per run")),
+        "steps_per_contact": ("setting", [o.steps for o in outcomes], described("1", "steps per contact")),
         "energy_residual": (
             "setting",
             [o.residual for o in outcomes],
-            {"units": "1", "long_name": "largest energy residual of a run; NaN where the method keeps no account"},
+            described("1", "largest energy residual of a run; NaN where the method keeps no account"),
         ),
     }
     dataset = xr.Dataset(variables, coords=coords)
     reach = np.array([[times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]])
-    dataset["time_to_reach"] = (
-        ("solver", "output", "level"),
-        reach,
-        {
-            "units": "s",
-            "long_name": "time per run at which every case is within the error level; NaN where that is not reached",
-        },
-    )
+    words = "time per run at which every case is within the error level; NaN where that is not reached"
+    dataset["time_to_reach"] = (("solver", "output", "level"), reach, described("s", words))
     return dataset.assign_attrs(
         Conventions=CONVENTIONS,
         title=study.name,

@@ -1,4 +1,4 @@
-"""What a ladder of settings says: errors, the time to reach an error level, and the findings in plain sentences."""
+"""Results of an accuracy study: errors, the time to reach an error level, and the findings as sentences."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def errors_of(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 def summed_up(errors: np.ndarray) -> tuple[float, float]:
     """(median, worst) over the cases that were run."""
-    known = errors[~np.isnan(errors)]
-    return (float(np.median(known)), float(known.max())) if known.size else (nan, nan)
+    finite = errors[~np.isnan(errors)]
+    return (float(np.median(finite)), float(finite.max())) if finite.size else (nan, nan)
 
 
 def curve(dataset: xr.Dataset, solver: str, output: str) -> list[tuple[float, float]]:
     """(error, time) of a method's settings, errors the worst over the cases: the envelope from loose and quick on."""
-    mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
-    points = sorted(zip(mine["time"].values, (summed_up(e)[1] for e in mine["error"].values), strict=True))
+    of_solver = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
+    points = sorted(zip(of_solver["time"].values, (summed_up(e)[1] for e in of_solver["error"].values), strict=True))
     envelope: list[tuple[float, float]] = []
     for time, error in points:
         if isfinite(error) and (not envelope or error < envelope[-1][0]):
@@ -58,23 +58,23 @@ def curve(dataset: xr.Dataset, solver: str, output: str) -> list[tuple[float, fl
 
 
 def times_to_reach(dataset: xr.Dataset, solver: str, output: str) -> list[float]:
-    """Time per run at which all cases are within each of `LEVELS`; NaN where a method's ladder does not get there.
+    """Time per run at which all cases are within each of `LEVELS`; NaN where no setting of a method gets there.
 
     Between settings, straight lines in the logarithms of error and time.
     """
     points = curve(dataset, solver, output)
-    found = []
+    times = []
     for level in LEVELS:
-        place = next((i for i, (error, _) in enumerate(points) if error <= level), None)
-        if place is None:
-            found.append(nan)
-        elif place == 0 or points[place][0] <= 0.0:
-            found.append(points[place][1])
+        index = next((i for i, (error, _) in enumerate(points) if error <= level), None)
+        if index is None:
+            times.append(nan)
+        elif index == 0 or points[index][0] <= 0.0:
+            times.append(points[index][1])
         else:
-            (e0, t0), (e1, t1) = points[place - 1], points[place]
+            (e0, t0), (e1, t1) = points[index - 1], points[index]
             share = np.log(e0 / level) / np.log(e0 / e1)
-            found.append(float(t0 * (t1 / t0) ** share))
-    return found
+            times.append(float(t0 * (t1 / t0) ** share))
+    return times
 
 
 def holds_digits(values: np.ndarray, reference: np.ndarray) -> bool:
@@ -93,21 +93,21 @@ def finding(dataset: xr.Dataset) -> str:
     """One sentence: the cheapest setting whose printed digits no longer change, and the runner-up."""
     reference, times = dataset["reference"].values, dataset["time"].isel(output=REACH).values
     names, methods = dataset["setting"].values, dataset["method"].values
-    good = [place for place in range(len(names)) if holds_digits(dataset["value"].values[place], reference)]
+    good = [index for index in range(len(names)) if holds_digits(dataset["value"].values[index], reference)]
     count = f"{dataset.sizes['case']} case" + ("s" if dataset.sizes["case"] > 1 else "")
     if not good:
         return f"No setting keeps all {DIGITS} printed digits of every output in all of {count}."
     best = min(good, key=times.__getitem__)
-    told = f"{names[best]} is the cheapest setting whose {DIGITS} printed digits no longer change in {count}: "
-    told += f"{time_words(times[best])} a run"
-    others = [place for place in good if methods[place] != methods[best]]
+    sentence = f"{names[best]} is the cheapest setting whose {DIGITS} printed digits no longer change in {count}: "
+    sentence += f"{time_words(times[best])} a run"
+    others = [index for index in good if methods[index] != methods[best]]
     if others:
         second = min(others, key=times.__getitem__)
-        told += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
+        sentence += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
     elif methods[best] == EVENT:
         alone = set(methods) == {EVENT}
-        told += "; no other method was run" if alone else "; no setting of another method gets there"
-    return told + "."
+        sentence += "; no other method was run" if alone else "; no setting of another method gets there"
+    return sentence + "."
 
 
 def time_words(seconds: float) -> str:
@@ -122,11 +122,11 @@ def beaten_at(dataset: xr.Dataset) -> list[str]:
 
     Counts and flags are right or wrong and have no levels.
     """
-    told = []
+    lines = []
     reach = dataset["time_to_reach"]
     for output in (REACH, FORCE, FIRST, GAP):
         ours = reach.sel(solver=EVENT).values[output]
-        found = []
+        faster = []
         for solver in (name for name in reach["solver"].values if name != EVENT):
             ratios = [
                 (level, a / b)
@@ -134,7 +134,7 @@ def beaten_at(dataset: xr.Dataset) -> list[str]:
             ]
             at = [(level, ratio) for level, ratio in ratios if ratio > 1.0]
             if at:
-                found.append(f"{solver} down to {at[-1][0]:.0e} ({max(ratio for _, ratio in at):.2g} times at most)")
-        if found:
-            told.append(f"{list(OUTPUTS.values())[output]}: {'; '.join(found)}")
-    return told
+                faster.append(f"{solver} down to {at[-1][0]:.0e} ({max(ratio for _, ratio in at):.2g} times at most)")
+        if faster:
+            lines.append(f"{list(OUTPUTS.values())[output]}: {'; '.join(faster)}")
+    return lines

@@ -1,8 +1,9 @@
 """The same scene under many contact models on equal terms: does the conclusion depend on the model?
 
-A β is no k, and equal β under two laws make no equal blows: every law is calibrated to one reference impact, that of
-the scene's own law and stiffness, alone, between the two buildings' masses and without yielding. `scan` then runs
-the grid with the calibrated laws, and `agreement` says what differs.
+Stiffnesses of different laws cannot be compared (some are in N/m, some in N/m^1.5), and equal ones do not give equal
+impacts. So every law is calibrated to one reference impact: that of the scene's own law and stiffness, of the two
+buildings' masses without springs or yielding. `scan` then runs the grid with the calibrated laws, and
+`compare_findings` computes what differs.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit
 from pounding_risk.models.effects.contact import refusal, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
+from pounding_risk.results.pair_labels import described
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, Study, known_law, needs_pair, unknown_law
@@ -62,22 +64,47 @@ def compare(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run a scene under several contact models on equal terms; returns (and writes to ``out``) one dataset.
+    """Run a scene under several contact models on equal terms.
 
-    ``laws``: those of the scene's grid by default, or every law there is where the grid names one, but for those
-    that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e: the
-    attribute ``left_out`` says so. All get the
-    stiffness that gives the ``same`` ("peak force" or "penetration") as the scene's own law in an impact of the
-    buildings' reduced mass at ``speed`` [m/s]; by default the scene's ``equal_terms``, or peak force at 0.5 m/s. All
-    that have a restitution return the same e there: ``relation`` is "exact" by default, and "published" where that is
-    asked for or a law has no other; the attribute ``unequal_e`` says why. Results are set beside those of
-    ``baseline``, the scene's own law by default.
+    Every law gets the stiffness with which an impact of the buildings' reduced mass at ``speed`` has the same peak
+    force, or penetration, as under the scene's own law; all that have a restitution return the same e there.
 
-    The dataset is that of `scan`, whose scene in ``scene_resolved`` gives it again, with the variables of
-    `agreement.tables`, the reference impacts (``reference_...``, ``impact_...``), the histories of one typical case
-    and the attribute ``finding``, a plain sentence. Raises as `scan` does, and PoundingError for a law, baseline,
-    speed, relation or ``same`` that is none, for fewer than two laws and, unless ``new``, for an ``out`` that holds
-    other results; all before the first run.
+    Parameters
+    ----------
+    study : Study or path
+        A scene of a pair, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    laws : sequence of str
+        Contact models to compare. By default those of the scene's grid; where the grid names one, every model but those
+        that lack a ``floor_length``, that an effect of the scene does not act on, or that cannot return the scene's e
+        (the attribute ``left_out`` says so).
+    baseline : str, optional
+        Contact model beside which the others are set; the scene's own by default.
+    same : {"peak force", "penetration"}, optional
+        What the reference impacts have in common; the scene's ``equal_terms``, or "peak force", by default.
+    speed : float or str, optional
+        Speed of the reference impact, a number in m/s or a text with a unit; the scene's ``equal_terms``, or 0.5 m/s,
+        by default.
+    relation : {"exact", "published"}, optional
+        How damping follows from e; "exact" by default, "published" where a law has no other (the attribute
+        ``unequal_e`` says why).
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of cases done and of all cases.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset of `scan`, with ratios, ranks and conclusions set against the baseline, the reference impacts
+        (``reference_...``, ``impact_...``), histories of one typical case, and the attribute ``finding``, a sentence.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; and for an unknown law, baseline, speed, relation or ``same``, for fewer than two laws and, unless
+        ``new``, if ``out`` holds other results. All before the first run.
     """
     target = None if out is None else check_target(out)
     study = needs_pair(as_study(study), "compare")
@@ -110,8 +137,8 @@ def on_equal_terms(
     if baseline is not None and (not isinstance(baseline, str) or baseline not in CONTACT_MODELS):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
-    names = tuple(dict.fromkeys((*asked, baseline or study.law_name)))
+    names_asked = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
+    names = tuple(dict.fromkeys((*names_asked, baseline or study.law_name)))
     for name in names:
         known_law(name)
     if len(names) < 2:
@@ -122,21 +149,21 @@ def on_equal_terms(
             "a contact_model that has one, and name this one as the baseline"
         )
     _check_restitution(study, names)
-    own = study.equal_terms or USUAL_TERMS
-    same, speed = terms[0] or own.same, own.speed if terms[1] is None else terms[1]
+    scene_terms = study.equal_terms or USUAL_TERMS
+    same, speed = terms[0] or scene_terms.same, scene_terms.speed if terms[1] is None else terms[1]
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
     fast = si(speed, SPEED, "compare: speed")
     return replace(study, grid=study.grid._replace(contact_models=names), equal_terms=EqualTerms(same, fast, True))
 
 
-def with_relation(study: Study, asked: str | None) -> tuple[Study, str]:
+def with_relation(study: Study, relation: str | None) -> tuple[Study, str]:
     """The study under the relation with which its laws return the same e, or the one asked for; and why it is not."""
     laws = [known_law(name) for name in study.grid.contact_models]
-    if asked is not None:
-        if wrong := relation_fault(asked) or misfit(laws, asked):
+    if relation is not None:
+        if wrong := relation_fault(relation) or misfit(laws, relation):
             raise PoundingError(f"compare: {wrong}")
-        return replace(study, relation=asked), ""
+        return replace(study, relation=relation), ""
     if not any(law.needs_restitution for law in laws):
         return study, ""
     exact = replace(study, relation=AS_ASKED)
@@ -177,13 +204,13 @@ def _check_restitution(study: Study, names: tuple[str, ...]) -> None:
     """Tell every law at once that needs a restitution, where the scene gives none."""
     damped = [name for name in names if known_law(name).needs_restitution]
     if damped and study.restitution_words == NO_RESTITUTION:
-        rest = [name for name in runnable(study) if not known_law(name).needs_restitution]
+        undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
         raise SceneError(
             study.source,
             [
                 f"{', '.join(damped)} need{'s' if len(damped) == 1 else ''} a restitution, and the scene gives none; "
                 'write restitution = 0.65, or restitution = "concrete", in [[interface]], '
-                f"or compare {', '.join(rest)} alone"
+                f"or compare {', '.join(undamped)} alone"
             ],
         )
 
@@ -195,46 +222,40 @@ def reference_impacts(study: Study, stiffnesses: dict[str, float]) -> list[Impac
     """
     terms = study.equal_terms or USUAL_TERMS
     wall = study.striking_mass, inf
-    found = []
+    impacts = []
     for name in study.grid.contact_models:
         law, masses = study.law(name, stiffnesses.get(name)), wall
         if needs_floors(law):
             # A wall cannot strike.
             struck, other = sorted(study.buildings, key=lambda building: building.is_rigid)
             law, masses = law.between(struck, other), (struck.mass, inf if other.is_rigid else other.mass)
-        found.append(impact(law, terms.speed, *masses, restitution=study.restitution))
-    return found
+        impacts.append(impact(law, terms.speed, *masses, restitution=study.restitution))
+    return impacts
 
 
 def _impacts(study: Study, stiffnesses: dict[str, float]) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN."""
-    found = reference_impacts(study, stiffnesses)
+    impacts = reference_impacts(study, stiffnesses)
     names = study.grid.contact_models
-    longest = max(len(each.time) for each in found)
+    longest = max(len(one.time) for one in impacts)
+    calibrated = [stiffnesses.get(name, nan) for name in names]
+    dissipates = np.array([not one.restitution > 1.0 - ELASTIC for one in impacts], dtype=np.int8)
+    capped = np.array([known_law(name).capped for name in names], dtype=np.int8)
+    of_laws: dict[str, tuple[Any, str]] = {
+        "stiffness": (calibrated, "calibrated stiffness of the contact law, in the unit of stiffness_unit"),
+        "stiffness_unit": ([_unit(name) for name in names], "unit of stiffness"),
+        "dissipates": (dissipates, "0 where the law is elastic, and without yielding returns all energy"),
+        "capped": (capped, "1 where the yield force acts in the law"),
+    }
     variables: dict[str, Any] = {
-        "stiffness": (
-            "contact_model",
-            [stiffnesses.get(name, nan) for name in names],
-            {"long_name": "calibrated stiffness of the contact law, in the unit of stiffness_unit"},
-        ),
-        "stiffness_unit": ("contact_model", [_unit(name) for name in names], {"long_name": "unit of stiffness"}),
-        "dissipates": (
-            "contact_model",
-            np.array([not each.restitution > 1.0 - ELASTIC for each in found], dtype=np.int8),
-            {"long_name": "0 where the law is elastic, and without yielding returns all energy"},
-        ),
-        "capped": (
-            "contact_model",
-            np.array([known_law(name).capped for name in names], dtype=np.int8),
-            {"long_name": "1 where the yield force acts in the law"},
-        ),
+        name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
     }
     for name, (unit, words) in IMPACT_COLUMNS.items():
-        values = [getattr(each, name) for each in found]
-        variables[f"reference_{name}"] = ("contact_model", values, {"units": unit, "long_name": words})
+        values = [getattr(one, name) for one in impacts]
+        variables[f"reference_{name}"] = ("contact_model", values, described(unit, words))
     for name, (unit, words) in CURVES.items():
-        rows = [np.pad(getattr(each, name), (0, longest - len(each.time)), constant_values=nan) for each in found]
-        about = {"units": unit, "long_name": f"{words}, reference impact; NaN after the parting"}
+        rows = [np.pad(getattr(one, name), (0, longest - len(one.time)), constant_values=nan) for one in impacts]
+        about = described(unit, f"{words}, reference impact; NaN after the parting")
         variables[f"impact_{name}"] = (("contact_model", "impact_step"), np.array(rows), about)
     return variables
 
@@ -243,14 +264,14 @@ def _unit(name: str) -> str:
     return stiffness_quantity(known_law(name)).unit if "stiffness" in known_law(name)._fields else ""
 
 
-def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
+def _histories(study: Study, case: dict[str, int]) -> dict[str, Any]:
     """Relative displacement of one case under every law at the record's samples, and which case it is."""
     records, grid = study.records, study.grid
-    pga = grid.pgas[place.get("pga", 0)]
-    motion = driven(motions_of(study)[place["record"]], records.polarities[place["polarity"]], pga)
+    pga = grid.pgas[case.get("pga", 0)]
+    motion = driven(motions_of(study)[case["record"]], records.polarities[case["polarity"]], pga)
     pair = oscillators(*study.pair)
     free = free_response(pair, motion.acceleration, motion.dt, wave_of(study.effects))
-    gap, strength = grid.gaps[place["gap"]], grid.yield_forces[place["yield_force"]]
+    gap, strength = grid.gaps[case["gap"]], grid.yield_forces[case["yield_force"]]
     samples = np.arange(len(motion.acceleration)) * motion.dt
     rows = []
     for name in grid.contact_models:
@@ -258,19 +279,9 @@ def _histories(study: Study, place: dict[str, int]) -> dict[str, Any]:
         _, log = logged(pair, free, interface, study.rtol)
         time, states, *_ = histories(pair, free, log)
         rows.append(np.interp(samples, time, relative_displacement(free, time, states)))
+    about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
+    about |= {"polarity": records.polarities[case["polarity"]], "pga": motion.pga, "gap": gap, "yield_force": strength}
     return {
-        "time": ("time", samples, {"units": "s", "long_name": "time since the start of the record"}),
-        "history": (
-            ("contact_model", "time"),
-            np.array(rows),
-            {
-                "units": "m",
-                "long_name": "relative displacement of a case of median spread",
-                "record": motion.name,
-                "polarity": records.polarities[place["polarity"]],
-                "pga": motion.pga,
-                "gap": gap,
-                "yield_force": strength,
-            },
-        ),
+        "time": ("time", samples, described("s", "time since the start of the record")),
+        "history": (("contact_model", "time"), np.array(rows), about),
     }

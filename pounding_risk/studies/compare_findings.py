@@ -1,4 +1,4 @@
-"""What a comparison of contact models says: ratios to a baseline, ranks, conclusions that flip, and the sentence.
+"""Results of a comparison of contact models: ratios to a baseline, ranks, conclusions that flip, and the finding.
 
 A case is one record, polarity, amplitude, gap and yield force. Ratios are over the cases in which the baseline has
 contact: elsewhere there is nothing to compare. A case in which either run failed is left out and counted nowhere.
@@ -52,19 +52,19 @@ def outputs_of(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     Under a model whose velocities jump the acceleration is that between the jumps, which have none that is finite:
     there is nothing to compare. So it is with the force of those that have none in the reference impact either.
     """
-    found = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
+    outputs = {words: dataset[name] for name, words in RUN_OUTPUTS.items()}
     for name, words in SIDE_OUTPUTS.items():
         for side, building in enumerate(dataset["building"].values):
-            found[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
+            outputs[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True)
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
         nothing = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
-        for words in found:
+        for words in outputs:
             for start, where in nothing.items():
                 if words.startswith(start):
-                    found[words] = found[words].where(~where)
+                    outputs[words] = outputs[words].where(~where)
     # Counts are stored as -1 where a run failed.
-    return {words: values.where(values >= 0.0) for words, values in found.items()}
+    return {words: values.where(values >= 0.0) for words, values in outputs.items()}
 
 
 def by_case(values: xr.DataArray) -> Array:
@@ -75,7 +75,7 @@ def by_case(values: xr.DataArray) -> Array:
 
 
 def place_of(dataset: xr.Dataset, law: str) -> int:
-    """Where a law stands along ``contact_model``."""
+    """Index of a law along ``contact_model``."""
     return list(map(str, dataset["contact_model"].values)).index(law)
 
 
@@ -93,8 +93,8 @@ def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Arr
 
 def spread(ratio: Array) -> Array:
     """(laws, 3): the 16th, 50th and 84th percentile over the cases; NaN where a law has none."""
-    known = [row[~np.isnan(row)] for row in ratio]
-    return np.array([np.percentile(row, (LOW, MIDDLE, HIGH)) if row.size else np.full(3, nan) for row in known])
+    defined = [row[~np.isnan(row)] for row in ratio]
+    return np.array([np.percentile(row, (LOW, MIDDLE, HIGH)) if row.size else np.full(3, nan) for row in defined])
 
 
 def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
@@ -107,23 +107,25 @@ def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]
     ordered = values.transpose("contact_model", *motions, "gap", "yield_force").values
     shape = (len(ordered), -1, values.sizes["gap"] * values.sizes["yield_force"])
     table, used = ordered.reshape(shape), cases.reshape(shape[1:])
-    found = []
+    agreements = []
     for law in table:
-        each = [_spearman(law[used[:, at], at], table[baseline][used[:, at], at]) for at in range(used.shape[1])]
-        known = [value for value in each if not np.isnan(value)]
-        found.append((np.median(known), min(known)) if known else (nan, nan))
-    return np.array(found)
+        correlations = [
+            _spearman(law[used[:, at], at], table[baseline][used[:, at], at]) for at in range(used.shape[1])
+        ]
+        defined = [value for value in correlations if not np.isnan(value)]
+        agreements.append((np.median(defined), min(defined)) if defined else (nan, nan))
+    return np.array(agreements)
 
 
 def _spearman(one: Array, other: Array) -> float:
     from scipy.stats import ConstantInputWarning, spearmanr
 
-    known = ~np.isnan(one) & ~np.isnan(other)
-    if known.sum() < FEWEST_TO_RANK:
+    defined = ~np.isnan(one) & ~np.isnan(other)
+    if defined.sum() < FEWEST_TO_RANK:
         return nan
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConstantInputWarning)  # its answer, NaN, is the one wanted
-        return float(spearmanr(one[known], other[known]).statistic)
+        return float(spearmanr(one[defined], other[defined]).statistic)
 
 
 def gap_without_contact(dataset: xr.Dataset) -> xr.DataArray:
@@ -148,14 +150,14 @@ def flips(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[Array, Array]]:
     both = (count >= 0.0) & (count[at] >= 0.0)
     yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
     return {
-        "contact": _told(both & ((count > 0.0) != (count[at] > 0.0)), both),
-        "yield exceedance": _told(yields & (exceeds != exceeds[at]), yields),
-        "displacement": _told(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
-        "gap adequacy": _told(closed != closed[at], np.ones_like(closed, dtype=bool)),
+        "contact": _totals(both & ((count > 0.0) != (count[at] > 0.0)), both),
+        "yield exceedance": _totals(yields & (exceeds != exceeds[at]), yields),
+        "displacement": _totals(np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
+        "gap adequacy": _totals(closed != closed[at], np.ones_like(closed, dtype=bool)),
     }
 
 
-def _told(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _totals(differs: NDArray[np.bool_], judged: NDArray[np.bool_]) -> tuple[Array, Array]:
     return differs.sum(axis=1), judged.sum(axis=1)
 
 
@@ -221,13 +223,13 @@ def finding(dataset: xr.Dataset) -> str:
             yields = int(dataset["capped"].sel(contact_model=baseline))
             parts.append(f"{'without' if yields else 'with'} yielding, {_moves(apart)}")
         what = "The model matters here" if by_model else "Yielding matters here, which is F_E and not the model"
-        told = f"{what}: against {baseline}, {'; '.join(parts)}"
+        sentence = f"{what}: against {baseline}, {'; '.join(parts)}"
     else:
-        told = (
+        sentence = (
             "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within "
             f"{100 * NOTABLE:.0f} % of that of {baseline}"
         )
-    return "; ".join([told, *_flipping(shares, names), *_aside(dataset, names)]) + "."
+    return "; ".join([sentence, *_flipping(shares, names), *_aside(dataset, names)]) + "."
 
 
 def _often(dataset: xr.Dataset, names: list[str]) -> bool:
@@ -238,10 +240,10 @@ def _often(dataset: xr.Dataset, names: list[str]) -> bool:
 
 def _aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
     """Which laws the sentence does not speak of."""
-    rest = [str(name) for name in dataset["contact_model"].values if name not in (*names, dataset.attrs["baseline"])]
-    if not rest or "reference_restitution_asked" not in dataset:
+    others = [str(name) for name in dataset["contact_model"].values if name not in (*names, dataset.attrs["baseline"])]
+    if not others or "reference_restitution_asked" not in dataset:
         return []
-    return [f"of {', '.join(rest)}, which cannot be on equal terms, the tables tell"]
+    return [f"of {', '.join(others)}, which cannot be on equal terms, the tables tell"]
 
 
 def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]]:
@@ -258,20 +260,22 @@ def _by_cap(dataset: xr.Dataset, names: list[str]) -> tuple[list[str], list[str]
 
 def _moved(dataset: xr.Dataset, names: list[str]) -> list[tuple[str, str, float, float]]:
     """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
-    found = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
-    return sorted((each for each in found if _reach(*each[2:]) > 1.0 + NOTABLE), key=lambda each: -_reach(*each[2:]))
+    ranges = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
+    return sorted(
+        (entry for entry in ranges if _reach(*entry[2:]) > 1.0 + NOTABLE), key=lambda entry: -_reach(*entry[2:])
+    )
 
 
 def _moves(moved: list[tuple[str, str, float, float]]) -> str:
     """The outputs that move most, with numbers, and how many others do."""
-    told: list[str] = []
+    parts: list[str] = []
     for output, law, low, high in moved[:TOLD]:
-        verb, as_large = ("", "") if told else ("is ", " as large")
-        told.append(f"{output} {verb}{low:.2f} to {high:.2f} times{as_large} ({law})")
-    rest = len(moved) - len(told)
-    if rest:
-        told.append(f"{rest} more output{'s' if rest > 1 else ''} off by over {100 * NOTABLE:.0f} %")
-    return ", ".join(told) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
+        verb, as_large = ("", "") if parts else ("is ", " as large")
+        parts.append(f"{output} {verb}{low:.2f} to {high:.2f} times{as_large} ({law})")
+    n_more = len(moved) - len(parts)
+    if n_more:
+        parts.append(f"{n_more} more output{'s' if n_more > 1 else ''} off by over {100 * NOTABLE:.0f} %")
+    return ", ".join(parts) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
 
 
 def _reach(low: float, high: float) -> float:
@@ -283,8 +287,10 @@ def _reach(low: float, high: float) -> float:
 
 def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, float, float]:
     """(law, 16th, 84th percentile) of the law whose range of ratios goes furthest from 1; NaN where none has one."""
-    one = dataset.sel(output=output, contact_model=names)
-    rows = list(zip(names, one["ratio_low"].values.tolist(), one["ratio_high"].values.tolist(), strict=True))
+    of_output = dataset.sel(output=output, contact_model=names)
+    rows = list(
+        zip(names, of_output["ratio_low"].values.tolist(), of_output["ratio_high"].values.tolist(), strict=True)
+    )
     return max(rows, key=lambda row: _reach(*row[1:]))
 
 
@@ -295,8 +301,8 @@ def _flipping(shares: dict[str, Array], names: list[str]) -> Iterator[str]:
         if np.isnan(share).all():
             continue
         at = int(np.nanargmax(share))
-        found = f"up to {percent(share[at])} of the cases ({names[at]})" if share[at] > 0.0 else "none"
-        yield f"{words} in {found}"
+        share_words = f"up to {percent(share[at])} of the cases ({names[at]})" if share[at] > 0.0 else "none"
+        yield f"{words} in {share_words}"
 
 
 def percent(share: float) -> str:
@@ -325,8 +331,8 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
         "output": ("output", list(outputs)),
         "conclusion": ("conclusion", list(CONCLUSIONS), {"long_name": "; ".join(map(": ".join, CONCLUSIONS.items()))}),
         **{
-            f"ratio_{name}": (law, spreads[:, :, place], _unitless(f"{percent:g}th percentile {over}"))
-            for place, (name, percent) in enumerate(percentiles)
+            f"ratio_{name}": (law, spreads[:, :, column], _unitless(f"{percent:g}th percentile {over}"))
+            for column, (name, percent) in enumerate(percentiles)
         },
         "rank_agreement": (law, ranks[:, :, 0], _unitless("Spearman's correlation of the motions' ranks, median")),
         "rank_agreement_lowest": (

@@ -1,4 +1,4 @@
-"""From netCDF to Zarr and back, block by block: what memory holds is one block, however large the dataset is."""
+"""Conversion of datasets between netCDF and Zarr, block by block."""
 
 from __future__ import annotations
 
@@ -13,31 +13,48 @@ from pounding_risk.results.store import store_of
 
 
 def convert(source: str | Path, target: str | Path) -> Path:
-    """Write a dataset under another name: ``.nc`` for a netCDF file, ``.zarr`` for a Zarr store.
+    """Write a dataset in another format: netCDF (``.nc``) or Zarr (``.zarr``).
 
-    Values, labels and attributes stay what they are. The target is whole or not there. Raises PoundingError for a
-    source that cannot be read and a target that cannot be written, is the source, or holds anything else than the
-    results of the same command and the same study.
+    Values, labels and attributes stay what they are; memory holds one block at a time. The target is complete or
+    absent.
+
+    Parameters
+    ----------
+    source : path
+        Dataset to read.
+    target : path
+        File or store to write.
+
+    Returns
+    -------
+    pathlib.Path
+        The path of the target.
+
+    Raises
+    ------
+    PoundingError
+        If the source cannot be read, or the target cannot be written, is the source, or holds anything but the results
+        of the same command and study.
     """
-    place = check_target(target, RESULTS)
-    if place.exists() and Path(source).exists() and place.samefile(source):
+    path = check_target(target, RESULTS)
+    if path.exists() and Path(source).exists() and path.samefile(source):
         raise PoundingError(f"{target}: is the source itself; name another target")
-    _check_replaceable(place, Path(source))
+    _check_replaceable(path, Path(source))
     with stream_results(source) as dataset:
         form = form_of(dataset.drop_encoding())
-        with store_of(form, place, AGAIN) as store:
+        with store_of(form, path, AGAIN) as store:
             for block in blocks(form):
                 store.write(block, values_at(dataset, form, block, form.cases))
             store.finish({})
-    return place
+    return path
 
 
 def _check_replaceable(target: Path, source: Path) -> None:
     """Raise PoundingError where there is something under the target's name that is not the source, converted."""
     if not target.exists() or not source.exists():
         return
-    there, here = (read_finished(path) for path in (target, source))
-    same = there.command and there.command == here.command
-    if not same or recorded_identity(there.attrs) != recorded_identity(here.attrs):
-        what = f"other results of {there.command}" if there.command else "no results of pounding-risk"
+    present, converted = (read_finished(path) for path in (target, source))
+    same = present.command and present.command == converted.command
+    if not same or recorded_identity(present.attrs) != recorded_identity(converted.attrs):
+        what = f"other results of {present.command}" if present.command else "no results of pounding-risk"
         raise PoundingError(f"{target}: is there already and holds {what}; {OTHER_NAME}")

@@ -1,4 +1,4 @@
-"""The runs of the demo: the pair of the 2011 paper, the search for its yield force, and a small ensemble."""
+"""Runs of the demo: the pair of Khatiwada et al. (2011), the search for its yield force, and a small ensemble."""
 
 from __future__ import annotations
 
@@ -74,13 +74,13 @@ def window(study: Study) -> Window:
     """
     grid = study.grid._replace(yield_forces=(*SEARCHED, inf), gaps=(study.gap,))
     searched = scan(replace(study, grid=grid))
-    places = np.flatnonzero(fitting(searched.sel(polarity=AS_RECORDED).squeeze()))
-    if not places.size:
+    indices = np.flatnonzero(fitting(searched.sel(polarity=AS_RECORDED).squeeze()))
+    if not indices.size:
         tried = f"{SEARCHED[0] / 1e3:.0f} to {SEARCHED[-1] / 1e3:.0f} kN"
         raise PoundingError(
             f"{study.name}: no yield force of {tried} fits the paper's statement; is it the paper's pair?"
         )
-    longest = max(np.split(places, np.flatnonzero(np.diff(places) > 1) + 1), key=len)
+    longest = max(np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1), key=len)
     forces = searched["yield_force"].values
     return Window(float(forces[longest[0]]), float(forces[longest[-1]]), searched)
 
@@ -105,26 +105,27 @@ def pair_findings(elastic: xr.Dataset, plastic: xr.Dataset) -> list[str]:
     ]
 
 
-def window_findings(found: Window) -> list[str]:
+def window_findings(fit: Window) -> list[str]:
     """Where the paper's statement holds and where it does not, in sentences with numbers."""
-    line = found.searched.squeeze()
+    line = fit.searched.squeeze()
     peak = line["peak_relative_displacement"]
     forces = line["yield_force"].values
     change = (peak / peak.isel(yield_force=int(np.isinf(forces).argmax())) - 1.0).isel(yield_force=np.isfinite(forces))
-    inside = change.sel(yield_force=slice(found.low, found.high))
-    told = []
+    inside = change.sel(yield_force=slice(fit.low, fit.high))
+    by_polarity = []
     for name in map(str, line["polarity"].values):
-        one, there = change.sel(polarity=name).values, inside.sel(polarity=name).values
-        lowered, raised = _percent(one < -NOTABLE), _percent(one > NOTABLE)
-        told.append(
+        changes, changes_inside = change.sel(polarity=name).values, inside.sel(polarity=name).values
+        largest = changes_inside[np.abs(changes_inside).argmax()]
+        lowered, raised = _percent(changes < -NOTABLE), _percent(changes > NOTABLE)
+        by_polarity.append(
             f"Record {name}: in that window yielding changes the peak by up to "
-            f"{100.0 * there[np.abs(there).argmax()]:+.0f} %; over all F_E tried it lowers the peak in {lowered}, "
+            f"{100.0 * largest:+.0f} %; over all F_E tried it lowers the peak in {lowered}, "
             f"raises it in {raised} (by more than 1 %)."
         )
     return [
-        f"The paper's statement holds for F_E from {found.low / 1e3:.0f} to {found.high / 1e3:.0f} kN "
+        f"The paper's statement holds for F_E from {fit.low / 1e3:.0f} to {fit.high / 1e3:.0f} kN "
         f"({SEARCHED.size} values from {SEARCHED[0] / 1e3:.0f} to {SEARCHED[-1] / 1e3:.0f} kN tried).",
-        *told,
+        *by_polarity,
     ]
 
 

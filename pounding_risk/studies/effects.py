@@ -1,4 +1,4 @@
-"""What each effect of a scene changes and what it costs: the scene with none, with each alone, and with all."""
+"""Change of the results and computing time by each effect: the scene with none, with each alone, and with all."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
+from pounding_risk.results.pair_labels import described
 from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import Effect, Study, known_law
 from pounding_risk.studies.accuracy import bench_of, run_event
@@ -49,15 +50,36 @@ def effects(
     new: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """The scene's grid without effects, with each effect alone and with all, as a dataset (and written to ``out``).
+    """Run a scene's grid without effects, with each effect alone and with all of them.
 
-    The effects are those of the scene; where it names none, all that act on the ground, or of a row on its buildings,
-    or on one of its contact models, with the options of their examples. An effect that acts on another is switched on
-    with it. Contact models that one of the effects does not act on are left out. Dimensions: effects, and those of
-    `scan`. Variables: the outputs of `COMPARED`, ``yield_exceedance``, ``status``, ``acts_on_all`` [1 where the effects
-    act on cases that do not yield, too], and ``time`` [s of the processor per run, every case run, median of
-    ``repeats``], ``time_ratio`` over the scene without. Raises as `scan` does, and for an ``out`` that holds results of
-    another command, unless ``new``.
+    The effects are those of the scene. Where it names none, they are all that act on the ground, or in a row on its
+    buildings, or on one of its contact models, with the options of their examples. An effect that acts on another is
+    switched on with it. Contact models that one of the effects does not act on are left out.
+
+    Parameters
+    ----------
+    study : Study or path
+        A scene, or the path of its TOML file.
+    out : path, optional
+        File for the dataset, ``.nc``.
+    repeats : int
+        Timed repetitions, of which the median counts.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of steps done and of all steps.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along effects and the dimensions of `scan`: the outputs of `COMPARED`, ``yield_exceedance``, ``status``,
+        ``acts_on_all`` [1 where the effects also act on cases that do not yield], ``time`` [s of the processor per run,
+        every case run] and ``time_ratio``, over the scene without effects. The attribute ``finding`` is a sentence.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; also, unless ``new``, if ``out`` holds results of another command.
     """
     target = None if out is None else check_target(out)
     if target is not None:
@@ -66,39 +88,39 @@ def effects(
     laws = study.grid.contact_models
     unsuited = {} if study.effects else {name: why for name in EFFECTS if (why := _unsuited(study, name))}
     acting = [name for name in EFFECTS if name not in unsuited and any(_acts(name, law) for law in laws)]
-    asked = study.effects or tuple(_example(name) for name in acting)
-    taken = tuple(law for law in laws if all(_acts(effect.name, law) for effect in asked))
-    study = replace(study, grid=study.grid._replace(contact_models=taken))
-    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(asked).items()]
-    found = []
-    for place, (_, scene) in enumerate(scenes):
-        found.append(scan(scene, check_fraction=0.0))
+    switched = study.effects or tuple(_example(name) for name in acting)
+    kept_laws = tuple(law for law in laws if all(_acts(effect.name, law) for effect in switched))
+    study = replace(study, grid=study.grid._replace(contact_models=kept_laws))
+    scenes = [(name, replace(study, effects=chosen)) for name, chosen in combinations(switched).items()]
+    scans = []
+    for number, (_, scene) in enumerate(scenes):
+        scans.append(scan(scene, check_fraction=0.0))
         if progress:
-            progress(place + 1, len(scenes) + 1)
+            progress(number + 1, len(scenes) + 1)
     times = run_times([scene for _, scene in scenes], repeats)
     if progress:
         progress(len(scenes) + 1, len(scenes) + 1)
-    dataset = _dataset(scenes, found, times)
-    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in asked})}
-    rest = [law for law in laws if law not in taken]
-    told = [f"{', '.join(rest)}: not every effect here acts on it"] if rest else []
-    dataset.attrs["left_out"] = "; ".join([*told, *(why for name, why in unsuited.items() if _fits(study, name))])
+    dataset = _dataset(scenes, scans, times)
+    dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in switched})}
+    dropped_laws = [law for law in laws if law not in kept_laws]
+    reasons = [f"{', '.join(dropped_laws)}: not every effect here acts on it"] if dropped_laws else []
+    dataset.attrs["left_out"] = "; ".join([*reasons, *(why for name, why in unsuited.items() if _fits(study, name))])
     dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
     if target is not None:
         save(dataset, target)
     return dataset
 
 
-def combinations(asked: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
+def combinations(switched: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
     """None, each alone with what it acts on, and all together, by the words for it."""
-    known = {effect.name: effect for effect in asked}
-    found: dict[str, tuple[Effect, ...]] = {NONE: ()}
-    for name, effect in known.items():
-        needs = tuple(known.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
-        found[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
-    if len(known) > 1 and set(asked) != set(found[list(found)[-1]]):
-        found[ALL] = asked
-    return found
+    by_name = {effect.name: effect for effect in switched}
+    sets: dict[str, tuple[Effect, ...]] = {NONE: ()}
+    for name, effect in by_name.items():
+        needs = tuple(by_name.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
+        sets[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
+    if len(by_name) > 1 and set(switched) != set(sets[list(sets)[-1]]):
+        sets[ALL] = switched
+    return sets
 
 
 def _example(name: str) -> Effect:
@@ -140,13 +162,13 @@ def _unsuited(study: Study, effect: str) -> str:
 def run_times(scenes: list[Study], repeats: int) -> np.ndarray:
     """Processor time of one run [s] under each scene, (scenes, repeats); the scenes take turns."""
     timers = [_timer(scene) for scene in scenes]
-    found = np.zeros((len(scenes), repeats))
+    times = np.zeros((len(scenes), repeats))
     for number in range(-1, repeats):  # the first round compiles and warms the caches
-        for place, timed in enumerate(timers):
+        for row, timed in enumerate(timers):
             seconds = timed()
             if number >= 0:
-                found[place, number] = seconds
-    return found
+                times[row, number] = seconds
+    return times
 
 
 def _timer(scene: Study) -> Callable[[], float]:
@@ -156,35 +178,31 @@ def _timer(scene: Study) -> Callable[[], float]:
     bench = bench_of(scene, CASES_TIMED)
 
     def timed() -> float:
-        spent = run_event(bench, scene.rtol)
+        outcome = run_event(bench, scene.rtol)
         # The motion without contact is common to all cases of a record.
-        return spent.seconds - spent.free_seconds * len(bench.motions) / bench.size
+        return outcome.seconds - outcome.free_seconds * len(bench.motions) / bench.size
 
     return timed
 
 
-def _dataset(scenes: list[tuple[str, Study]], found: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
+def _dataset(scenes: list[tuple[str, Study]], scans: list[xr.Dataset], times: np.ndarray) -> xr.Dataset:
     names = [name for name, _ in scenes]
     variables = [*COMPARED, "yield_exceedance", "status"]
-    dataset = xr.concat([each[variables] for each in found], dim="effects", combine_attrs="override")
+    dataset = xr.concat([one[variables] for one in scans], dim="effects", combine_attrs="override")
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
-    middle = np.array([median(row) for row in times])
-    dataset["time"] = ("effects", middle, {"units": "s", "long_name": "processor time of one run"})
+    medians = np.array([median(row) for row in times])
+    dataset["time"] = ("effects", medians, described("s", "processor time of one run"))
     everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
     words = "1 where the effects act on cases that do not yield, too"
-    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), {"units": "1", "long_name": words})
+    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
     ratios = np.median(times / times[0], axis=1)
-    dataset["time_ratio"] = (
-        "effects",
-        ratios,
-        {"units": "1", "long_name": "time of one run over that without effects"},
-    )
+    dataset["time_ratio"] = ("effects", ratios, described("1", "time of one run over that without effects"))
     dataset.attrs = {
-        key: value for key, value in found[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
+        key: value for key, value in scans[0].attrs.items() if key not in ("scene", "scene_resolved", "references")
     }
     dataset.attrs |= {
-        "scene": found[0].attrs["scene"],
-        "references": "; ".join(dict.fromkeys(each.attrs["references"] for each in found)),
+        "scene": scans[0].attrs["scene"],
+        "references": "; ".join(dict.fromkeys(one.attrs["references"] for one in scans)),
     }
     return dataset
 
@@ -243,11 +261,11 @@ def finding(dataset: xr.Dataset) -> str:
     spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
     strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
     change = changes(dataset, strongest, output)
-    rest = f"; {' and '.join(without)} change no reported digit" if without else ""
+    idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
     return (
         f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
         f"{changed_cases(dataset, strongest)} of {counted(_cases(dataset), 'case')} ({yielding(dataset)} yield); {cost}"
-        f"{rest}."
+        f"{idle_words}."
     )
 
 

@@ -1,13 +1,15 @@
 """Time histories of chosen cases of a study, at the samples of their records, as one dataset with the labels of a scan.
 
-Each case is run as `simulate` runs it and told at the samples of its record; it is written before the next ones are
-kept, so that memory does not grow with their number.
+Each case is run as `simulate` runs it and interpolated at the samples of its record. A block of cases is written before
+the next one is run, so that memory does not grow with their number.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from math import isclose, isinf
 from os import cpu_count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.dates import created
 from pounding_risk._common.files import AGAIN
 from pounding_risk._common.progress import Progress
+from pounding_risk._common.words import nearest
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 from pounding_risk.ensemble.row_grid import row_grid
@@ -44,10 +47,15 @@ from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.api import Interface
-from pounding_risk.studies.case_choice import LAW, Asked, Choice, chosen, largest, values_of
 from pounding_risk.studies.simulate import pair_histories
 from pounding_risk.studies.simulate_row import Cell, row_histories
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, say, si
 
+LAW = AXES.index("contact_model")
+NEAR = 1e-9  # relative: a value of the grid that was written down and read again
+FEW = 8  # values of a grid that a sentence lists
+QUANTITIES = {"pga": PGA, "gap": GAP, "yield_force": YIELD_FORCE}
+Asked = dict[str, Sequence[Any] | None]  # by axis; None for all values of it
 MOST = 1000  # cases, unless more are asked for: some tens of seconds, and a gigabyte
 OF_A_PAIR = {
     "displacement": ("building",),
@@ -66,6 +74,19 @@ COMMENT = (
 )
 
 
+class Choice(NamedTuple):
+    """Chosen cases of a grid."""
+
+    places: NDArray[np.int64]  # (cases, axes): index of each case along each of `AXES`
+    shape: tuple[int, ...]  # along `AXES`
+    by_law: bool  # one case of each contact model: the other axes are labels along it
+
+    @property
+    def records(self) -> list[int]:
+        """Places of the records that the cases have, ascending."""
+        return sorted(set(self.places[:, 0].tolist()))
+
+
 class Cases(NamedTuple):
     """The chosen cases of a study, ready to be run."""
 
@@ -76,18 +97,18 @@ class Cases(NamedTuple):
 
     @property
     def samples(self) -> int:
-        """Of the longest record."""
+        """Number of samples of the longest record."""
         return max(len(self.motions[place].acceleration) for place in self.choice.records)
 
-    def motion(self, place: Sequence[int]) -> Motion:
+    def motion(self, case: Sequence[int]) -> Motion:
         """The motion of a case, in its polarity and amplitude."""
         study = self.study
-        return driven(self.motions[place[0]], study.records.polarities[place[1]], study.grid.pgas[place[2]])
+        return driven(self.motions[case[0]], study.records.polarities[case[1]], study.grid.pgas[case[2]])
 
-    def run(self, place: Sequence[int]) -> xr.Dataset:
-        """A case as `simulate` tells it."""
+    def run(self, case: Sequence[int]) -> xr.Dataset:
+        """Dataset of a case, as `simulate` returns it."""
         study, grid = self.study, self.study.grid
-        motion, (law, gap, force) = self.motion(place), place[LAW:]
+        motion, (law, gap, force) = self.motion(case), case[LAW:]
         if study.is_row:
             # A grid of one yield force leaves every interface its own.
             level = grid.yield_forces[force] if len(grid.yield_forces) > 1 else None
@@ -96,16 +117,16 @@ class Cases(NamedTuple):
         interface = Interface(grid.gaps[gap], self.laws[law], study.restitution, grid.yield_forces[force])
         return pair_histories(study, motion, interface)
 
-    def at_samples(self, place: Sequence[int]) -> dict[str, Any]:
+    def at_samples(self, case: Sequence[int]) -> dict[str, Any]:
         """The variables of a case, time last and NaN past the end of its record, and its status."""
-        run, motion = self.run(place), self.motion(place)
-        at = _nearest(run["time"].values, motion.times)
-        found: dict[str, Any] = {"status": CODES[run.attrs["status"]]}
+        run, motion = self.run(case), self.motion(case)
+        nodes = _nearest(run["time"].values, motion.times)
+        variables: dict[str, Any] = {"status": CODES[run.attrs["status"]]}
         for name in OF_A_ROW if self.study.is_row else OF_A_PAIR:
-            told = np.moveaxis(run[name].values[at], 0, -1)
-            found[name] = np.full((*told.shape[:-1], self.samples), np.nan)
-            found[name][..., : len(at)] = told
-        return found
+            array = np.moveaxis(run[name].values[nodes], 0, -1)
+            variables[name] = np.full((*array.shape[:-1], self.samples), np.nan)
+            variables[name][..., : len(nodes)] = array
+        return variables
 
 
 def histories(
@@ -125,28 +146,60 @@ def histories(
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Path:
-    """Write the time histories of chosen cases of a grid to ``out``, with the labels of its results; returns the path.
+    """Write the time histories of chosen cases of a grid, with the labels of its results.
 
-    ``source`` is a scene, or the results of a scan, whose scene and records are then those of the results (see
-    `rerun`, also for ``folder``). Of each axis of the grid the values named are taken, or all: names, and numbers in
-    SI [m/s², m, N]. ``largest_of`` names an output of the results: of each contact model only the case in which it is
-    largest. ``say`` is told how much it will be before anything is written, ``progress`` is called with (cases done,
-    cases in all).
+    Values are those of `simulate` at the samples of the records. Of each axis of the grid the named values are taken,
+    or all of them.
 
-    Dimensions are those of the results, and sample; ``time`` [s] is by record and sample, NaN past the end of a record.
-    Values are those of `simulate` at the samples of the record. With ``largest_of`` the other axes of the grid are
-    labels along contact_model.
+    Parameters
+    ----------
+    source : Study or path
+        A scene, or the results of a scan, whose scene and records are then those of the results.
+    out : path
+        File for the dataset, ``.nc`` or ``.zarr``.
+    records, polarities : sequence of str, optional
+        Names of records and polarities.
+    pgas : sequence of float, optional
+        Peak ground accelerations [m/s²].
+    laws : sequence of str, optional
+        Names of contact models.
+    gaps : sequence of float, optional
+        Gaps [m].
+    yield_forces : sequence of float, optional
+        Yield forces [N].
+    largest_of : str, optional
+        An output of the results: of each contact model only the case in which it is largest is written, and the other
+        axes of the grid are labels along ``contact_model``.
+    most : int
+        Most cases that may be written.
+    folder : path, optional
+        Where record files are that the scene of the results names relative to itself, see `rerun`.
+    workers : int, optional
+        Number of threads; as many as there are processors by default.
+    progress : callable, optional
+        Called with the number of cases done and of all cases.
+    say : callable, optional
+        Called with a sentence on the size, before anything is written.
 
-    Raises PoundingError for values that the grid does not have, more than ``most`` cases, and an ``out`` that cannot be
-    written; as `scan` and as `rerun` for the source.
+    Returns
+    -------
+    pathlib.Path
+        The path of the dataset. Its dimensions are those of the results, and sample; ``time`` [s] is by record and
+        sample, NaN past the end of a record.
+
+    Raises
+    ------
+    PoundingError
+        As `scan` and `rerun`; and if the grid does not have a value, more than ``most`` cases are chosen, or ``out``
+        cannot be written.
     """
     target = check_target(out, RESULTS)
     if not isinstance(source, Study) and target.resolve() == Path(source).resolve():
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
-    asked: Asked = {"record": records, "polarity": polarities, "pga": pgas}
-    asked |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
+    wanted: Asked = {"record": records, "polarity": polarities, "pga": pgas}
+    wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
     check_replaceable(target, "histories", choice=OTHER_NAME)
-    cases = _chosen_cases(source, asked, largest_of, folder)
+    cases = _chosen_cases(source, wanted, largest_of, folder)
     count = len(cases.choice.places)
     if count > most:
         raise PoundingError(
@@ -161,25 +214,25 @@ def histories(
     return target
 
 
-def _chosen_cases(source: Study | str | Path, asked: Asked, output: str | None, folder: str | Path | None) -> Cases:
+def _chosen_cases(source: Study | str | Path, wanted: Asked, output: str | None, folder: str | Path | None) -> Cases:
     """The cases that are asked for; the source is read, its records too."""
     if isinstance(source, Study) or Path(source).suffix.lower() not in RESULTS:
         if output is not None:
             raise PoundingError(f"the case with the largest {output} is known from results; name those of a scan")
         study = source if isinstance(source, Study) else read_scene(source)
         motions = motions_of(study)
-        choice = chosen(values_of(study, [motion.name for motion in motions]), asked)
+        choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
     else:
         with open_results(source, lazy=True) as results:
             study = recorded(results, Path(source), folder).study
             motions = motions_of(study)
             check_records(results, motions)
-            choice = chosen(values_of(study, [motion.name for motion in motions]), asked)
+            choice = chosen(values_of(study, [motion.name for motion in motions]), wanted)
             if output is not None:
                 check_scan(results, str(source))
                 choice = largest(results, output, choice)
-    places = dict.fromkeys(choice.places[:, LAW].tolist())
-    laws = {} if study.is_row else {place: law_of(study, study.grid.contact_models[place]) for place in places}
+    law_indices = dict.fromkeys(choice.places[:, LAW].tolist())
+    laws = {} if study.is_row else {index: law_of(study, study.grid.contact_models[index]) for index in law_indices}
     return Cases(study, motions, choice, laws)
 
 
@@ -187,7 +240,7 @@ def form_of(cases: Cases) -> Form:
     """The form of the dataset. One case of each contact model is run for it, on one thread: it compiles."""
     choice = cases.choice
     first = [choice.places[choice.places[:, LAW] == law][0] for law in dict.fromkeys(choice.places[:, LAW].tolist())]
-    run, *_ = [cases.run(place) for place in first]
+    run, *_ = [cases.run(case) for case in first]
     variables = {
         name: CaseVariable(
             (*dims, "sample"), np.dtype(np.float64), {**run[name].attrs, "cell_methods": "sample: point"}
@@ -200,29 +253,30 @@ def form_of(cases: Cases) -> Form:
 def _skeleton(cases: Cases) -> xr.Dataset:
     """Labels, the time of every sample, and the ground motions."""
     study, choice, samples = cases.study, cases.choice, cases.samples
-    labels = {name: found for name, found in case_coordinates(study, cases.motions).items() if name != "period"}
+    labels = case_coordinates(study, cases.motions)
+    labels.pop("period", None)
     if study.is_row:
         labels |= row_coordinates(study, row_grid(study))
-    every = one_amplitude(xr.Dataset(coords=labels), study)
+    whole = one_amplitude(xr.Dataset(coords=labels), study)
     along = "contact_model" if choice.by_law else "record"
-    taken: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}
+    indexers: dict[str, Any] = {axis: sorted(set(choice.places[:, place].tolist())) for place, axis in enumerate(AXES)}
     if choice.by_law:
-        taken = {axis: (along, choice.places[:, place]) for place, axis in enumerate(AXES)}
-    every = every.isel({axis: places for axis, places in taken.items() if axis in every.dims})
+        indexers = {axis: (along, choice.places[:, place]) for place, axis in enumerate(AXES)}
+    whole = whole.isel({axis: places for axis, places in indexers.items() if axis in whole.dims})
     records = choice.places[:, 0] if choice.by_law else choice.records
     times = _rows([cases.motions[place].times for place in records], samples)
-    shaken = tuple(dim for dim in AXES[:3] if dim in every.dims)
+    motion_dims = tuple(dim for dim in AXES[:3] if dim in whole.dims)
     driving = choice.places if choice.by_law else _motions_of(choice)
     ground = _rows([cases.motion(place).acceleration for place in driving], samples)
-    dims = (along,) if choice.by_law else shaken
-    told = described("m/s2", "acceleration of the ground motion, where it comes first")
+    dims = (along,) if choice.by_law else motion_dims
+    about = described("m/s2", "acceleration of the ground motion, where it comes first")
     return (
-        every.assign_coords(
+        whole.assign_coords(
             time=((along, "sample"), times, described("s", "time since the start of the record")),
             sample=("sample", np.arange(samples), described("1", "sample of the record, from 0")),
         )
         .assign(
-            ground_acceleration=((*dims, "sample"), ground.reshape(*(every.sizes[dim] for dim in dims), samples), told)
+            ground_acceleration=((*dims, "sample"), ground.reshape(*(whole.sizes[dim] for dim in dims), samples), about)
         )
         .assign_attrs(_attributes(cases))
     )
@@ -247,15 +301,15 @@ def _attributes(cases: Cases) -> dict[str, Any]:
 def _rows(values: Sequence[Samples], length: int) -> Samples:
     """Arrays as rows of one length, NaN past the end of the shorter ones."""
     rows = np.full((len(values), length), np.nan)
-    for row, each in zip(rows, values, strict=True):
-        row[: len(each)] = each
+    for row, value in zip(rows, values, strict=True):
+        row[: len(value)] = value
     return rows
 
 
-def _nearest(times: Samples, asked: Samples) -> NDArray[np.int64]:
-    """Where a run is told at these times, which are among its own but for rounding."""
-    after = np.clip(np.searchsorted(times, asked), 1, len(times) - 1)
-    return np.where(asked - times[after - 1] < times[after] - asked, after - 1, after).astype(np.int64)
+def _nearest(times: Samples, wanted: Samples) -> NDArray[np.int64]:
+    """Indices of a run's instants at the wanted times, which are among them except for rounding."""
+    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after).astype(np.int64)
 
 
 def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progress | None) -> None:
@@ -263,14 +317,109 @@ def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progr
     width, total, done = form.width, len(cases.choice.places), 0
     with store_of(form, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
         for block in blocks(form):
-            places = cases.choice.places[block.start * width : block.stop * width]
-            values = {name: np.empty((len(places), *form.extra(name)), each.dtype) for name, each in form.cases.items()}
-            for at, found in enumerate(pool.map(cases.at_samples, places)):
-                for name, told in found.items():
-                    values[name][at] = told
+            indices = cases.choice.places[block.start * width : block.stop * width]
+            values = {
+                name: np.empty((len(indices), *form.extra(name)), variable.dtype)
+                for name, variable in form.cases.items()
+            }
+            for row, variables in enumerate(pool.map(cases.at_samples, indices)):
+                for name, array in variables.items():
+                    values[name][row] = array
                 done += 1
                 if progress is not None:
                     progress(done, total)
-            shaped = {name: each.reshape(len(block), width, *form.extra(name)) for name, each in values.items()}
+            shaped = {name: array.reshape(len(block), width, *form.extra(name)) for name, array in values.items()}
             store.write(block, shaped)
         store.finish(created("pounding_risk.histories"))
+
+
+def values_of(study: Study, records: Sequence[str]) -> dict[str, tuple[Any, ...]]:
+    """The values of a study's grid by axis, in the order of `AXES`; ``records`` are the names of its motions."""
+    grid = study.grid
+    along = (tuple(records), study.records.polarities, grid.pgas, grid.contact_models, grid.gaps, grid.yield_forces)
+    return dict(zip(AXES, along, strict=True))
+
+
+def chosen(values: dict[str, tuple[Any, ...]], wanted: Asked) -> Choice:
+    """The cases of these values along each axis.
+
+    A number stands for the value of the grid that is as large, within 1e-9 of it. Raises PoundingError for what the
+    grid does not have.
+    """
+    picked = [_places(axis, values[axis], wanted.get(axis)) for axis in AXES]
+    return Choice(np.array(list(product(*picked)), dtype=np.int64), tuple(map(len, picked)), False)
+
+
+def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
+    """Of each contact model the case ``among`` these in which an output of the results is largest.
+
+    An output of interfaces, storeys or buildings counts with its largest value. Raises PoundingError for what is no
+    output of a case, and where no case of a contact model has one.
+    """
+    dims = [axis for axis in AXES if axis in results.dims]
+    of_cases = [str(name) for name, variable in results.data_vars.items() if set(dims) <= set(variable.dims)]
+    if output not in of_cases:
+        raise PoundingError(
+            f"{output} is no output of a case{nearest(output, of_cases)}; the results have {', '.join(of_cases)}"
+        )
+    array = results[output].transpose(*dims, ...)
+    whole = tuple(results.sizes.get(axis, 1) for axis in AXES)
+    values = array.values.astype(np.float64).reshape(*whole, -1)
+    peaks = np.where(np.isnan(values), -np.inf, values).max(axis=-1)[tuple(among.places.T)]
+    best = []
+    for law in dict.fromkeys(among.places[:, LAW].tolist()):
+        of_law = np.flatnonzero(among.places[:, LAW] == law)
+        first = of_law[peaks[of_law].argmax()]
+        if isinf(peaks[first]):
+            name = results["contact_model"].values[law]
+            raise PoundingError(f"no chosen case of {name} has a finite {output}; choose other cases or another output")
+        best.append(among.places[first])
+    shape = [1] * len(AXES)
+    shape[LAW] = len(best)
+    return Choice(np.array(best), tuple(shape), True)
+
+
+def _places(axis: str, known: tuple[Any, ...], wanted: Sequence[Any] | None) -> list[int]:
+    """Places of the values asked for, in the order of the grid; of all where nothing is asked."""
+    if wanted is None:
+        return list(range(len(known)))
+    if not wanted:
+        raise PoundingError(f"{_words(axis)}: the list is empty; name one value at least, or leave it out for all")
+    return sorted({_place(axis, known, value) for value in wanted})
+
+
+def _place(axis: str, known: tuple[Any, ...], value: Any) -> int:
+    """Place of a value; a number in SI, or text with a unit."""
+    if axis in QUANTITIES:
+        value = si(value, QUANTITIES[axis], _words(axis))
+    if known == (None,):
+        raise PoundingError(
+            "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
+        )
+    for index, level in enumerate(known):
+        if level == value or (axis in QUANTITIES and isclose(level, value, rel_tol=NEAR)):
+            return index
+    raise PoundingError(_absent(axis, known, value))
+
+
+def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
+    quantity = QUANTITIES.get(axis)
+    if quantity is None:
+        return f"{_words(axis)} {value!r} is not in the grid{nearest(str(value), known)}, which has {_listed(known)}"
+    written = say(value, quantity, 10)
+    beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else np.inf)[:2]
+    close = f" (next to it are {_numbers(sorted(beside), quantity)})" if len(known) > FEW else ""
+    return f"{_words(axis)} {written} is not in the grid, which has {_numbers(known, quantity)}{close}"
+
+
+def _numbers(values: Sequence[float], quantity: Quantity) -> str:
+    return _listed([say(value, quantity, 10) for value in values])
+
+
+def _listed(values: Sequence[str]) -> str:
+    """All where they are few, otherwise how many from which to which."""
+    return ", ".join(values) if len(values) <= FEW else f"{len(values)} from {values[0]} to {values[-1]}"
+
+
+def _words(axis: str) -> str:
+    return "PGA" if axis == "pga" else axis.replace("_", " ")

@@ -1,4 +1,4 @@
-"""One collision alone: two masses without springs, so that a contact law shows its own face."""
+"""Impact of two free masses under one contact law."""
 
 from __future__ import annotations
 
@@ -36,15 +36,41 @@ def impact(
     yield_force: float | str = inf,
     rtol: float = 1e-12,
 ) -> Impact:
-    """Let ``mass`` [kg] strike ``other_mass`` (a fixed wall by default) at ``speed`` [m/s]; text has its own unit.
+    """Impact of two free masses under one contact law, without springs, dampers or ground motion.
 
-    ``law`` is a contact law such as ``Jankowski(2.75e9)``, a model such as ``DistributedMass(10.0, 20.0)``, whose left
-    floor strikes, and ``restitution`` a number or a relation such as
-    ``CONCRETE``, or as a scene has it: "concrete", ``{"value": 0.65, "relation": "exact"}``. ``relation`` is
-    "published" or "exact": then e achieved is e asked for, where the law stays below its cap. ``yield_force`` [N]
-    acts in laws with a cap. m δ̈ = −F(δ, δ̇), m = m1 m2 / (m1 + m2), from δ = 0, δ̇ = speed to the parting. Raises
-    PoundingError for a speed or mass that is not above zero, and for a relation, or an e under it, that the law cannot
-    take.
+    The contact obeys m δ̈ = −F(δ, δ̇) with m = m1 m2 / (m1 + m2), from δ = 0 and δ̇ = ``speed`` to the parting.
+
+    Parameters
+    ----------
+    law : contact law
+        A law with its parameters, such as ``Jankowski(2.75e9)``, or a model such as ``DistributedMass(10.0, 20.0)``,
+        whose left floor strikes.
+    speed : float or str
+        Relative speed at the touch, a number in m/s or a text with a unit.
+    mass : float or str
+        Mass of the striking body, a number in kg or a text with a unit.
+    other_mass : float or str
+        Mass of the struck body [kg]; infinite, a fixed wall, by default.
+    restitution : float, str, Restitution or mapping
+        A number in (0, 1], a relation such as ``CONCRETE``, or as in a scene: "concrete", "xi 0.35 of jankowski",
+        ``{"value": 0.65, "relation": "exact"}``.
+    relation : str
+        "published" takes the damping that the law's authors give for e; "exact" takes the one with which the law, below
+        its cap, returns e.
+    yield_force : float or str
+        Largest force of laws with a cap, a number in N or a text with a unit.
+    rtol : float
+        Relative tolerance of the integration.
+
+    Returns
+    -------
+    Impact
+        Histories of time [s], penetration [m] and force [N], and the restitution, peaks, impulse and duration.
+
+    Raises
+    ------
+    PoundingError
+        If a speed or mass is not above zero, or the law cannot take the relation, or this e under it.
     """
     speed, mass = si(speed, SPEED, "impact: speed"), si(mass, MASS, "impact: mass")
     other_mass = si(other_mass, MASS._replace(open_high=False), "impact: other_mass")
@@ -83,9 +109,11 @@ def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution
     """The law under the relation asked for, and e(v)."""
     asked = restitution if isinstance(restitution, Mapping) else {"value": restitution}
     asked = {"relation": relation, **asked}
-    told = [f"{key}: {sentence}" for key, sentence in faults(asked)] or [misfit([type(bare(law))], asked["relation"])]
-    if told[0]:
-        raise PoundingError(f"impact: restitution, {'; '.join(told)}")
+    refusals = [f"{key}: {sentence}" for key, sentence in faults(asked)] or [
+        misfit([type(bare(law))], asked["relation"])
+    ]
+    if refusals[0]:
+        raise PoundingError(f"impact: restitution, {'; '.join(refusals)}")
     law, restitution = _related(law, asked["relation"]), asked["value"]
     return law, restitution if isinstance(restitution, Restitution) else restitution_of(restitution)
 

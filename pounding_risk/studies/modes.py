@@ -1,4 +1,4 @@
-"""How each building of a scene vibrates on its own: periods, shapes, participation, damping of its modes."""
+"""Modes of each building of a scene on its own: periods, shapes, participation factors and damping ratios."""
 
 from __future__ import annotations
 
@@ -18,11 +18,24 @@ Array = NDArray[np.float64]
 
 
 class Modes(NamedTuple):
-    """The modes of one building, slowest first; a rigid building has none.
+    """Modes of one building, slowest first; a rigid building has none.
 
-    Shapes are 1 where a mode moves most, and positive at the roof. Participations are those of these shapes,
-    Γ = φᵀ M 1 / φᵀ M φ, so that all Γ φ add up to 1 at every level; the shares of the mass add up to 1 as well.
-    ζ = φᵀ C φ / (2 ω φᵀ M φ) is that of the mode alone, where a dashpot on soil couples the modes.
+    Parameters
+    ----------
+    name : str
+        Name of the building.
+    levels : ndarray, shape (levels,)
+        Heights above the ground of what moves [m]; NaN where unknown, 0 of a foundation.
+    periods : ndarray, shape (modes,)
+        Periods [s].
+    shapes : ndarray, shape (levels, modes)
+        Mode shapes, 1 where a mode moves most and positive at the roof.
+    participations : ndarray, shape (modes,)
+        Γ = φᵀ M 1 / φᵀ M φ of these shapes, so that all Γ φ add up to 1 at every level.
+    shares : ndarray, shape (modes,)
+        Effective modal masses over the mass of the building with its foundation; they add up to 1.
+    dampings : ndarray, shape (modes,)
+        ζ = φᵀ C φ / (2 ω φᵀ M φ) of a mode alone, where a dashpot on soil couples the modes.
     """
 
     name: str
@@ -35,7 +48,23 @@ class Modes(NamedTuple):
 
 
 def modes(scene: Study | str | Path) -> tuple[Modes, ...]:
-    """The modes of every building of a scene under its effects, left to right; raises as `chain_of` and reading do."""
+    """Modes of vibration of every building of a scene on its own, under the scene's effects and while it is elastic.
+
+    Parameters
+    ----------
+    scene : Study or path
+        A scene, or the path of its TOML file.
+
+    Returns
+    -------
+    tuple of Modes
+        One for each building, left to right.
+
+    Raises
+    ------
+    PoundingError
+        If the scene cannot be read, or a building cannot take an effect.
+    """
     if not isinstance(scene, Study):
         from pounding_risk.scene.reader import read_scene
 
@@ -46,10 +75,7 @@ def modes(scene: Study | str | Path) -> tuple[Modes, ...]:
 def building_modes(
     building: Building | Storeys, effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]] = ()
 ) -> Modes:
-    """The modes of one building under these effects, (name, options) each, while its storeys are elastic.
-
-    Raises PoundingError as `chain_of` does.
-    """
+    """Modes of one building under effects given as (name, options); raises PoundingError as `chain_of` does."""
     chain = chain_of(building, effects)
     frequencies, normal = vibration(chain.mass, chain.spring)
     shares = effective_shares(chain.mass, normal)

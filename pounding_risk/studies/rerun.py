@@ -1,4 +1,4 @@
-"""A results file made again from what it carries, and held against itself, value by value."""
+"""Run the study of a results file again and compare the new results with the file, value by value."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Difference(NamedTuple):
 
 
 class Rerun(NamedTuple):
-    """A study run again, beside its results."""
+    """Outcome of running a study again and comparing it with its results."""
 
     dataset: xr.Dataset  # of the second run
     compared: int  # variables and coordinates of the results
@@ -55,26 +55,45 @@ def rerun(
     new: bool = False,
     progress: Progress | None = None,
 ) -> Rerun:
-    """Run what the results file of a scan was made from again, and compare every variable and coordinate.
+    """Run again what the results file of a scan was made from, and compare every variable and coordinate.
 
-    Scene, options and command are those that the file carries. Record files that its scene names relative to itself
-    are looked for in ``folder``; without one in the folder of the scene file, then beside the results. ``out`` is
-    where the new dataset goes, in place of other results only with ``new``; ``workers`` is how many threads there are,
-    ``progress`` is called with (cases done, cases in all).
+    Parameters
+    ----------
+    results : path
+        Results of `scan`; scene, options and command are those that the file carries.
+    out : path, optional
+        File for the new dataset, ``.nc`` or ``.zarr``.
+    folder : path, optional
+        Where record files are that the scene names relative to itself; by default the folder of the scene file, then
+        that of the results.
+    workers : int, optional
+        Number of threads; as many as there are processors by default.
+    new : bool
+        Replace other results under the name ``out``.
+    progress : callable, optional
+        Called with the number of cases done and of all cases.
 
-    Raises as `recorded_scene.recorded` and `recorded_scene.check_records`, before any run, and as `scan`.
+    Returns
+    -------
+    Rerun
+        The new dataset, the differences to the results, and changes of versions and records.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; and, before any run, if the results do not carry a scene and records that can be run again.
     """
     path = Path(results)
     if out is not None and Path(out).resolve() == path.resolve():
         raise PoundingError(f"{out}: is the results file itself, which stays as it is; write to another name")
     with open_results(path, lazy=True) as before:
-        asked = recorded(before, path, folder)
-        notes = check_records(before, motions_of(asked.study))
+        origin = recorded(before, path, folder)
+        notes = check_records(before, motions_of(origin.study))
         after = scan(
-            asked.study,
+            origin.study,
             out,
-            screening=asked.screening,
-            check_fraction=asked.check_fraction,
+            screening=origin.screening,
+            check_fraction=origin.check_fraction,
             workers=workers,
             new=new,
             progress=progress,
@@ -84,15 +103,15 @@ def rerun(
 
 
 def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
-    """Two datasets of one study held against each other."""
+    """Compare two datasets of one study."""
     if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
     first, second = set(before.variables), set(after.variables)
-    found = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
+    differences = (_difference(str(name), before[name], after[name]) for name in before.variables if name in second)
     return Rerun(
         after,
         len(first),
-        tuple(each for each in found if each is not None),
+        tuple(difference for difference in differences if difference is not None),
         tuple(sorted(map(str, first - second))),
         tuple(sorted(map(str, second - first))),
         _changed_versions(before),
@@ -116,7 +135,7 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
 def _difference(name: str, before: xr.DataArray, after: xr.DataArray) -> Difference | None:
     """How two arrays differ; None where they are the same to the last bit."""
     one, other = before.values, after.values
-    shapes = [f"({', '.join(map(str, each.dims))}) of {each.shape}" for each in (before, after)]
+    shapes = [f"({', '.join(map(str, array.dims))}) of {array.shape}" for array in (before, after)]
     if shapes[0] != shapes[1]:
         return Difference(name, one.size, one.size, np.nan, np.nan, f"{shapes[1]}, was {shapes[0]}")
     numbers = [values.dtype.kind in "biuf" for values in (one, other)]
@@ -139,7 +158,7 @@ def _same_bits(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
     """Cases in which a value is apart and cases in all; values, where the array does not depend on cases."""
-    inner = tuple(place for place, dim in enumerate(array.dims) if dim not in AXES)
+    inner = tuple(axis for axis, dim in enumerate(array.dims) if dim not in AXES)
     if len(inner) == len(array.dims):
         return int(apart.sum()), apart.size
     cases = apart.any(axis=inner)
@@ -149,9 +168,9 @@ def _counted(array: xr.DataArray, apart: np.ndarray) -> tuple[int, int]:
 def _sizes(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
     """The largest difference and the largest relative to the first; NaN where none is a number."""
     one, other = one.astype(np.float64), other.astype(np.float64)
-    known = np.isfinite(one) & np.isfinite(other)
-    if not known.any():
+    finite = np.isfinite(one) & np.isfinite(other)
+    if not finite.any():
         return np.nan, np.nan
-    away, size = np.abs(other[known] - one[known]), np.abs(one[known])
+    away, size = np.abs(other[finite] - one[finite]), np.abs(one[finite])
     relative = np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
     return float(away.max()), float(relative.max())

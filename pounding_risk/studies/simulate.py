@@ -1,4 +1,4 @@
-"""One run in full: time histories, contacts, and where the energy went."""
+"""Time histories, contacts and energies of one run."""
 
 from __future__ import annotations
 
@@ -75,15 +75,37 @@ def simulate(
     yield_force: float | str | None = None,
     pga: float | str | None = None,
 ) -> xr.Dataset:
-    """One case of a scene with its histories: the scene's own values, or those named here.
+    """Run one case of a scene and return its time histories.
 
-    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit ("20 mm"); the others
-    are names.
+    Arguments that are left out take the scene's own values.
 
-    Dimensions: time [s] (record samples and every step in contact), contact, building. Energies [J] are those of
-    both buildings together: W_ground = kinetic + strain + damping + contact. A row's run has the motion of every floor
-    and the force at every contact point instead (`row_history`). Raises as `scan` does, and PoundingError for a record
-    or polarity that the scene does not have and for a number out of its range.
+    Parameters
+    ----------
+    study : Study or path
+        A scene, or the path of its TOML file.
+    record, polarity, law : str, optional
+        Names of a record, a polarity and a contact model; the first record and polarity of the scene and its own
+        contact model by default.
+    gap : float or str, optional
+        Clear distance at rest, a number in m or a text with a unit ("20 mm"). In a row it is that of all interfaces, or
+        of the interface that the grid varies.
+    yield_force : float or str, optional
+        Yield force of the contact, a number in N or a text with a unit.
+    pga : float or str, optional
+        Peak ground acceleration to which the record is scaled, a number in m/s² or a text with a unit.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of a pair: displacements, velocities, contact force and energies along ``time`` [s] (samples of the record and
+        every step in contact) and ``building``, the contacts along ``contact``. Energies [J] are those of both
+        buildings together: W_ground = kinetic + strain + damping + contact. Of a row: the motion of every floor along
+        ``building`` and ``storey``, the force at every ``contact_point``, and the outputs that `scan` has of the case.
+
+    Raises
+    ------
+    PoundingError
+        As `scan`; and if the scene does not have the record or polarity, or a number is out of its range.
     """
     study = as_study(study)
     gap, yield_force, pga = (
@@ -113,9 +135,9 @@ def simulate(
         study.restitution,
         study.yield_force if yield_force is None else yield_force,
     )
-    found = pair_histories(study, motion, interface)
-    told = {"record": name, "polarity": sense, "contact_model": name_of_law, **unused, **about_run()}
-    return found.assign_attrs(told, notes=_notes(found, _narrowed(study, gap, pga), motions[name]))
+    run_of_pair = pair_histories(study, motion, interface)
+    labels = {"record": name, "polarity": sense, "contact_model": name_of_law, **unused, **about_run()}
+    return run_of_pair.assign_attrs(labels, notes=_notes(run_of_pair, _narrowed(study, gap, pga), motions[name]))
 
 
 def about_run() -> dict[str, str]:
@@ -143,10 +165,10 @@ def pair_histories(study: Study, motion: Motion, interface: Interface) -> xr.Dat
     raw, log = logged(pair, free, interface, study.rtol)
     outputs = {key: float(value) for key, value in run_outputs(raw, interface.yield_force).items()}
     sides = building_outputs(raw, study.pair, motion.pga)
-    told = _dataset(study, (pair, free, log, interface.gap))
+    dataset = _dataset(study, (pair, free, log, interface.gap))
     if int(raw[STATUS]) != COMPLETE:
-        told = _until(told, _last(log))
-    return told.assign_attrs(
+        dataset = _until(dataset, _last(log))
+    return dataset.assign_attrs(
         title=study.name,
         gap=interface.gap,
         yield_force=interface.yield_force,
@@ -166,8 +188,8 @@ def _chosen(what: str, asked: str | None, known: tuple[str, ...]) -> str:
     if asked is None:
         return known[0]
     if asked not in known:
-        told = f"{what} {asked!r} is not in the scene{nearest(asked, known)}, which has {', '.join(known)}"
-        raise PoundingError(f"{told}; name one of these")
+        sentence = f"{what} {asked!r} is not in the scene{nearest(asked, known)}, which has {', '.join(known)}"
+        raise PoundingError(f"{sentence}; name one of these")
     return asked
 
 
@@ -192,11 +214,13 @@ def _last(log: Log) -> float:
 
 def _until(run: xr.Dataset, last: float) -> xr.Dataset:
     """A run that failed has no motion past its failure: NaN, where the buildings would swing on as if parted."""
-    known = run["time"] <= last
-    moved = [
-        name for name, found in run.data_vars.items() if "time" in found.dims and not str(name).startswith("ground")
+    before_failure = run["time"] <= last
+    names = [
+        name
+        for name, variable in run.data_vars.items()
+        if "time" in variable.dims and not str(name).startswith("ground")
     ]
-    return run.assign({name: run[name].where(known).assign_attrs(run[name].attrs) for name in moved})
+    return run.assign({name: run[name].where(before_failure).assign_attrs(run[name].attrs) for name in names})
 
 
 def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
@@ -216,8 +240,8 @@ def _dataset(study: Study, parts: tuple[Any, Free, Log, float]) -> xr.Dataset:
         **_of_the_wave(free, time),
         **{f"energy_{key}": ("time", values, "J", words) for key, (values, words) in energy.items()},
         **{
-            f"contact_{column}": ("contact", contacts[:, place], *CONTACT_UNITS[column])
-            for place, column in enumerate(CONTACT_COLUMNS)
+            f"contact_{column}": ("contact", contacts[:, index], *CONTACT_UNITS[column])
+            for index, column in enumerate(CONTACT_COLUMNS)
         },
     }
     return xr.Dataset(
@@ -260,22 +284,22 @@ def relative_displacement(free: Free, time: Array, states: Array) -> Array:
 
 def widening(free: Free, time: Array) -> Array:
     """(w, ẇ, ẅ) of w = x_right − x_left at these times, shape (3, n)."""
-    found = np.zeros((3, len(time)))
+    values = np.zeros((3, len(time)))
     if not isinstance(free.passage, Passing):
-        return found
+        return values
     wave, node = free.passage, _nodes_before(free, time)
     after = time - _node_times(free)[node]
     bend, slope = (wave.right - wave.left)[node], (wave.right_slope - wave.left_slope)[node]
-    found[2] = bend + slope * after
-    found[1] = wave.rate[node] + after * (bend + 0.5 * after * slope)
-    found[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend + after * slope / 6.0))
-    return found
+    values[2] = bend + slope * after
+    values[1] = wave.rate[node] + after * (bend + 0.5 * after * slope)
+    values[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend + after * slope / 6.0))
+    return values
 
 
 def _nodes_before(free: Free, time: Array) -> NDArray[np.int64]:
     """The node at or before each time, never the last one."""
-    found = np.searchsorted(_node_times(free), time, side="right") - 1
-    return np.asarray(np.clip(found, 0, free.ground.size - 2), dtype=np.int64)
+    nodes = np.searchsorted(_node_times(free), time, side="right") - 1
+    return np.asarray(np.clip(nodes, 0, free.ground.size - 2), dtype=np.int64)
 
 
 def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tuple[Array, Array, Array, Array, Array]:
@@ -310,9 +334,9 @@ def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tupl
 
 def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array) -> Array:
     """Free vibration of both buildings from ``start`` (u, u, v, v), at times ``after`` it: shape (n, 4)."""
-    found = np.zeros((len(after), 4))
+    states = np.zeros((len(after), 4))
     if not np.any(start):
-        return found
+        return states
     for side, oscillator in enumerate(pair):
         if oscillator.inverse_omega == 0.0:
             continue
@@ -320,9 +344,9 @@ def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array)
         rate = np.sqrt(oscillator.spring - fade * fade)
         decay, c, s = np.exp(-fade * after), np.cos(rate * after), np.sin(rate * after) / rate
         u, v = start[side], start[side + 2]
-        found[:, side] = decay * (u * c + (v + fade * u) * s)
-        found[:, side + 2] = decay * (v * c - (oscillator.spring * u + fade * v) * s)
-    return found
+        states[:, side] = decay * (u * c + (v + fade * u) * s)
+        states[:, side + 2] = decay * (v * c - (oscillator.spring * u + fade * v) * s)
+    return states
 
 
 def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Array:

@@ -1,6 +1,7 @@
-"""One run of a row in full: where every floor is, what every contact point transmits, and every contact of the run.
+"""Time histories of one run of a row: motion of every floor, force at every contact point, and every contact.
 
-It is the run that a scan makes of the case, to the bit, told at the nodes of the record and at every step in contact.
+The run is, to the bit, the one that a scan makes of the case, recorded at the nodes of the record and at every step in
+contact.
 """
 
 from __future__ import annotations
@@ -69,20 +70,20 @@ def row_histories(study: Study, cell: Cell) -> xr.Dataset:
     run, ground = _run(study, grid, cell)
     instants = instants_of(run.log, ground[0].size, ground[1])
     touches = contacts_of(run.log, len(grid.model.points), instants)
-    found = _motion(grid, run, instants) | _forces(run, instants, touches)
-    shaken = np.interp(instants.every, instants.nodes, ground[0])
-    found["ground_acceleration"] = ("time", shaken, described("m/s2", "ground acceleration"))
-    told = outputs(run, cell.yield_forces, cell.motion.pga, grid.frame)
+    data = _motion(grid, run, instants) | _forces(run, instants, touches)
+    ground_acceleration = np.interp(instants.every, instants.nodes, ground[0])
+    data["ground_acceleration"] = ("time", ground_acceleration, described("m/s2", "ground acceleration"))
+    values = outputs(run, cell.yield_forces, cell.motion.pga, grid.frame)
     for name, variable in variables(grid.frame).items():
-        found[name] = (variable.dims, told[name], described(variable.unit, variable.words))
+        data[name] = (variable.dims, values[name], described(variable.unit, variable.words))
     coords = row_coordinates(study, grid)
     coords["contact_point_yield_force"] = ("contact_point", cell.yield_forces, described("N", "yield force F_E"))
     coords["interface_gap"] = ("interface", cell.gaps, described("m", "clear distance at rest"))
     names = [building.name for building in study.buildings]
     coords["building"] = ("building", names, {"long_name": "building, left to right"})
     coords["time"] = ("time", instants.every, described("s", "time since the start of the record"))
-    found |= _of_contacts(touches, coords["contact_point"][1])
-    return xr.Dataset(found, coords=coords, attrs=_attributes(study, cell, run.status))
+    data |= _of_contacts(touches, coords["contact_point"][1])
+    return xr.Dataset(data, coords=coords, attrs=_attributes(study, cell, run.status))
 
 
 def _run(study: Study, grid: RowGrid, cell: Cell) -> tuple[RowRun, tuple[Array, float]]:
@@ -90,23 +91,23 @@ def _run(study: Study, grid: RowGrid, cell: Cell) -> tuple[RowRun, tuple[Array, 
     model, motion = grid.model, cell.motion
     finite = np.unique(cell.yield_forces[np.isfinite(cell.yield_forces)])
     mechanics = mechanics_of(study, model, cell.law, finite)
-    laid = model.row(motion.dt)
-    free = rows.free_row(laid, motion.acceleration)
+    row = model.row(motion.dt)
+    free = rows.free_row(row, motion.acceleration)
     cases = Cases(model, mechanics, Driven(motion.acceleration, motion.dt, motion.pga, free), study.rtol)
     run = cases.in_full(Limits(cell.gaps[model.interfaces], cell.yield_forces, cell.yield_forces))
-    return run, (rows.nodes_of(laid, motion.acceleration), laid.step)
+    return run, (rows.nodes_of(row, motion.acceleration), row.step)
 
 
 def _motion(grid: RowGrid, run: RowRun, instants: Instants) -> dict[str, Any]:
     """Displacements and velocities at every instant."""
     # A motion beyond all numbers is told by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
-        moved = motion_at(run.log, run.states, instants)
+        states = motion_at(run.log, run.states, instants)
     words = (("displacement", "m"), ("velocity", "m/s"))
     return {
         name: (
             FLOORS,
-            _by_storey(grid, moved[:, part]),
+            _by_storey(grid, states[:, part]),
             described(unit, f"{name} of the floor relative to the ground"),
         )
         for part, (name, unit) in enumerate(words)
@@ -127,20 +128,20 @@ def _forces(run: RowRun, instants: Instants, touches: list[Touched]) -> dict[str
     }
 
 
-def _of_contacts(found: list[Touched], labels: list[str]) -> dict[str, Any]:
-    """What each contact of the run was, by the time of its touch."""
-    told: dict[str, Any] = {
-        f"contact_{name}": ("contact", np.array([each.facts[place] for each in found]), described(unit, words))
-        for place, (name, (unit, words)) in enumerate(FACTS.items())
+def _of_contacts(touches: list[Touched], labels: list[str]) -> dict[str, Any]:
+    """Facts of each contact of the run, in the order of their beginnings."""
+    facts: dict[str, Any] = {
+        f"contact_{name}": ("contact", np.array([touch.facts[column] for touch in touches]), described(unit, words))
+        for column, (name, (unit, words)) in enumerate(FACTS.items())
     }
-    where = np.array([labels[each.place] for each in found], dtype=np.str_)
-    return told | {"contact_place": ("contact", where, {"long_name": "contact point of the contact"})}
+    where = np.array([labels[touch.place] for touch in touches], dtype=np.str_)
+    return facts | {"contact_place": ("contact", where, {"long_name": "contact point of the contact"})}
 
 
 def _by_storey(grid: RowGrid, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
-    places = grid.frame.storeys
-    return np.where(places >= 0, values[:, np.maximum(places, 0)] if values.shape[1] else np.nan, np.nan)
+    indices = grid.frame.storeys
+    return np.where(indices >= 0, values[:, np.maximum(indices, 0)] if values.shape[1] else np.nan, np.nan)
 
 
 def _attributes(study: Study, cell: Cell, status: int) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
+from scenes import BOTH, scene_text, single
 from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
@@ -26,30 +27,19 @@ from pounding_risk.results.files import as_text, save
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
-SCENE = """
-[[building]]
-name = "left"
-mass = "10 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "20 t"
-period = "0.3 s"
-damping = 0.02
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "1e5 kN/m"
-yield_force = "300 kN"
-[records]
-names = ["RSN6-180", "RSN6-270", "RSN1690-090"]
-window = ["0 s", "8 s"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["0 mm", "5 mm", "10 mm", "20 mm", "40 mm"]
-yield_force = ["100 kN", "300 kN", "inf"]
-pga = ["0.1 g", "0.3 g"]
-"""
+SCENE = scene_text(
+    single("left", "10 t", "0.5 s"),
+    single("right", "20 t", "0.3 s", damping=0.02),
+    law="linear",
+    gap="20 mm",
+    yield_force="300 kN",
+    records={"names": ["RSN6-180", "RSN6-270", "RSN1690-090"], "window": ["0 s", "8 s"], "polarity": BOTH},
+    grid={
+        "gap": ["0 mm", "5 mm", "10 mm", "20 mm", "40 mm"],
+        "yield_force": ["100 kN", "300 kN", "inf"],
+        "pga": ["0.1 g", "0.3 g"],
+    },
+)
 
 
 def made_up(closing: np.ndarray, *, gap: float = 0.02, yields: np.ndarray | None = None, **more: object) -> xr.Dataset:

@@ -397,19 +397,21 @@ def test_without_a_finite_motion_nothing_is_asked_for(results):
 @pytest.mark.slow  # where no kernel is compiled yet
 def test_a_scan_tells_all_that_is_needed():
     """On real records no sum of peaks is exceeded, which no rounding may break; displacements are spectral ones."""
+    from scenes import BOTH, scene_text, single
+
     from pounding_risk.ensemble.scan import scan
     from pounding_risk.motions import intensity as measures
     from pounding_risk.motions.read import read_motion
     from pounding_risk.scene.reader import parse_scene
 
     records = ["RSN6-180", "CCC-HN1"]
-    text = "".join(
-        f'[[building]]\nname = "{name}"\nmass = "10 t"\nperiod = "{period} s"\ndamping = 0.05\n'
-        for name, period in (("left", 0.5), ("right", 0.8))
-    )
     # No gap so wide is ever closed: nothing is simulated.
-    text += '[[interface]]\ngap = "9 m"\ncontact_model = "linear"\nstiffness = "1e5 kN/m"\n'
-    text += f'[records]\nnames = {json.dumps(records)}\npolarity = ["as recorded", "reversed"]\n'
+    text = scene_text(
+        *(single(name, "10 t", f"{period} s", damping=0.05) for name, period in (("left", 0.5), ("right", 0.8))),
+        law="linear",
+        gap="9 m",
+        records={"names": records, "polarity": BOTH},
+    )
     table = code_table(scan(parse_scene(text), check_fraction=0.0))
     assert (table.motions, table.amplitude) == (4, None)
     assert table.rules[0].safe and table.rules[0].ratio_low > 1.0

@@ -10,30 +10,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from test_compile import PACKAGE, bare_environment, compiled
+from processes import PACKAGE, bare_environment, compiled
+from scenes import FRAME, rigid, scene_text
 
 from pounding_risk._jit import compile as _jit
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.simulate import simulate
 
 pytestmark = compiled
-SCENE = """\
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "1 mm"
-contact_model = "jankowski"
-stiffness = "4.2e7 kN/m^1.5"
-restitution = "concrete"
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "3 s"]
-"""
+SCENE = scene_text(
+    FRAME, rigid(), gap="1 mm", stiffness="4.2e7 kN/m^1.5", restitution="concrete", records={"window": ["0 s", "3 s"]}
+)
 NEEDED = ("survey.survey", "tally.make_log", "march.march", "flight.lay_out", "flight.state_at")
 CHEAP = "flight.lay_out"  # compiled anew in a second
 ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"

@@ -20,6 +20,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from scenes import FRAME, scene_text, single
 from typer.testing import CliRunner
 
 import pounding_risk
@@ -38,29 +39,19 @@ MODULES = {
 }
 GROUPS = [name for name, module in MODULES.items() if hasattr(module, "__path__")]
 COMMANDS = sorted(MODULES, key=lambda name: (name in GROUPS, MODULES[name].ORDER))
-SCENE = """\
-[scene]
-name = "A pair"
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "masonry"
-mass = "82.60 t"
-period = "0.1 s"
-[[interface]]
-gap = "0 mm"
-contact_model = "hertz"
-stiffness = "4.2e7 kN/m^1.5"
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "3 s"]
-pga = "0.5 g"
-[grid]
-gap = ["0 mm", "5 mm", "1 m"]
-yield_force = ["200 kN", "inf"]
-"""
+SCENE = scene_text(
+    FRAME,
+    single("masonry", "82.60 t", "0.1 s"),
+    name="A pair",
+    law="hertz",
+    gap="0 mm",
+    records={"window": ["0 s", "3 s"], "pga": "0.5 g"},
+    grid={"gap": ["0 mm", "5 mm", "1 m"], "yield_force": ["200 kN", "inf"]},
+)
+    "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
+    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
+    "distributed_mass"
+)
 LAWS = ", ".join(CONTACT_MODELS)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from scenes import scene_text, single
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.scene.reader import parse_scene
@@ -14,24 +15,7 @@ from pounding_risk.studies.compare import compare
 from pounding_risk.studies.simulate import simulate
 
 PRONOUNS = re.compile(r"\b(it|its|itself|they|them|their|there|here|ditto|does|the same)\b")
-PAIR = """
-[[building]]
-name = "A"
-mass = "40 t"
-period = "0.5 s"
-[[building]]
-name = "B"
-mass = "60 t"
-period = "0.3 s"
-[[interface]]
-gap = "10 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "3 s"]
-"""
+PAIR = scene_text(single("A", "40 t", "0.5 s"), single("B", "60 t", "0.3 s"), records={"window": ["0 s", "3 s"]})
 ROW = PAIR.replace(
     'mass = "40 t"\nperiod = "0.5 s"',
     'storeys = 2\nfloor_masses = "20 t"\nstorey_stiffnesses = "15 MN/m"\nstorey_heights = "3 m"',
@@ -42,7 +26,11 @@ def long_names(dataset):
     return {str(name): values.attrs["long_name"] for name, values in dataset.variables.items() if values.attrs}
 
 
-@pytest.mark.parametrize("make", [scan, simulate, compare])
+def two_laws(study):
+    return compare(study, laws=["jankowski", "linear"])
+
+
+@pytest.mark.parametrize("make", [scan, simulate, two_laws])
 def test_a_pair_says_what_each_variable_is(make):
     leaning = {name: words for name, words in long_names(make(parse_scene(PAIR))).items() if PRONOUNS.search(words)}
     assert leaning == {}

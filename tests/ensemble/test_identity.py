@@ -13,6 +13,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
+from scenes import FRAME, scene_text, single
 
 import pounding_risk as pr
 from pounding_risk.ensemble import identity as identities
@@ -26,26 +27,16 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 
-SCENE = """
-[scene]
-name = "A pair"
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "masonry"
-mass = "82.60 t"
-period = "0.1 s"
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "4.2e7 N/m"
-[records]
-names = ["RSN6-180", "RSN6-270"]
-[grid]
-gap = ["0 mm", "5 mm", "1.0 m"]
-"""
+SCENE = scene_text(
+    FRAME,
+    single("masonry", "82.60 t", "0.1 s"),
+    name="A pair",
+    law="linear",
+    gap="20 mm",
+    stiffness="4.2e7 N/m",
+    records={"names": ["RSN6-180", "RSN6-270"]},
+    grid={"gap": ["0 mm", "5 mm", "1.0 m"]},
+)
 
 
 class Asked(NamedTuple):

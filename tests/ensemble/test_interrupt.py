@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from scenes import scene_text, single
 
 import pounding_risk
 from pounding_risk import cli
@@ -18,30 +19,20 @@ from pounding_risk.ensemble.status import status
 
 # A weak motion that closes no gap and is done at once; then lines of 10,000 runs of a stiff pair over 150 s, each of
 # them one compiled call that takes the better part of a minute.
-SCENE = """
-[scene]
-name = "stopped"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "0.1 s"
-[[building]]
-name = "right"
-mass = "800 t"
-period = "0.06 s"
-[[interface]]
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["CCC-HN1"]
-[grid]
-gap = ["0.02 mm", "0.03 mm", "0.04 mm"]
-pga = ["0.001 g", "0.5 g"]
-yield_force = {start = "10 kN", stop = "20 kN", num = 10000}
-[solver]
-rtol = 1e-11
-"""
+SCENE = scene_text(
+    single("left", "500 t", "0.1 s"),
+    single("right", "800 t", "0.06 s"),
+    name="stopped",
+    law="viscous_elastoplastic",
+    gap=None,
+    records={"names": ["CCC-HN1"]},
+    grid={
+        "gap": ["0.02 mm", "0.03 mm", "0.04 mm"],
+        "pga": ["0.001 g", "0.5 g"],
+        "yield_force": {"start": "10 kN", "stop": "20 kN", "num": 10000},
+    },
+    solver={"rtol": 1e-11},
+)
 
 
 def started(folder: Path) -> subprocess.Popen[str]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import scene_text, single
 
 from pounding_risk.ensemble import limits as work_limits
 from pounding_risk.ensemble.plan.cost import MOST_LINES, few_lines
@@ -29,24 +30,13 @@ from pounding_risk.scene.street.footprints import Footprint, clear_distance, cro
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row.api import lay_out
 
-SCENE = """\
-[[building]]
-name = "A"
-mass = "44 t"
-period = "0.2 s"
-[[building]]
-name = "B"
-mass = "80 t"
-period = "0.1 s"
-[[interface]]
-gap = "2 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "2 s"]
-"""
+SCENE = scene_text(
+    single("A", "44 t", "0.2 s"),
+    single("B", "80 t", "0.1 s"),
+    law="viscous_elastoplastic",
+    gap="2 mm",
+    records={"window": ["0 s", "2 s"]},
+)
 LIMIT = 4 * 10**9  # bytes of address space: the libraries take 2 GB of it, the faults took 4 to 8 GB
 HUGE = [
     'grid.gap={start="0 mm", stop="100 mm", num=10000}',

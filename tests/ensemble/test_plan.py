@@ -3,37 +3,28 @@
 from __future__ import annotations
 
 import pytest
+from scenes import BOTH, FRAME, rigid, scene_text
 
 from pounding_risk.ensemble.plan.plan import Plan, validate
 from pounding_risk.errors import RecordError, SceneError
 from pounding_risk.scene.reader import parse_scene
 
-SCENE = """\
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "10 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "4.2e7 kN/m^1.5"
-restitution = "concrete"
-yield_force = "450 kN"
-equal_terms = {same = "penetration", speed = "0.5 m/s"}
-[records]
-names = ["RSN6-180", "CCC-HN1"]
-window = ["0 s", "6 s"]
-polarity = ["as recorded", "reversed"]
-tail = "2 s"
-[grid]
-gap = {start = "0 mm", stop = "20 mm", num = 11}
-yield_force = ["200 kN", "450 kN", "inf"]
-contact_model = ["viscous_elastoplastic", "linear"]
-pga = ["0.2 g", "0.5 g"]
-"""
+SCENE = scene_text(
+    FRAME,
+    rigid(),
+    law="viscous_elastoplastic",
+    stiffness="4.2e7 kN/m^1.5",
+    restitution="concrete",
+    yield_force="450 kN",
+    equal_terms={"same": "penetration", "speed": "0.5 m/s"},
+    records={"names": ["RSN6-180", "CCC-HN1"], "window": ["0 s", "6 s"], "polarity": BOTH, "tail": "2 s"},
+    grid={
+        "gap": {"start": "0 mm", "stop": "20 mm", "num": 11},
+        "yield_force": ["200 kN", "450 kN", "inf"],
+        "contact_model": ["viscous_elastoplastic", "linear"],
+        "pga": ["0.2 g", "0.5 g"],
+    },
+)
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_compile import PACKAGE, bare_environment, compiled
-from test_row_scan import SCENE as ROW
+from processes import PACKAGE, bare_environment, compiled
+from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text
 
 from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.ensemble.plan import cost as plan_work
@@ -24,30 +24,21 @@ from pounding_risk.motions import catalogue
 from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
 
-PAIR = """\
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "10 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "4.2e7 kN/m^1.5"
-restitution = "concrete"
-[records]
-names = ["RSN6-180", "RSN1690-090"]
-window = ["0 s", "12 s"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = {start = "0 mm", stop = "20 mm", num = 21}
-yield_force = {start = "50 kN", stop = "1000 kN", num = 20}
-contact_model = ["viscous_elastoplastic", "jankowski"]
-pga = ["0.2 g", "0.5 g"]
-"""
-SCENES = {"pair": PAIR, "row": ROW}
+PAIR = scene_text(
+    FRAME,
+    rigid(),
+    law="viscous_elastoplastic",
+    stiffness="4.2e7 kN/m^1.5",
+    restitution="concrete",
+    records={"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "12 s"], "polarity": BOTH},
+    grid={
+        "gap": {"start": "0 mm", "stop": "20 mm", "num": 21},
+        "yield_force": {"start": "50 kN", "stop": "1000 kN", "num": 20},
+        "contact_model": ["viscous_elastoplastic", "jankowski"],
+        "pga": ["0.2 g", "0.5 g"],
+    },
+)
+SCENES = {"pair": PAIR, "row": FOUR_IN_A_ROW}
 
 
 def known(dataset) -> np.ndarray:
@@ -127,7 +118,7 @@ def test_validate_compiles_nothing(tmp_path):
     terms = PAIR.replace('"jankowski"]', '"linear"]').replace(
         "[records]", 'equal_terms = {same = "penetration", speed = "0.5 m/s"}\n[records]'
     )
-    for name, text in (("pair", terms), ("row", ROW)):
+    for name, text in (("pair", terms), ("row", FOUR_IN_A_ROW)):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
     (tmp_path / "cache").mkdir()
     done = subprocess.run(
@@ -220,7 +211,7 @@ def test_a_value_set_to_what_it_is_changes_nothing(tmp_path):
     assert validate(parse_scene(PAIR), ["interface.gap=10 mm"]).changes == ()
     assert validate(parse_scene(PAIR)).changes == ()
     # Each interface of a row, by its number; records count for the cases.
-    told = validate(parse_scene(ROW), ["interface.gap=30 mm", 'records.names=["RSN6-180"]']).changes
+    told = validate(parse_scene(FOUR_IN_A_ROW), ["interface.gap=30 mm", 'records.names=["RSN6-180"]']).changes
     assert told[:3] == tuple(f"interface.{number}.gap: 20 mm -> 30 mm" for number in (1, 2, 3))
     assert told[3:] == ("records.names: RSN6-180, RSN1690-090 -> RSN6-180", "cases: 36 -> 18")
     # A scene that only does with the overrides has nothing to compare with.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import scene_text, single, storeyed
 from scipy.integrate import quad
 
 from pounding_risk.assessment.assess import assess
@@ -30,45 +31,14 @@ from pounding_risk.studies.simulate import simulate
 
 SCENES = sorted((Path(scan.__code__.co_filename).parents[1] / "scene" / "shipped").glob("*.toml"))
 G = 9.80665
-PAIR = """
-[scene]
-name = "two frames"
-[[building]]
-name = "left"
-mass = "300 t"
-period = "0.6 s"
-[[building]]
-name = "right"
-mass = "200 t"
-period = "0.3 s"
-[[interface]]
-gap = "20 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-"""
-ROW = """
-[[building]]
-name = "a"
-floor_masses = "200 t"
-storey_stiffnesses = "300 MN/m"
-storey_heights = "3 m"
-storeys = 3
-[[building]]
-name = "b"
-floor_masses = "200 t"
-storey_stiffnesses = "600 MN/m"
-storey_heights = "3 m"
-storeys = 2
-[[interface]]
-gap = "5 mm"
-contact_model = "linear"
-stiffness = "1 GN/m"
-[records]
-names = ["RSN6-180"]
-"""
+PAIR = scene_text(single("left", "300 t", "0.6 s"), single("right", "200 t", "0.3 s"), name="two frames", gap="20 mm")
+ROW = scene_text(
+    storeyed("a", "200 t", "300 MN/m", storeys=3),
+    storeyed("b", "200 t", "600 MN/m", storeys=2),
+    law="linear",
+    gap="5 mm",
+    stiffness="1 GN/m",
+)
 
 
 def notes(*overrides, text=PAIR):

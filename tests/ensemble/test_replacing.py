@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from test_labels import SCENE
+from scenes import two_records
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -18,7 +18,7 @@ from pounding_risk.results.files import open_results, save
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
 
-SMALL = SCENE.replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]').replace("0.3 g", "0.2 g")
+SMALL = two_records().replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]').replace("0.3 g", "0.2 g")
 SMALL = SMALL.replace('"RSN6-180", "RSN1690-090"', '"RSN6-180"')
 OTHER = SMALL.replace('gap = "20 mm"', 'gap = "25 mm"').replace('period = "0.3 s"', 'period = "0.4 s"')
 SUFFIXES = (".nc", ".zarr")
@@ -130,21 +130,24 @@ def test_a_foreign_file_and_another_command_s_are_never_replaced_unasked(tmp_pat
 
 def test_every_command_s_file_is_known(tmp_path):
     """By a dimension or a variable that only its datasets have."""
-    study = parse_scene(SMALL.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5"))
+    # A law that other tests compile too, in fixed steps and under a passing wave.
+    law = '"viscous_elastoplastic"\nrestitution = 0.65'
+    text = SMALL.replace('"linear"', law).replace("1e5 kN/m", "2.75e9 N/m^1.5")
+    study = parse_scene(text)
     files = {name: tmp_path / f"{name}.nc" for name in MARKS}
+    laws = ["linear", "viscous_elastoplastic"]
     scan(study, files["scan"])
     save(pr.simulate(study), files["simulate"])
     pr.histories(study, files["histories"], gaps=[0.005])
-    pr.compare(study, files["compare"], laws=["linear", "jankowski"])
+    pr.compare(study, files["compare"], laws=laws)
     pr.accuracy(study, files["accuracy"], cases=2, budget=0.2, scipy=False)
-    pr.effects(study, files["effects"], repeats=1)
+    waves = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
+    pr.effects(parse_scene(text + waves), files["effects"], repeats=1)
     assert {name: read_finished(file).command for name, file in files.items()} == {name: name for name in MARKS}
     for name, file in files.items():
         check_replaceable(file, name)
     with pytest.raises(PoundingError, match=r'holds the finished compare of .*\n  - building\[1\].period: was "0.3 s"'):
-        pr.compare(
-            parse_scene(study.to_toml().replace("0.3 s", "0.4 s")), files["compare"], laws=["linear", "jankowski"]
-        )
+        pr.compare(parse_scene(study.to_toml().replace("0.3 s", "0.4 s")), files["compare"], laws=laws)
 
 
 def test_the_commands(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from scenes import FOUR_IN_A_ROW
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble import row_job
@@ -19,55 +20,17 @@ from pounding_risk.results.summary import counted
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.outputs import RUN
 
-SCENE = """
-[scene]
-name = "Four in a row"
-[[building]]
-name = "A"
-floor_masses = "200 t"
-storey_stiffnesses = "9e7 N/m"
-storey_heights = "3 m"
-storeys = 3
-[[building]]
-name = "B"
-floor_masses = "150 t"
-storey_stiffnesses = "3e8 N/m"
-storey_heights = "3.9 m"
-storeys = 2
-[[building]]
-name = "C"
-mass = "500 t"
-period = "0.9 s"
-height = "6 m"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "20 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-column_yield_force = "600 kN"
-[records]
-names = ["RSN6-180", "RSN1690-090"]
-window = ["0.5 s", "5.5 s"]
-pga = "0.5 g"
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["5 mm", "40 mm", "150 mm"]
-yield_force = ["500 kN", "50 MN", "inf"]
-"""
-NAMED = SCENE.replace("[grid]", '[grid]\ninterface = "B | C"')
+NAMED = FOUR_IN_A_ROW.replace("[grid]", '[grid]\ninterface = "B | C"')
 
 
 @pytest.fixture(scope="module")
 def screened():
-    return scan(parse_scene(SCENE), check_fraction=0.02, workers=2)
+    return scan(parse_scene(FOUR_IN_A_ROW), check_fraction=0.02, workers=2)
 
 
 @pytest.fixture(scope="module")
 def simulated():
-    return scan(parse_scene(SCENE), screening=False, check_fraction=0.0, workers=1)
+    return scan(parse_scene(FOUR_IN_A_ROW), screening=False, check_fraction=0.0, workers=1)
 
 
 def same(one, other):
@@ -89,7 +52,7 @@ def test_screening_changes_nothing(screened, simulated):
 
 
 def test_the_number_of_threads_changes_nothing(screened):
-    again = scan(parse_scene(SCENE), check_fraction=0.02, workers=3)
+    again = scan(parse_scene(FOUR_IN_A_ROW), check_fraction=0.02, workers=3)
     assert screened.identical(again)
 
 
@@ -99,7 +62,7 @@ def test_motions_that_are_let_go_come_back_to_the_same_bits(screened, monkeypatc
     monkeypatch.setattr(row_job, "KEPT", 1)
     jobs = []
     monkeypatch.setattr(ensemble, "job_of", lambda order: jobs.append(row_job.RowJob(order)) or jobs[-1])
-    xr.testing.assert_identical(scan(parse_scene(SCENE), check_fraction=0.02, workers=2), screened)
+    xr.testing.assert_identical(scan(parse_scene(FOUR_IN_A_ROW), check_fraction=0.02, workers=2), screened)
     assert len(jobs[0]._driven._found) == len(jobs[0]._cases._found) == 1
 
 
@@ -182,13 +145,13 @@ def test_ends_and_interiors_are_told_apart(screened):
 
 
 def test_a_dataset_comes_back_from_disk_as_it_was(tmp_path, screened):
-    written = scan(parse_scene(SCENE), tmp_path / "row.nc", check_fraction=0.02)
+    written = scan(parse_scene(FOUR_IN_A_ROW), tmp_path / "row.nc", check_fraction=0.02)
     assert open_results(tmp_path / "row.nc").identical(written)
     assert written.identical(screened)
 
 
 def test_a_share_of_the_runs_is_made_again(screened):
-    every = scan(parse_scene(SCENE), check_fraction=1.0)
+    every = scan(parse_scene(FOUR_IN_A_ROW), check_fraction=1.0)
     assert ((every["sensitive"] >= 0) == (every["simulated"] == 1)).all(), "and of those alone"
     checked = screened["sensitive"] >= 0
     assert 1 <= int(checked.sum()) < int(screened["simulated"].sum())
@@ -204,7 +167,7 @@ def test_the_scene_of_a_dataset_runs_again_to_the_same_numbers(screened):
 
 def test_progress_counts_every_case():
     told = []
-    study = parse_scene(SCENE)
+    study = parse_scene(FOUR_IN_A_ROW)
     one = replace(study, records=study.records._replace(names=study.records.names[:1]))
     scan(one, check_fraction=0.0, progress=lambda done, total: told.append((done, total)))
     assert told[-1] == (18, 18) and [done for done, _ in told] == sorted(done for done, _ in told)
@@ -212,7 +175,7 @@ def test_progress_counts_every_case():
 
 def test_storeys_that_yield_have_ductility_and_residual_drift():
     """Where the ductility passes 1 the storey's shear is its strength and what hardening adds; there drift remains."""
-    text = SCENE.replace("storeys = 3\n", 'storeys = 3\nstorey_strengths = "450 kN"\n')
+    text = FOUR_IN_A_ROW.replace("storeys = 3\n", 'storeys = 3\nstorey_strengths = "450 kN"\n')
     text = text.replace('gap = ["5 mm", "40 mm", "150 mm"]', 'gap = ["40 mm"]').replace(
         '"500 kN", "50 MN", "inf"', '"inf"'
     )
@@ -234,7 +197,9 @@ def test_storeys_that_yield_have_ductility_and_residual_drift():
 
 def test_levels_that_barely_decide_are_in_the_dataset_and_in_the_evidence():
     """Floors of A and B at 3 and 3.24 m overlap by 10 mm of a slab of 250 mm, the others do not."""
-    near = SCENE.replace('"3.9 m"', '"3.24 m"').replace('names = ["RSN6-180", "RSN1690-090"]', 'names = ["RSN6-180"]')
+    near = FOUR_IN_A_ROW.replace('"3.9 m"', '"3.24 m"').replace(
+        'names = ["RSN6-180", "RSN1690-090"]', 'names = ["RSN6-180"]'
+    )
     study = parse_scene(near, overrides=['grid.gap=["20 mm"]', 'grid.yield_force=["inf"]'])
     results = scan(study, check_fraction=0.0, workers=1)
     (name, note), *others = json.loads(results.attrs["level_notes"]).items()

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import PACKAGE, bare_environment, compiled
 
 import pounding_risk
 from pounding_risk._jit import compile as _jit
@@ -22,9 +23,6 @@ from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.pair.run import march
-
-compiled = pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
-PACKAGE = Path(_jit.__file__).resolve().parents[1]
 
 # A kernel that calls, through a law of another file, a helper beside that law: what numba's own stamp misses.
 PROBE = """
@@ -41,13 +39,6 @@ else:
 found = {"file": _jit.__file__, "cache": _jit.CACHE, "values": values, "hits": hits, "misses": misses}
 print(json.dumps(found))
 """
-
-
-def bare_environment(**more: str) -> dict[str, str]:
-    """The environment without what steers a cache; ``more`` on top."""
-    steering = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "XDG_CACHE_HOME", "HOME", "TMPDIR", "TEMP", "TMP")
-    kept = {key: value for key, value in os.environ.items() if key not in steering}
-    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
 def run(code: str, package: Path = PACKAGE, **more: str) -> dict:

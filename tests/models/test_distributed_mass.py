@@ -23,7 +23,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.reader import study_from
 from pounding_risk.solver.counters import COMPLETE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
-from pounding_risk.studies import compare_findings as agreement
+from pounding_risk.studies import compare_findings
 from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.stability.trial import SOFT, STIFF, WALL, shaking
@@ -327,7 +327,7 @@ def test_compare_says_that_e_is_its_own(capsys):
     ratios = dataset["ratio_median"].sel(contact_model="distributed_mass")
     assert np.isfinite(float(ratios.sel(output="peak contact force")))
     assert np.isnan(float(ratios.sel(output="peak floor acceleration, left")))
-    assert agreement.peers(dataset) == []  # neither e nor the force is on equal terms
+    assert compare_findings.peers(dataset) == []  # neither e nor the force is on equal terms
     figures.reference_figure(dataset)
     edge = [text.get_text() for text in figures.agreement_figure(dataset).axes[1].texts]
     assert edge == [f"{float(ratios.sel(output='peak contact force')):.2g}"]

@@ -6,6 +6,7 @@ import inspect
 from math import isnan
 
 import pytest
+from scenes import scene_text, single, storeyed
 from typer.testing import CliRunner
 
 from pounding_risk.cli import app
@@ -14,26 +15,12 @@ from pounding_risk.models.effects.contact import EFFECTS
 from pounding_risk.models.effects.defaults import NOT_A_NUMBER, default_example, default_words, defaults
 from pounding_risk.scene.reader import parse_scene, scene_schema
 
-ROW = """\
-[[building]]
-name = "A"
-floor_masses = ["40 t", "40 t"]
-storey_stiffnesses = "60 MN/m"
-storey_heights = "3 m"
-storey_strengths = "200 kN"
-[[building]]
-name = "B"
-mass = "60 t"
-period = "0.2 s"
-[[interface]]
-gap = "2 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "2 s"]
-"""
+ROW = scene_text(
+    storeyed("A", ["40 t", "40 t"], "60 MN/m", storey_strengths="200 kN"),
+    single("B", "60 t", "0.2 s"),
+    gap="2 mm",
+    records={"window": ["0 s", "2 s"]},
+)
 OPTIONS = [(name, option) for name, kind in EFFECTS.items() for option in kind.optional]
 
 

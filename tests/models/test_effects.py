@@ -28,7 +28,7 @@ from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.reader import study_from
 from pounding_risk.solver.pair.api import Interface, solve
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.stability.trial import shaking
 
@@ -184,7 +184,7 @@ def test_a_run_with_memory_against_scipy(ratio: float):
 
 def test_gap_widens_from_contact_to_contact_and_energy_closes():
     """Each touch is as far out as the dents before it have left the gap; the ledger closes to the tolerance."""
-    study = study_from({**paper.scene("paper").resolved(), "effects": SCENES["unloading_stiffness"]})
+    study = study_from({**demo.scene("paper").resolved(), "effects": SCENES["unloading_stiffness"]})
     run = pr.simulate(study)
     places = np.searchsorted(run.time.values, run.contact_start.values)
     wide = run.relative_displacement.values[places]
@@ -259,7 +259,7 @@ print(json.dumps({name: repr(value) for name, value in found.items()}))
 @pytest.mark.parametrize("name", SCENES)
 def test_scenes_with_effects(name: str):
     """Read, written down again, scanned; the cap is what it says."""
-    base = paper.scene("paper").resolved()
+    base = demo.scene("paper").resolved()
     study = study_from({**base, "effects": SCENES[name], "grid": {"yield_force": ["300 kN", "inf"]}})
     assert study_from(study.resolved()) == study and name in study.to_toml()
     found = pr.scan(study).isel(record=0, polarity=0, contact_model=0, gap=0)
@@ -275,7 +275,7 @@ def test_scenes_with_effects(name: str):
 def test_screening_with_effects():
     study = study_from(
         {
-            **paper.scene("paper").resolved(),
+            **demo.scene("paper").resolved(),
             "effects": {**SCENES["unloading_stiffness"], **SCENES["strain_rate"]},
             "grid": {"gap": ["0 mm", "2 mm", "40 mm"], "yield_force": ["300 kN", "600 kN", "3 MN", "inf"]},
         }
@@ -303,13 +303,13 @@ def test_screening_with_effects():
 )
 def test_what_a_scene_refuses(effects: dict, sentence: str):
     with pytest.raises(SceneError) as caught:
-        study_from({**paper.scene("paper").resolved(), "effects": effects})
+        study_from({**demo.scene("paper").resolved(), "effects": effects})
     assert sentence in str(caught.value)
 
 
 @pytest.mark.parametrize("law", [name for name, kind in LAWS.items() if refusal(kind)])
 def test_effects_of_yielding_refuse_laws_without_it(law: str):
-    base = paper.scene("paper").resolved()
+    base = demo.scene("paper").resolved()
     stiffness = f"1e9 {stiffness_quantity(LAWS[law]).unit}"
     interface = {**base["interface"][0], "contact_model": law, "stiffness": stiffness}
     interface.pop("plastic_exponent", None)
@@ -323,9 +323,9 @@ def test_a_law_that_hardens_is_refused():
         with_effects(VanMier(BETA, 0.5), (("permanent_set", ()),))
 
 
-def test_accuracy_of_effects_is_the_event_driven_ladder_alone():
+def test_accuracy_of_effects_is_the_event_driven_solver_alone():
     """Errors fall with rtol against 1e-12; the methods that know no effects are named, and not run."""
-    study = study_from({**paper.scene("paper").resolved(), "effects": SCENES["permanent_set"]})
+    study = study_from({**demo.scene("paper").resolved(), "effects": SCENES["permanent_set"]})
     found = pr.accuracy(study)
     assert set(found["method"].values) == {"event-driven"}
     assert json.loads(found.attrs["left_out"]) == ["fixed steps and SciPy: they know no permanent_set"]

@@ -11,6 +11,7 @@ import closed_forms as forms
 import numpy as np
 import pytest
 from interpreted import interpreted
+from scenes import rigid, scene_text, single
 from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
@@ -264,24 +265,13 @@ def test_interpreted_as_compiled():
     assert interpreted(code) == pytest.approx([found.restitution, found.peak_force, found.duration], rel=1e-12)
 
 
-SCENE = """\
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.3 s"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "5 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = {value = 0.65, relation = "exact"}
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "4 s"]
-pga = "0.5 g"
-"""
+SCENE = scene_text(
+    single("frame", "44.36 t", "0.3 s"),
+    rigid(),
+    gap="5 mm",
+    restitution={"value": 0.65, "relation": "exact"},
+    records={"window": ["0 s", "4 s"], "pga": "0.5 g"},
+)
 ABLE_WORDS = (
     "kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz_damp, hertz_damp_exact, jankowski, "
     "bilinear or viscous_elastoplastic"

@@ -17,7 +17,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, stiffness_matrix
 from pounding_risk.results.pair_labels import sources_of
 from pounding_risk.scene.scene import Effect
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.modes import building_modes
 
 G = 9.80665
@@ -232,6 +232,6 @@ def test_laws_and_grounds_pass_over_them():
 
 
 def test_results_name_where_they_are_from():
-    study = replace(paper.scene("paper"), effects=(Effect("p_delta"), Effect("soil_flexibility", soil()[1])))
+    study = replace(demo.scene("paper"), effects=(Effect("p_delta"), Effect("soil_flexibility", soil()[1])))
     told = sources_of(study, (Jankowski(1e9),))
     assert any("Wilson and Habibullah" in each for each in told) and any("Wolf (1994)" in each for each in told)

@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 
 import closed_forms as forms
 import pytest
+from scenes import rigid, scene_text, single
 
 import pounding_risk as pr
 from pounding_risk._jit import compile as _jit
@@ -167,21 +168,9 @@ def test_foreign_types_are_found_within_others():
     assert not _jit.is_foreign(numba.typeof((1.0, (contact.Linear(1e8), 2))))
 
 
-SCENE = """\
-[[building]]
-name = "frame"
-mass = "44.36 t"
-period = "0.3 s"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "5 mm"
-contact_model = "cushion"
-stiffness = "93.5 MN/m"
-[records]
-names = ["RSN6-180"]
-"""
+SCENE = scene_text(
+    single("frame", "44.36 t", "0.3 s"), rigid(), law="cushion", gap="5 mm", stiffness="93.5 MN/m", restitution=None
+)
 
 
 def test_scenes_know_a_law_once_it_is_defined():

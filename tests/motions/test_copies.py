@@ -9,6 +9,7 @@ import shutil
 import numpy as np
 import obspy
 import pytest
+from scenes import BOTH, scene_text, single
 
 from pounding_risk import assess
 from pounding_risk.ensemble.plan.plan import validate
@@ -29,23 +30,13 @@ from pounding_risk.results.files import as_text
 from pounding_risk.scene.reader import parse_scene
 
 PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
-SCENE = """
-[[building]]
-name = "left"
-mass = "10 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "10 t"
-period = "0.3 s"
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "1e5 kN/m"
-[records]
-files = ["."]
-polarity = ["as recorded", "reversed"]
-"""
+SCENE = scene_text(
+    single("left", "10 t", "0.5 s"),
+    single("right", "10 t", "0.3 s"),
+    law="linear",
+    gap="20 mm",
+    records={"files": ["."], "polarity": BOTH},
+)
 
 
 @pytest.fixture

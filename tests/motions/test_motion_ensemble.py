@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import scene_text, single
 
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
@@ -28,21 +29,13 @@ from pounding_risk.scene.reader import parse_scene
 G = 9.80665
 PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
 PAIR = PLAIN._replace(names=("RSN6-180", "RSN6-270"))
-SCENE = """
-[[building]]
-name = "left"
-mass = "10 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "10 t"
-period = "0.3 s"
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "1e5 kN/m"
-[records]
-"""
+SCENE = scene_text(
+    single("left", "10 t", "0.5 s"),
+    single("right", "10 t", "0.3 s"),
+    law="linear",
+    gap="20 mm",
+    records={"names": None},
+)
 
 
 @pytest.fixture
@@ -309,7 +302,7 @@ def test_a_manifest_whose_files_have_changed_is_refused(folder):
 @pytest.mark.parametrize(
     ("lines", "sentence"),
     [
-        ('manifest = "no.csv"\n', "line 15, records.manifest: no such file in .*; files are relative to the scene"),
+        ('manifest = "no.csv"\n', "line 14, records.manifest: no such file in .*; files are relative to the scene"),
         ('manifest = "a.csv"\npga = "0.5 g"\n', "records.pga: manifest and pga are both given, and each sets the"),
         ('manifest = "a.csv"\ndirection = "20 deg"\n', "records.direction: a manifest names single components; remove"),
         ('manifest = "a.csv"\n[grid]\npga = ["0.5 g"]\n', "records.manifest: the grid has a pga, which sets the amp"),

@@ -5,16 +5,14 @@ from __future__ import annotations
 import base64
 import json
 import re
-import shutil
 import sys
-import zlib
 from hashlib import sha256
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from explorer_page import Page, Reader, embedded, needs_browser, number, unpacked
 from typer.testing import CliRunner
 
 from pounding_risk.cli import app
@@ -23,7 +21,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports import explorer
 from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 
 pytest.importorskip("plotly")
 G = 9.80665
@@ -42,7 +40,7 @@ OUT_OF_STEPS = 3  # a status that is not complete
 @pytest.fixture(scope="module")
 def results() -> xr.Dataset:
     """A scan of 72 cases, one of them made to have failed."""
-    study = parse_scene(paper.scene("paper").text + GRID, source="grid.toml")
+    study = parse_scene(demo.scene("paper").text + GRID, source="grid.toml")
     dataset = scan(study, check_fraction=0.2)
     for name, found in dataset.data_vars.items():
         if set(CASE) <= set(found.dims) and name not in ("status", "simulated"):
@@ -55,47 +53,6 @@ def results() -> xr.Dataset:
 def written(results, tmp_path_factory) -> Path:
     """The page of these results."""
     return explorer.view(results, tmp_path_factory.mktemp("page") / "explore.html")
-
-
-class Page(HTMLParser):
-    """What stands in a page: scripts' texts by type, the policy, and every attribute that may fetch."""
-
-    def __init__(self, text: str):
-        super().__init__(convert_charrefs=True)
-        self.scripts: list[tuple[str, str]] = []
-        self.fetched: list[str] = []
-        self.policy = ""
-        self.tags: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        told = dict(attrs)
-        self.tags.append(tag)
-        if tag == "script":
-            self.scripts.append((told.get("type") or "", ""))
-        if told.get("http-equiv") == "Content-Security-Policy":
-            self.policy = told["content"] or ""
-        self.fetched += [value or "" for name, value in attrs if name in ("src", "href", "data", "action", "srcset")]
-
-    def handle_data(self, data: str) -> None:
-        if self.tags and self.tags[-1] == "script" and self.cdata_elem:
-            kind, text = self.scripts[-1]
-            self.scripts[-1] = (kind, text + data)
-
-
-def embedded(path: Path) -> dict:
-    """The model that a page holds."""
-    page = Page(path.read_text(encoding="utf-8"))
-    (text,) = [text for kind, text in page.scripts if kind == "application/json"]
-    return json.loads(text)
-
-
-def unpacked(model: dict, variable: dict) -> np.ndarray:
-    """A variable's array: deflated, bytes sorted by their place."""
-    sizes = {axis["name"]: len(axis["labels"]) for axis in model["axes"]}
-    sorted_bytes = np.frombuffer(zlib.decompress(base64.b64decode(variable["data"])), np.uint8)
-    plain = np.ascontiguousarray(sorted_bytes.reshape(4, -1).T).reshape(-1)
-    return plain.view(f"<{variable['kind']}").reshape([sizes[axis] for axis in variable["dims"]])
 
 
 def test_the_page_holds_every_number_of_the_dataset(results, written):
@@ -247,78 +204,6 @@ def test_the_command(results, tmp_path, monkeypatch):
 
 
 # ---- in a browser --------------------------------------------------------------------------------------------------
-
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-DRIVER = shutil.which("chromedriver")
-needs_browser = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no Chromium with its driver is installed")
-
-
-class Reader:
-    """A page in headless Chromium: what a reader does and sees."""
-
-    def __init__(self, driver, path: Path):
-        self.driver = driver
-        driver.get(path.as_uri())
-        self.until("return document.body.dataset.ready === 'yes' || !document.getElementById('trouble').hidden")
-
-    def until(self, script: str) -> None:
-        from selenium.webdriver.support.ui import WebDriverWait
-
-        WebDriverWait(self.driver, 30, 0.02).until(lambda driver: driver.execute_script(script))
-
-    def pick(self, **choices: str) -> None:
-        from selenium.webdriver.support.ui import Select
-
-        for name, words in choices.items():
-            Select(self.driver.find_element("name", name.replace("_", " "))).select_by_visible_text(words)
-
-    def press(self, *keys: str) -> None:
-        self.driver.find_element("id", "map").send_keys(*keys)
-
-    def to_corner(self) -> None:
-        """To the first gap and yield force, wherever the page began."""
-        self.press("\ue011", "\ue015", "\ue015", "\ue015")
-
-    def click(self, name: str) -> None:
-        self.driver.find_element("id", name).click()
-
-    def text(self, name: str) -> str:
-        return self.driver.find_element("id", name).text
-
-    def drawn(self) -> dict:
-        """The map as Plotly has it: numbers of the cells, and where crosses stand."""
-        return self.driver.execute_script(
-            "const [heat, crosses] = document.getElementById('map').data;"
-            "return {z: heat.z, x: crosses.x, y: crosses.y, zmin: heat.zmin, zmax: heat.zmax}"
-        )
-
-    def column(self, place: int) -> dict[str, str]:
-        """One column of the table by output."""
-        return self.driver.execute_script(
-            "return Object.fromEntries([...document.querySelectorAll('#table tbody tr[data-output]')]"
-            ".map((row) => [row.dataset.output, row.cells[arguments[0]].textContent]))",
-            place,
-        )
-
-
-@pytest.fixture(scope="module")
-def driver():
-    """Headless Chromium; what it logs and asks for is kept."""
-    webdriver = pytest.importorskip("selenium.webdriver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = BROWSER
-    for option in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1500,1300"):
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    found = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
-    yield found
-    found.quit()
-
-
-def number(words: str) -> float:
-    """The number that a cell of the table begins with; NaN for what is not there."""
-    return np.nan if words == "–" else float(words.replace("−", "-").split()[0])
-
 
 FACTORS = {"m": 1e3, "N": 1e-3, "J": 1e-3, "N s": 1e-3, "m/s2": 1.0 / G}
 

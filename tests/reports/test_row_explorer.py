@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from explorer_page import Reader, embedded, needs_browser, number, unpacked
 from made_row import made_row
-from test_explorer import Reader, driver, embedded, needs_browser, number, unpacked
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports import explorer
 from pounding_risk.results.own_case import own_case
 
 pytest.importorskip("plotly")
-__all__ = ["driver"]  # a fixture
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compliance_checker import runner
-from test_labels import SCENE
+from scenes import scene_text, storeyed, two_records
 
 import pounding_risk as pr
 from pounding_risk._common.dates import created, now
@@ -20,30 +20,18 @@ from pounding_risk.results.files import open_results, save
 from pounding_risk.results.pair_labels import CONVENTIONS
 from pounding_risk.scene.reader import parse_scene
 
-PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+# A law that other tests compile too, in fixed steps and under a passing wave.
+PAIR = two_records(law="viscous_elastoplastic")
 PAIR = PAIR.replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]\nyield_force = ["100 kN", "inf"]')
-ROW = """
-[[building]]
-name = "A"
-floor_masses = ["20 t", "20 t"]
-storey_heights = "3 m"
-storey_stiffnesses = "40 MN/m"
-[[building]]
-name = "B"
-floor_masses = ["30 t"]
-storey_heights = "3 m"
-storey_stiffnesses = "90 MN/m"
-[[interface]]
-gap = "5 mm"
-contact_model = "linear"
-stiffness = "1e5 kN/m"
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "8 s"]
-[grid]
-gap = ["5 mm", "20 mm"]
-pga = ["0.3 g"]
-"""
+WAVE = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
+ROW = scene_text(
+    storeyed("A", ["20 t", "20 t"], "40 MN/m"),
+    storeyed("B", ["30 t"], "90 MN/m"),
+    law="linear",
+    gap="5 mm",
+    records={"window": ["0 s", "8 s"]},
+    grid={"gap": ["5 mm", "20 mm"], "pga": ["0.3 g"]},
+)
 
 
 def written_by(command: str, folder: Path) -> Path:
@@ -58,11 +46,11 @@ def written_by(command: str, folder: Path) -> Path:
     elif name == "histories":
         pr.histories(study, file, gaps=[0.005], most=20)
     elif name == "compare":
-        pr.compare(study, file, laws=["linear", "jankowski"])
+        pr.compare(study, file, laws=["linear", "viscous_elastoplastic"])
     elif name == "accuracy":
         pr.accuracy(study, file, cases=2, budget=0.2, scipy=False)
     elif name == "effects":
-        pr.effects(study, file, repeats=1)
+        pr.effects(parse_scene(PAIR + WAVE), file, repeats=1)
     return file
 
 

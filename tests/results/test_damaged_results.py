@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from made_row import made_row
-from test_labels import SCENE
+from made_row import STREET, made_row
+from scenes import two_records
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble.scan import scan
@@ -31,15 +31,16 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.rerun import compared
 
 Mutants = Iterator[tuple[str, Callable[[xr.Dataset], xr.Dataset]]]
-PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+PAIR = two_records(law="jankowski", stiffness="2e9 N/m^1.5")
 PAIR = PAIR.replace("[grid]", '[grid]\nyield_force = ["100 kN", "inf"]')
+SHORT = (*STREET[1:3], STREET[5])
 OTHER_KINDS = (7, "", "[1, 2]", '{"a": 1}', np.array([1.0, np.nan]))
 
 
 @pytest.fixture(scope="module")
 def sound() -> dict[str, xr.Dataset]:
-    """A pair's scan, and one of a row."""
-    return {"pair": scan(parse_scene(PAIR), check_fraction=0.4), "row": made_row(records=2)}
+    """A pair's scan, and one of a row: floors against columns, and a rigid neighbour."""
+    return {"pair": scan(parse_scene(PAIR), check_fraction=0.4), "row": made_row(records=2, street=SHORT)}
 
 
 def mutants(dataset: xr.Dataset) -> Mutants:

@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from scenes import two_records
 from scipy.integrate import solve_ivp
 
 from pounding_risk.ensemble.scan import scan
@@ -18,28 +19,7 @@ from pounding_risk.results.files import open_results
 from pounding_risk.results.pair_labels import PERIODS
 from pounding_risk.scene.reader import parse_scene
 
-SCENE = """
-[[building]]
-name = "left"
-mass = "10 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "20 t"
-period = "0.3 s"
-damping = 0.02
-[[interface]]
-gap = "20 mm"
-contact_model = "linear"
-stiffness = "1e5 kN/m"
-[records]
-names = ["RSN6-180", "RSN1690-090"]
-window = ["0 s", "8 s"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["5 mm", "10 mm", "20 mm", "40 mm"]
-pga = ["0.1 g", "0.3 g"]
-"""
+SCENE = two_records()
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import pytest
 import xarray as xr
+from scenes import BOTH, scene_text, single
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.separations.table import code_table
@@ -19,30 +20,19 @@ from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
 
-PAIR = """\
-[[building]]
-name = "A"
-mass = "44 t"
-period = "0.2 s"
-[[building]]
-name = "B"
-mass = "80 t"
-period = "0.1 s"
-[[interface]]
-gap = "2 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180", "RSN6-270"]
-window = ["0 s", "4 s"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["2 mm", "8 mm"]
-yield_force = ["50 kN", "inf"]
-contact_model = ["viscous_elastoplastic", "hertz"]
-pga = ["0.3 g", "0.5 g"]
-"""
+PAIR = scene_text(
+    single("A", "44 t", "0.2 s"),
+    single("B", "80 t", "0.1 s"),
+    law="viscous_elastoplastic",
+    gap="2 mm",
+    records={"names": ["RSN6-180", "RSN6-270"], "window": ["0 s", "4 s"], "polarity": BOTH},
+    grid={
+        "gap": ["2 mm", "8 mm"],
+        "yield_force": ["50 kN", "inf"],
+        "contact_model": ["viscous_elastoplastic", "hertz"],
+        "pga": ["0.3 g", "0.5 g"],
+    },
+)
 ROW = PAIR.replace(
     "[[interface]]", '[[building]]\nname = "C"\nmass = "90 t"\nperiod = "0.3 s"\n[[interface]]'
 )  # one interface's table stands for both

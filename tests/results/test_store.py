@@ -18,6 +18,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_forms import SHAPE, made_form, pieces, values_of
+from scenes import two_records
 
 from pounding_risk._common.files import checksum, host, not_written, partial_of, sweep
 from pounding_risk.ensemble.checkpoint.folder import folder_of
@@ -156,11 +157,9 @@ def test_a_limit_on_a_file_s_size_is_told_as_what_it_is(tmp_path, monkeypatch):
 
 def test_a_scan_s_dataset_goes_through_every_store(tmp_path):
     """A real one: its form alone and its values, block by block."""
-    from test_labels import SCENE
-
     from pounding_risk.ensemble.scan import scan
 
-    scene = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+    scene = two_records(law="jankowski", stiffness="2e9 N/m^1.5")
     dataset = scan(parse_scene(scene), check_fraction=0.3)
     form = form_of(dataset)
     assert {"sensitive", "peak_displacement"} <= set(form.cases)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_row import made_row
-from test_labels import SCENE
+from scenes import two_records
 from typer.testing import CliRunner
 
 import pounding_risk
@@ -30,7 +30,7 @@ from pounding_risk.results.tolerance_check import findings
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.convert import convert
 
-PAIR = SCENE.replace('"linear"', '"jankowski"\nrestitution = 0.65').replace("1e5 kN/m", "2e9 N/m^1.5")
+PAIR = two_records(law="jankowski", stiffness="2e9 N/m^1.5")
 PAIR = PAIR.replace("[grid]", '[grid]\nyield_force = ["100 kN", "inf"]')
 
 

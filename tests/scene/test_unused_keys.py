@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scenes import scene_text, single, storeyed
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble.plan.plan import validate
@@ -24,47 +25,21 @@ from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.scene.words import KEYS
 from pounding_risk.studies.simulate import simulate
 
-PAIR = """\
-[[building]]
-name = "A"
-mass = "44 t"
-period = "0.2 s"
-[[building]]
-name = "B"
-mass = "80 t"
-period = "0.1 s"
-[[interface]]
-gap = "2 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "4 s"]
-scale = 1.5
-"""
+PAIR = scene_text(
+    single("A", "44 t", "0.2 s"),
+    single("B", "80 t", "0.1 s"),
+    law="viscous_elastoplastic",
+    gap="2 mm",
+    records={"window": ["0 s", "4 s"], "scale": 1.5},
+)
 WALL = PAIR.replace('mass = "80 t"\nperiod = "0.1 s"', "rigid = true")
-ROW = """\
-[[building]]
-name = "A"
-floor_masses = ["40 t", "40 t"]
-storey_stiffnesses = "60 MN/m"
-storey_heights = ["4 m", "2 m"]
-[[building]]
-name = "B"
-floor_masses = ["60 t", "60 t"]
-storey_stiffnesses = "120 MN/m"
-storey_heights = ["3 m", "3 m"]
-[[interface]]
-gap = "2 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "4 s"]
-scale = 1.5
-"""
+ROW = scene_text(
+    storeyed("A", ["40 t", "40 t"], "60 MN/m", ["4 m", "2 m"]),
+    storeyed("B", ["60 t", "60 t"], "120 MN/m", ["3 m", "3 m"]),
+    law="viscous_elastoplastic",
+    gap="2 mm",
+    records={"window": ["0 s", "4 s"], "scale": 1.5},
+)
 LEVEL = ROW.replace('["4 m", "2 m"]', '["3 m", "3 m"]')  # floor to floor throughout
 COLUMNS = ROW.replace('["4 m", "2 m"]', '["4 m", "3 m"]')  # floor to column throughout
 HERTZ = 'interface.contact_model="hertz"'

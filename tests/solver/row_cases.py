@@ -1,18 +1,24 @@
-"""Rows for the comparisons with other integrators: buildings, where they meet, and the ground."""
+"""Rows for the comparisons with other integrators: buildings, contact points, the ground, and a run by the solver."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from oracle import CONCRETE
 from oracle_rows import Meeting
 
+from pounding_risk.models.contact.laws import LAWS
+from pounding_risk.models.restitution import Restitution, constant
+from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.read import read_motion
+from pounding_risk.solver import counters as tally
+from pounding_risk.solver.row import api as rows
 
 GRAVITY = 9.80665
 SOIL = ("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 6.0)))
@@ -146,3 +152,52 @@ CASES = {
         jankowski(YIELDS, LEANS, SOIL), floors(0, 1, 2, 3, gap=0.01, yield_force=8e5), EL_CENTRO._replace(stop=5.0)
     ),
 }
+
+
+# Places of the tally by the names of outputs.
+PLACES = {
+    "peak_closing": tally.TALLIED,
+    "peak_penetration": tally.PENETRATION,
+    "peak_contact_force": tally.PEAK_FORCE,
+    "peak_approach_speed": tally.APPROACH,
+    "uncapped_force": tally.DEMAND,
+    "impact_count": tally.COUNT,
+    "first_impact_time": tally.FIRST_TOUCH,
+    "contact_time": tally.CONTACT_TIME,
+    "impulse": tally.IMPULSE,
+    "energy_viscous": tally.VISCOUS,
+    "lowest_contact_force": tally.LOWEST_FORCE,
+    "yielding_contacts": tally.YIELDS,
+    "first_yield_time": tally.FIRST_YIELD,
+}
+
+
+def points_of(meetings: Sequence[Meeting]) -> list[Point]:
+    return [Point(each.interface, each.left_floor, each.right_floor, "floor", np.nan) for each in meetings]
+
+
+def contacts_of(meetings: Sequence[Meeting]) -> Any:
+    """What the solver is told of the contacts."""
+    rules = [
+        constant(e) if isinstance(e := each.restitution, float) else Restitution(*e, each.fastest) for each in meetings
+    ]
+    return rows.Contacts(
+        np.array([each.gap for each in meetings]),
+        np.array([each.yield_force for each in meetings]),
+        [LAWS[each.law](each.stiffness) for each in meetings],
+        rules,
+    )
+
+
+def by_solver(case: Case, rtol: float = 1e-9) -> Any:
+    acceleration, dt = case.shaking.samples()
+    row = rows.lay_out(case.chains, points_of(case.meetings), dt)
+    return rows.run_row(row, contacts_of(case.meetings), acceleration, rtol=rtol)
+
+
+def named(run: Any) -> dict[str, np.ndarray]:
+    """Outputs of the solver's points by name."""
+    return {
+        **{name: run.points[:, place] for name, place in PLACES.items()},
+        "peak_opening": -run.points[:, tally.TALLIED + 1],
+    }

@@ -16,8 +16,7 @@ import pytest
 from interpreted import interpreted
 from oracle_rows import Meeting, Row
 from oracle_stiff import StiffRow
-from row_cases import RIGID, meeting, single, storeys
-from test_rows_against_scipy import contacts_of, named, points_of
+from row_cases import RIGID, contacts_of, meeting, named, points_of, single, storeys
 
 from pounding_risk.models import restitution
 from pounding_risk.models.contact.laws import Jankowski
@@ -156,8 +155,7 @@ def test_no_legal_row_runs_away(seed: int):
 MIRRORED = """
 import json
 import numpy as np
-from row_cases import meeting, storeys
-from test_rows_against_scipy import contacts_of, points_of
+from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import implicit, run as march
 from pounding_risk.solver.row.workspace import NODE

@@ -7,38 +7,19 @@ from rest with a closed gap, a limit of 0/0, and with it the time spent in conta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from oracle_rows import Answer, Meeting, integrate
-from row_cases import CASES, Case
+from oracle_rows import Answer, integrate
+from row_cases import CASES, by_solver, named
 
 from pounding_risk.models.contact.laws import LAWS
-from pounding_risk.models.restitution import Restitution, constant
-from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.row import api as rows
 
 RTOL = 1e-9
-# Places of the tally by the names of outputs.
-PLACES = {
-    "peak_closing": tally.TALLIED,
-    "peak_penetration": tally.PENETRATION,
-    "peak_contact_force": tally.PEAK_FORCE,
-    "peak_approach_speed": tally.APPROACH,
-    "uncapped_force": tally.DEMAND,
-    "impact_count": tally.COUNT,
-    "first_impact_time": tally.FIRST_TOUCH,
-    "contact_time": tally.CONTACT_TIME,
-    "impulse": tally.IMPULSE,
-    "energy_viscous": tally.VISCOUS,
-    "lowest_contact_force": tally.LOWEST_FORCE,
-    "yielding_contacts": tally.YIELDS,
-    "first_yield_time": tally.FIRST_YIELD,
-}
 # Relative tolerance at the solver's rtol of 1e-9: what the project promises of peaks, and of what follows from them.
 PEAKS = dict.fromkeys(("peak_closing", "peak_opening", "peak_penetration", "peak_contact_force"), 1e-6)
 TOLERANCES = {
@@ -52,41 +33,10 @@ TOLERANCES = {
 }
 
 
-def points_of(meetings: Sequence[Meeting]) -> list[Point]:
-    return [Point(each.interface, each.left_floor, each.right_floor, "floor", np.nan) for each in meetings]
-
-
-def contacts_of(meetings: Sequence[Meeting]) -> Any:
-    """What the solver is told of the contacts."""
-    rules = [
-        constant(e) if isinstance(e := each.restitution, float) else Restitution(*e, each.fastest) for each in meetings
-    ]
-    return rows.Contacts(
-        np.array([each.gap for each in meetings]),
-        np.array([each.yield_force for each in meetings]),
-        [LAWS[each.law](each.stiffness) for each in meetings],
-        rules,
-    )
-
-
 @cache
 def truth(name: str) -> Answer:
     case = CASES[name]
     return integrate(case.chains, case.meetings, *case.shaking.samples())
-
-
-def by_solver(case: Case, rtol: float = RTOL) -> Any:
-    acceleration, dt = case.shaking.samples()
-    row = rows.lay_out(case.chains, points_of(case.meetings), dt)
-    return rows.run_row(row, contacts_of(case.meetings), acceleration, rtol=rtol)
-
-
-def named(run: Any) -> dict[str, np.ndarray]:
-    """Outputs of the solver's points by name."""
-    return {
-        **{name: run.points[:, place] for name, place in PLACES.items()},
-        "peak_opening": -run.points[:, tally.TALLIED + 1],
-    }
 
 
 def differences(found: dict[str, np.ndarray], true: dict[str, np.ndarray], slack: np.ndarray) -> dict[str, Any]:

@@ -10,8 +10,21 @@ import numpy as np
 import pytest
 from interpreted import interpreted
 from oracle_rows import integrate
-from row_cases import CASES, EL_CENTRO, YIELDS, Case, Shaking, floors, jankowski, meeting, single, storeys
-from test_rows_against_scipy import PLACES, by_solver, named
+from row_cases import (
+    CASES,
+    EL_CENTRO,
+    PLACES,
+    YIELDS,
+    Case,
+    Shaking,
+    by_solver,
+    floors,
+    jankowski,
+    meeting,
+    named,
+    single,
+    storeys,
+)
 
 from pounding_risk.models import restitution
 from pounding_risk.models.contact.laws import ViscousElastoplastic
@@ -24,8 +37,7 @@ from pounding_risk.solver.row import api as rows
 MIRRORED = """
 import json
 import numpy as np
-from row_cases import meeting, storeys
-from test_rows_against_scipy import contacts_of, points_of
+from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import run as march
 from pounding_risk.solver.row.workspace import NODE

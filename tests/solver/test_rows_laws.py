@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interpreted import interpreted
-from row_cases import EL_CENTRO, floors, jankowski, single, storeys
-from test_rows_against_scipy import PLACES, contacts_of, points_of
+from row_cases import EL_CENTRO, PLACES, contacts_of, floors, jankowski, points_of, single, storeys
 
 from pounding_risk.solver import counters as tally
 from pounding_risk.solver.row import api as rows
@@ -29,8 +28,7 @@ from pounding_risk.models.contact.laws import Bilinear, Hertz, Linear, VanMier, 
 from pounding_risk.models.effects.contact import PermanentSet, StrainRate, UnloadingStiffness
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from row_cases import EL_CENTRO, floors, meeting, single, storeys
-from test_rows_against_scipy import named, points_of
+from row_cases import EL_CENTRO, floors, meeting, named, points_of, single, storeys
 
 ACCELERATION, DT = EL_CENTRO.samples()
 FORCE, GAP, E = 4e5, 0.005, constant(0.65)

@@ -25,7 +25,7 @@ from pounding_risk.solver.pair import flight
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.solver.pair.taylor import SIGNAL, bend_at, value_at
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.simulate import _node_times, energies, histories, relative_displacement
 from pounding_risk.studies.stability.trial import shaking
 
@@ -204,7 +204,7 @@ WAVE = {"wave_passage": {"velocity": "400 m/s", "distance": "30 m"}}
 def scene(**more):
     """The paper's pair on a coarse grid."""
     return {
-        **paper.scene("paper").resolved(),
+        **demo.scene("paper").resolved(),
         "effects": WAVE,
         "grid": {"gap": ["10 mm", "25 mm", "1 m"], "contact_model": ["viscous_elastoplastic", "merged"]},
         **more,
@@ -255,7 +255,7 @@ def test_which_way_the_wave_goes():
 
 @pytest.mark.parametrize("law", CONTACT_MODELS)
 def test_every_contact_model_takes_a_wave(law: str):
-    base = paper.scene("paper").resolved()
+    base = demo.scene("paper").resolved()
     own = ("plastic_exponent", "stiffness")
     interface = {key: value for key, value in base["interface"][0].items() if key not in own}
     interface["contact_model"] = law

@@ -1,4 +1,4 @@
-"""The accuracy ladder: errors that are errors, times of the same cases, and sentences that follow from the numbers."""
+"""Accuracy against time: errors that are errors, times of the same cases, sentences that follow from the numbers."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from scenes import scene_text
 
 from pounding_risk import accuracy
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.baselines.solve_ivp import GaveUp
-from pounding_risk.studies import accuracy as ladder
-from pounding_risk.studies import demo as paper
-from pounding_risk.studies.accuracy import Setting, bench_of, run_event, run_fixed
+from pounding_risk.studies import demo
+from pounding_risk.studies.accuracy import FIXED, GENERAL, RTOLS, Setting, bench_of, run_event, run_fixed
 from pounding_risk.studies.accuracy_findings import (
     COUNT,
     EVENT,
@@ -32,30 +32,12 @@ from pounding_risk.studies.accuracy_findings import (
     times_to_reach,
 )
 
-SCENE = """
-[scene]
-name = "ladder"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "800 t"
-period = "1.0 s"
-[[interface]]
-gap = "10 mm"
-contact_model = "viscous_elastoplastic"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["0 s", "4 s"]
-pga = "0.5 g"
-[grid]
-gap = ["0 mm", "10 mm", "20 mm", "30 mm", "40 mm"]
-yield_force = ["900 kN", "1800 kN", "inf"]
-"""
+SCENE = scene_text(
+    name="accuracy",
+    law="viscous_elastoplastic",
+    records={"window": ["0 s", "4 s"], "pga": "0.5 g"},
+    grid={"gap": ["0 mm", "10 mm", "20 mm", "30 mm", "40 mm"], "yield_force": ["900 kN", "1800 kN", "inf"]},
+)
 
 
 @pytest.fixture(scope="module")
@@ -169,12 +151,12 @@ def test_cases_are_thinned_to_what_was_asked(study):
     assert one.size == 1 and one.yield_forces.tolist() == [np.inf]
     labels = bench_of(study, 1000).batches[0].labels
     assert labels[4].endswith("gap 0.01 m, F_E 1.8e+06 N")
-    assert bench_of(study, 1000).each(0)[4] == 0.01 and bench_of(study, 1000).each(1)[4] == 1.8e6
+    assert bench_of(study, 1000).by_case(0)[4] == 0.01 and bench_of(study, 1000).by_case(1)[4] == 1.8e6
 
 
-def test_the_event_driven_ladder_meets_its_tolerance(dataset):
+def test_the_event_driven_solver_meets_its_tolerance(dataset):
     """Largest error of displacement and force below 100 rtol: the errors of some hundred steps may add up."""
-    for rtol in ladder.RTOLS:
+    for rtol in RTOLS:
         errors = dataset["error"].sel(setting=Setting(EVENT, rtol).words).values
         assert errors[:, [REACH, FORCE]].max() <= 100.0 * rtol + 1e-11
         assert errors[:, YIELDS].max() == 0.0
@@ -190,7 +172,7 @@ def test_scipy_witnesses_the_reference(dataset):
     assert "SciPy DOP853, rtol 1e-12 differs from it by" in dataset.attrs["reference"]
 
 
-@pytest.mark.parametrize("method", ladder.FIXED)
+@pytest.mark.parametrize("method", FIXED)
 def test_smaller_steps_lead_to_the_same_answer(dataset, method):
     """First order at every touch: a hundredth of the step leaves less than a tenth of the error."""
     mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == method))
@@ -245,7 +227,7 @@ def test_the_figure_shows_every_output_and_method(dataset):
     assert [axis.get_title() for axis in figure.axes] == list(OUTPUTS.values())
     assert all("[s]" in axis.get_xlabel() and axis.get_ylabel() for axis in figure.axes)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == [EVENT, *ladder.FIXED, *ladder.GENERAL]
+    assert legend == [EVENT, *FIXED, *GENERAL]
     assert dataset.attrs["finding"].split(":")[0] in figure.get_suptitle().replace("\n", " ")
 
 
@@ -255,8 +237,8 @@ def test_an_integrator_that_gives_up_is_left_out_and_named(monkeypatch):
     def gives_up(solver, pair, interface, motion, rtol):
         raise GaveUp(f"{solver} at rtol {rtol:g} stopped at 2.5 s: the step is below what numbers resolve")
 
-    monkeypatch.setattr(ladder, "solve_general", gives_up)
-    found = ladder.accuracy(paper.scene("paper"), cases=1, budget=0.05)
+    monkeypatch.setattr("pounding_risk.studies.accuracy.solve_general", gives_up)
+    found = accuracy(demo.scene("paper"), cases=1, budget=0.05)
     told = json.loads(found.attrs["left_out"])
     assert any("SciPy Radau, rtol 1e-03: Radau at rtol 0.001 stopped at 2.5 s" in words for words in told)
     assert "event-driven" in found.attrs["finding"]

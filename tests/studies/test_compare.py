@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
+from scenes import BOTH, scene_text
 from typer.testing import CliRunner
 
 from pounding_risk import cli, compare, figures, scan, simulate
@@ -19,36 +20,21 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.restitution import constant
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import Effect, EqualTerms, known_law
-from pounding_risk.studies import compare_findings as agreement
+from pounding_risk.studies import compare_findings
 from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts, runnable, with_relation
 from pounding_risk.studies.demo import scene
 
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
-SCENE = """
-[scene]
-name = "two buildings"
-[[building]]
-name = "left"
-mass = "500 t"
-period = "0.5 s"
-[[building]]
-name = "right"
-mass = "800 t"
-period = "1.0 s"
-[[interface]]
-gap = "10 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180", "RSN6-270", "RSN753-000"]
-window = ["0 s", "6 s"]
-pga = "0.3 g"
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["10 mm", "40 mm", "2 m"]
-yield_force = ["2 MN", "inf"]
-"""
+SCENE = scene_text(
+    name="two buildings",
+    records={
+        "names": ["RSN6-180", "RSN6-270", "RSN753-000"],
+        "window": ["0 s", "6 s"],
+        "pga": "0.3 g",
+        "polarity": BOTH,
+    },
+    grid={"gap": ["10 mm", "40 mm", "2 m"], "yield_force": ["2 MN", "inf"]},
+)
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +135,7 @@ def test_ratios_are_those_of_two_scans(study, dataset):
     touched = base["impact_count"].values > 0
     assert 0 < touched.sum() < touched.size
     found = dataset.sel(contact_model="kelvin_voigt")
-    for name, words in agreement.RUN_OUTPUTS.items():
+    for name, words in compare_findings.RUN_OUTPUTS.items():
         ratio = one[name].values[touched] / base[name].values[touched]
         expected = np.percentile(ratio, (16, 50, 84))
         values = [float(found[f"ratio_{part}"].sel(output=words)) for part in ("low", "median", "high")]
@@ -209,8 +195,8 @@ def made_up(laws: tuple[str, ...] = ("base", "other", "third")) -> xr.Dataset:
 
 
 def told(made: xr.Dataset) -> tuple[xr.Dataset, str]:
-    whole = made.assign(agreement.tables(made, "base"))
-    return whole, agreement.finding(whole)
+    whole = made.assign(compare_findings.tables(made, "base"))
+    return whole, compare_findings.finding(whole)
 
 
 def counts(whole: xr.Dataset, conclusion: str, law: str) -> tuple[int, int]:
@@ -231,7 +217,7 @@ def test_flips_are_counted_case_by_case():
     assert counts(whole, "displacement", "other") == (4, 8)
     assert counts(whole, "contact", "other") == (1, 16)
     assert counts(whole, "gap adequacy", "other") == (1, 4)
-    assert all(counts(whole, name, "third")[0] == 0 for name in agreement.CONCLUSIONS)
+    assert all(counts(whole, name, "third")[0] == 0 for name in compare_findings.CONCLUSIONS)
     assert whole["gap_without_contact"].sel(contact_model="other").values.ravel() == pytest.approx(
         [0.02, 0.02, np.nan, 0.02], nan_ok=True
     )
@@ -316,7 +302,7 @@ def test_the_typical_case_has_the_median_spread():
     made = made_up()
     for record, factor in enumerate((1.4, 1.1, 1.3, 1.2)):
         made["peak_relative_displacement"][{"contact_model": 1, "record": record}] *= factor
-    chosen = agreement.typical_case(made, "base")
+    chosen = compare_findings.typical_case(made, "base")
     assert (chosen["record"], chosen["gap"]) == (3, 0)
 
 
@@ -398,9 +384,9 @@ def test_a_law_without_force_and_stiffness_is_drawn_where_it_can(dataset, tmp_pa
     units = made["stiffness_unit"].values.astype(object)
     units[instant["contact_model"]] = ""
     made["stiffness_unit"] = ("contact_model", units)
-    fresh = agreement.tables(made, "jankowski")
+    fresh = compare_findings.tables(made, "jankowski")
     made = made.drop_vars([name for name in fresh if name in made.variables]).assign(fresh)
-    made.attrs["finding"] = agreement.finding(made)
+    made.attrs["finding"] = compare_findings.finding(made)
     first, second = figures.agreement_figure(made), figures.reference_figure(made)
     for number, figure in enumerate((first, second)):
         assert figures.write(figure, tmp_path / f"{number}.png").stat().st_size

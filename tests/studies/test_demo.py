@@ -15,23 +15,23 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
-from pounding_risk.reports import demo
-from pounding_risk.studies import demo as paper
+from pounding_risk.reports import demo as demo_files
+from pounding_risk.studies import demo
 
 
 @pytest.fixture(scope="module")
 def study():
-    return paper.scene("paper")
+    return demo.scene("paper")
 
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return paper.figure_8(study)
+    return demo.figure_8(study)
 
 
 @pytest.fixture(scope="module")
 def found(study):
-    return paper.window(study)
+    return demo.window(study)
 
 
 def outputs(run) -> dict[str, float]:
@@ -65,7 +65,7 @@ def test_then_the_peak_is_smaller(runs):
 
 def test_energy_closes_in_every_shipped_scene():
     for name in ("paper", "ensemble"):
-        residual = pr.scan(paper.scene(name))["energy_residual"]
+        residual = pr.scan(demo.scene(name))["energy_residual"]
         assert float(residual.max()) < 1e-6
 
 
@@ -87,7 +87,7 @@ def test_window_of_yield_forces(found):
     assert (found.low, found.high) == (375e3, 535e3)
     line = found.searched.sel(polarity=AS_RECORDED).squeeze()
     force = line["yield_force"].values
-    fits = paper.fitting(line)
+    fits = demo.fitting(line)
     inside = (force >= found.low) & (force <= found.high)
     assert fits[inside].all() and not fits[~inside].any()
     assert line["first_yield_time"].values[inside] == pytest.approx(2.392, abs=2e-3)
@@ -109,7 +109,7 @@ def test_the_window_begins_above_the_forces_before_it(runs, found):
     assert found.high < then
     line = found.searched.sel(polarity=AS_RECORDED).squeeze()
     first, forces = line["first_yield_time"].values, line["yield_force"].values
-    about = (first > paper.STATED_TIME[0]) & (first < paper.STATED_TIME[1])
+    about = (first > demo.STATED_TIME[0]) & (first < demo.STATED_TIME[1])
     assert np.array_equal(about, (forces > before) & (forces < then))
 
 
@@ -117,15 +117,15 @@ def test_a_pair_that_never_fits_is_named(study):
     """Masses a thousandth of the paper's reach no yield force of the search."""
     light = tuple(each._replace(mass=each.mass / 1e3) for each in study.buildings)
     with pytest.raises(PoundingError, match="no yield force of 100 to 1500 kN fits the paper's statement"):
-        paper.window(replace(study, buildings=light))
+        demo.window(replace(study, buildings=light))
 
 
 def test_figure_4_plateaus():
     """van Mier's findings: equal plateaus, longer for the heavier striker, none at 0.5 m/s."""
-    heavy, light, slow, slow_light = paper.figure_4()
-    assert heavy.peak_force == light.peak_force == paper.STRIKER_STRENGTH
+    heavy, light, slow, slow_light = demo.figure_4()
+    assert heavy.peak_force == light.peak_force == demo.STRIKER_STRENGTH
     assert figures.plateau(heavy) > 1.5 * figures.plateau(light) > 0.0
-    assert slow_light.peak_force < slow.peak_force < 0.5 * paper.STRIKER_STRENGTH
+    assert slow_light.peak_force < slow.peak_force < 0.5 * demo.STRIKER_STRENGTH
     assert figures.plateau(slow) == figures.plateau(slow_light) == 0.0
     # The plateau is retraced: the rebound is faster than the restitution asked for.
     assert all(each.restitution > each.restitution_asked + 0.2 for each in (heavy, light))
@@ -166,7 +166,7 @@ def test_demo_datasets_open(shown):
     assert set(results["record"].values) >= {"RSN6-180", "RSN6-270", "CCC-HN1", "CCC-HN2"}
     assert (results["status"] == 0).all()
     assert pr.open_results(written["paper.nc"]).sizes["contact"] == 31
-    assert pr.open_results(written["yield_force.nc"]).sizes["yield_force"] == paper.SEARCHED.size + 1
+    assert pr.open_results(written["yield_force.nc"]).sizes["yield_force"] == demo.SEARCHED.size + 1
 
 
 def test_demo_hands_over_a_report_on_the_shipped_records(shown):
@@ -194,4 +194,4 @@ def test_demo_leaves_a_changed_scene_alone(shown):
     """The demo tells the user to change this file: a second demo must not undo that."""
     folder, written, _ = shown
     written["ensemble.toml"].write_text("mine", encoding="utf-8")
-    assert demo._scene_file(folder, "ensemble").read_text(encoding="utf-8") == "mine"
+    assert demo_files._scene_file(folder, "ensemble").read_text(encoding="utf-8") == "mine"

@@ -24,7 +24,7 @@ from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.pair.grid import sweep
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.studies.stability.exact import factors, scaled
+from pounding_risk.studies.stability.cases.exact import factors, scaled
 from pounding_risk.studies.stability.trial import PULLING, Scene, Trial, largest_difference
 from pounding_risk.units import STANDARD_GRAVITY
 

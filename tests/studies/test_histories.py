@@ -8,7 +8,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from test_rerun import ROW
+from scenes import BOTH, TWO_AND_A_WALL, scene_text, single
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -18,35 +18,22 @@ from pounding_risk.results import layout
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import STATUS, STATUS_SENTENCES
-from pounding_risk.studies import simulate as history
+from pounding_risk.studies import simulate
 from pounding_risk.studies.histories import OF_A_PAIR, OF_A_ROW
 
-SCENE = """
-[scene]
-name = "Two under two"
-[[building]]
-name = "left"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "right"
-mass = "82.60 t"
-period = "0.4 s"
-[[interface]]
-gap = "5 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180", "RSN1690-090"]
-window = ["0 s", "6 s"]
-polarity = ["as recorded", "reversed"]
-[grid]
-gap = ["2 mm", "5 mm", "10 mm"]
-yield_force = ["200 kN", "inf"]
-contact_model = ["jankowski", "viscous_elastoplastic"]
-pga = ["0.2 g", "0.5 g"]
-"""
+SCENE = scene_text(
+    single("left", "44.36 t", "0.208 s"),
+    single("right", "82.60 t", "0.4 s"),
+    name="Two under two",
+    gap="5 mm",
+    records={"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "6 s"], "polarity": BOTH},
+    grid={
+        "gap": ["2 mm", "5 mm", "10 mm"],
+        "yield_force": ["200 kN", "inf"],
+        "contact_model": ["jankowski", "viscous_elastoplastic"],
+        "pga": ["0.2 g", "0.5 g"],
+    },
+)
 G = 9.80665
 
 
@@ -198,14 +185,14 @@ def test_what_is_not_there_is_refused_before_anything_is_written(results, study,
 def test_a_run_that_fails_has_no_motion_past_its_failure(study, tmp_path, monkeypatch):
     """A run said to fail after its last contact: nobody swings on as if parted. (Real failures take a minute.)"""
     whole = pr.simulate(study, gap=0.002, yield_force=inf, pga=0.5 * G)
-    real, failure = history.run, max(STATUS_SENTENCES)
+    real, failure = simulate.run, max(STATUS_SENTENCES)
 
     def failing(*given):
         raw = real(*given)
         raw[STATUS] = failure
         return raw
 
-    monkeypatch.setattr(history, "run", failing)
+    monkeypatch.setattr(simulate, "run", failing)
     one = replace(study, records=study.records._replace(names=("RSN6-180",), polarities=("as recorded",)))
     choice = {"gaps": [0.002], "yield_forces": [inf], "pgas": [0.5 * G], "laws": ["jankowski"]}
     pr.histories(one, tmp_path / "failed.nc", **choice)
@@ -231,7 +218,7 @@ def test_an_interrupt_leaves_no_file(results, tmp_path):
 
 @pytest.mark.slow
 def test_a_row_floor_by_floor(tmp_path):
-    study = parse_scene(ROW)
+    study = parse_scene(TWO_AND_A_WALL)
     pr.scan(study, tmp_path / "row.nc")
     pr.histories(tmp_path / "row.nc", tmp_path / "histories.nc", pgas=[0.3 * G])
     found, whole = pr.open_results(tmp_path / "histories.nc"), pr.open_results(tmp_path / "row.nc")

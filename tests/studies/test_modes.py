@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import rigid, scene_text, single, storeyed
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -17,7 +18,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import generated
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.scene.scene import Effect
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.modes import building_modes
 
 SOIL = Effect("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 8.0)))
@@ -27,7 +28,7 @@ TOWER = generated("a tower of $10", height=30.0, storeys=10, typology="concrete_
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(paper.scene("paper").to_toml(), encoding="utf-8")
+    path.write_text(demo.scene("paper").to_toml(), encoding="utf-8")
     return path
 
 
@@ -39,34 +40,14 @@ def test_modes_of_a_scene(scene):
     assert all(each.dampings == pytest.approx([0.05]) and each.shares == pytest.approx([1.0]) for each in found)
 
 
-ROW = """
-[scene]
-name = "Three"
-[[building]]
-name = "flats"
-floor_masses = "25 t"
-storeys = 3
-storey_stiffnesses = "3.46 MN/m"
-storey_heights = "3 m"
-damping_rule = "stiffness"
-[[building]]
-name = "wall"
-rigid = true
-[[building]]
-name = "shop"
-mass = "200 t"
-period = "0.3 s"
-height = "3 m"
-[[interface]]
-gap = "20 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-[effects]
-p_delta = {}
-"""
+ROW = scene_text(
+    storeyed("flats", "25 t", "3.46 MN/m", storeys=3, damping_rule="stiffness"),
+    rigid(),
+    single("shop", "200 t", "0.3 s", height="3 m"),
+    name="Three",
+    gap="20 mm",
+    effects={"p_delta": {}},
+)
 
 
 def test_a_row_of_all_kinds(tmp_path):
@@ -82,7 +63,7 @@ def test_a_row_of_all_kinds(tmp_path):
 
 
 def test_effects_of_the_scene_act():
-    study = replace(paper.scene("paper"), effects=(SOIL,))
+    study = replace(demo.scene("paper"), effects=(SOIL,))
     assert all(each.periods.size == 2 and each.levels[0] == 0.0 for each in pr.modes(study))
 
 

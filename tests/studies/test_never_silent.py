@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interpreted import interpreted
+from scenes import rigid, scene_text, storeyed
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -26,8 +27,8 @@ from pounding_risk.solver.counters import (
     UNDERFLOW,
 )
 from pounding_risk.solver.pair.outputs import COLUMNS, building_outputs, run_outputs
-from pounding_risk.studies import demo as paper
-from pounding_risk.studies.stability.rest import bouncing
+from pounding_risk.studies import demo
+from pounding_risk.studies.stability.cases.rest import bouncing
 from pounding_risk.studies.stability.trial import Scene, Trial, shaking
 
 # Limits are constants of compiled code: where they are lowered, the code must be interpreted.
@@ -96,29 +97,14 @@ found = pr.scan(folder + "/row.toml")
 names = ("status", "row_impulse", "peak_contact_force", "storey_drift", "impact_count")
 print(json.dumps({name: np.nan_to_num(found[name].values.squeeze(), nan=-9.0).tolist() for name in names}))
 """
-TWO_AND_A_WALL = """
-[scene]
-name = "two and a wall"
-[[building]]
-name = "a"
-storeys = 1
-floor_masses = "40 t"
-storey_stiffnesses = "30 MN/m"
-storey_heights = "3 m"
-[[building]]
-name = "b"
-rigid = true
-height = "4 m"
-[[interface]]
-gap = "5 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[grid]
-gap = ["5 mm", "1 m"]
-[records]
-files = ["shaking.csv"]
-"""
+TWO_AND_A_WALL = scene_text(
+    storeyed("a", "40 t", "30 MN/m", storeys=1),
+    rigid("b", height="4 m"),
+    name="two and a wall",
+    gap="5 mm",
+    records={"files": ["shaking.csv"]},
+    grid={"gap": ["5 mm", "1 m"]},
+)
 
 
 def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path):
@@ -171,7 +157,7 @@ def test_an_infinite_sample_has_a_status_and_no_warning(bad: float):
 )
 def test_a_number_out_of_range_is_refused_in_python_too(choice: dict[str, float]):
     with pytest.raises(PoundingError):
-        pr.simulate(paper.scene("paper"), **choice)
+        pr.simulate(demo.scene("paper"), **choice)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
+from scenes import TWO_AND_A_WALL, scene_text, single
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -19,62 +20,15 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
 from pounding_risk.results.provenance import text_digest
 from pounding_risk.scene.reader import parse_scene, read_scene
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 
-SCENE = """
-[[building]]
-name = "left"
-mass = "44.36 t"
-period = "0.208 s"
-[[building]]
-name = "right"
-mass = "82.60 t"
-period = "0.4 s"
-[[interface]]
-gap = "5 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-files = ["motions/*.AT2"]
-window = ["0 s", "4 s"]
-[grid]
-gap = ["5 mm", "10 mm", "20 mm"]
-yield_force = ["200 kN", "450 kN", "inf"]
-"""
-ROW = """
-[[building]]
-name = "tall"
-storeys = 3
-floor_masses = "200 t"
-storey_stiffnesses = "180 MN/m"
-storey_heights = "3 m"
-[[building]]
-name = "shop"
-mass = "150 t"
-period = "0.25 s"
-height = "6 m"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "6 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-[[interface]]
-gap = "3 mm"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-[records]
-names = ["RSN6-180"]
-window = ["1 s", "4 s"]
-[grid]
-gap = ["3 mm", "9 mm"]
-interface = "tall | shop"
-pga = ["0.1 g", "0.3 g"]
-"""
+SCENE = scene_text(
+    single("left", "44.36 t", "0.208 s"),
+    single("right", "82.60 t", "0.4 s"),
+    gap="5 mm",
+    records={"files": ["motions/*.AT2"], "window": ["0 s", "4 s"]},
+    grid={"gap": ["5 mm", "10 mm", "20 mm"], "yield_force": ["200 kN", "450 kN", "inf"]},
+)
 
 
 def write_at2(path, factor):
@@ -253,7 +207,7 @@ def test_a_manifest_without_screening(folder, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_a_row_over_two_amplitudes(tmp_path):
-    pr.scan(parse_scene(ROW), tmp_path / "row.nc", check_fraction=0.5)
+    pr.scan(parse_scene(TWO_AND_A_WALL), tmp_path / "row.nc", check_fraction=0.5)
     found = pr.rerun(tmp_path / "row.nc", tmp_path / "again.nc")
     assert found.same, found.differences
     assert found.dataset.sizes["pga"] == 2 and found.dataset.sizes["interface"] == 2
@@ -271,7 +225,7 @@ def test_a_set_of_records(tmp_path):
 
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
     """What was run counts, not the text that it came from; numpy's numbers are written as any others."""
-    study = paper.scene("paper")
+    study = demo.scene("paper")
     few = replace(study, grid=study.grid._replace(yield_forces=(*np.array([3e5, 4.5e5]), np.inf), gaps=(study.gap,)))
     pr.save(pr.scan(few), tmp_path / "searched.nc")
     found = pr.rerun(tmp_path / "searched.nc")

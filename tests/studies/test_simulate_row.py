@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from interpreted import interpreted
+from scenes import BOTH, rigid, scene_text, single, storeyed
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -19,55 +20,30 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.solver.row.workspace import ACTING, BEGAN, CAME_AT, MOVED, NOTED, SO_FAR, STRONGEST
-from pounding_risk.studies import demo as paper
+from pounding_risk.studies import demo
 from pounding_risk.studies.simulate import simulate
 
 STIFFNESS = 2.75e9  # N/m^1.5
-SCENE = """
-[scene]
-name = "Three beside a wall"
-[[building]]
-name = "tall"
-storeys = 4
-floor_masses = "200 t"
-storey_stiffnesses = "180 MN/m"
-storey_heights = "3 m"
-[[building]]
-name = "middle"
-storeys = 2
-floor_masses = "150 t"
-storey_stiffnesses = "300 MN/m"
-storey_heights = "3.9 m"
-[[building]]
-name = "shop"
-mass = "150 t"
-period = "0.25 s"
-height = "3.9 m"
-[[building]]
-name = "wall"
-rigid = true
-[[interface]]
-gap = "6 mm"
-contact_model = "jankowski"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-column_yield_force = "300 kN"
-[[interface]]
-gap = "4 mm"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-[[interface]]
-gap = "3 mm"
-stiffness = "2.75e9 N/m^1.5"
-restitution = 0.65
-yield_force = "900 kN"
-[records]
-names = ["RSN6-180"]
-window = ["1 s", "5 s"]
-polarity = ["as recorded", "reversed"]
-"""
+SCENE = scene_text(
+    storeyed("tall", "200 t", "180 MN/m", storeys=4),
+    storeyed("middle", "150 t", "300 MN/m", "3.9 m", storeys=2),
+    single("shop", "150 t", "0.25 s", height="3.9 m"),
+    rigid(),
+    name="Three beside a wall",
+    interfaces=[
+        {
+            "gap": "6 mm",
+            "contact_model": "jankowski",
+            "stiffness": "2.75e9 N/m^1.5",
+            "restitution": 0.65,
+            "yield_force": "900 kN",
+            "column_yield_force": "300 kN",
+        },
+        {"gap": "4 mm", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"},
+        {"gap": "3 mm", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"},
+    ],
+    records={"window": ["1 s", "5 s"], "polarity": BOTH},
+)
 NAMES = ("tall", "middle", "shop", "wall")
 GAPS = (6e-3, 4e-3, 3e-3)
 
@@ -315,7 +291,7 @@ def test_the_command_prints_draws_and_moves(tmp_path, run):
 
 def test_a_pair_has_no_animation(tmp_path):
     path = tmp_path / "pair.toml"
-    path.write_text(paper.scene("paper").to_toml(), "utf-8")
+    path.write_text(demo.scene("paper").to_toml(), "utf-8")
     refused = CliRunner().invoke(app, ["simulate", str(path), "--animation", str(tmp_path / "run.html")])
     assert refused.exit_code == 2
     assert "this scene is a pair" in refused.stderr

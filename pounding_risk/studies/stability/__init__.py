@@ -1,7 +1,6 @@
-"""The hard cases of pounding: one table, which `stability` prints and the tests assert."""
+"""The hard cases of pounding: each module of `cases` declares its own, `stability` runs and the tests assert them."""
 
 from pounding_risk.studies.stability.case import Bound, Case, Row
-from pounding_risk.studies.stability.run import stability
-from pounding_risk.studies.stability.table import CASES, LATER
+from pounding_risk.studies.stability.run import CASES, stability
 
-__all__ = ["CASES", "LATER", "Bound", "Case", "Row", "stability"]
+__all__ = ["CASES", "Bound", "Case", "Row", "stability"]

@@ -1,12 +1,30 @@
-"""What a hard case is, and what comes of it."""
+"""Hard cases: what one is, how a module declares it, and the outcome of one case under one contact law."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial, update_wrapper
+from typing import Any, NamedTuple
 
+from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
-from pounding_risk.studies.stability.trial import Trial
+from pounding_risk.studies.stability.trial import Scene, Trial
+
+# Contact laws that a case can be put to: those with a force, and also those whose velocities jump.
+FORCES = SHIPPED
+ALL = (*FORCES, *INSTANT_LAWS)
+CAPPED = tuple(name for name in FORCES if LAWS[name].capped)  # type: ignore[attr-defined]
+DAMPED = tuple(name for name in FORCES if LAWS[name].needs_restitution)  # type: ignore[attr-defined]
+LINEAR = tuple(name for name in FORCES if Trial(name, 1e-6).is_linear)
+HERTZ = tuple(name for name in FORCES if name not in LINEAR)
+# A law that remembers its path rests where the path leaves it, and its corners are stepped over, not landed on.
+PATH = tuple(name for name in FORCES if remembers(LAWS[name]))
+POTENTIAL = tuple(name for name in FORCES if name not in PATH)
+ONE = ("jankowski",)  # for cases without contact
+
+ENERGY = "energy closes, nothing pulls, all is finite"
 
 
 class Bound(NamedTuple):
@@ -21,6 +39,10 @@ class Bound(NamedTuple):
         return self.fixed + self.times * rtol
 
 
+BITS = Bound(0.0, 0.0, "exact: to the last bit")
+LEDGER = Bound(1e-11, 10.0, "two hundred steps of 0.05 rtol each, should all err alike; rounding")
+
+
 class Case(NamedTuple):
     """One hard case. ``figure`` runs it and returns by how much, without a unit, the invariant is missed."""
 
@@ -33,8 +55,40 @@ class Case(NamedTuple):
     laws: tuple[str, ...]
 
 
+Figure = Callable[..., float]
+
+
+class Group:
+    """Hard cases of one kind, as the module that holds this object declares them."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.cases: list[Case] = []
+
+    def case(
+        self, number: str, scene: str, invariant: str, bound: Bound, laws: tuple[str, ...] = ALL, /, **arguments: Any
+    ) -> Callable[[Figure], Figure]:
+        """Declare the decorated function, with these further arguments, to measure a case."""
+
+        def declare(function: Figure) -> Figure:
+            figure = update_wrapper(partial(function, **arguments), function)
+            self.cases.append(Case(number, self.name, scene, invariant, figure, bound, laws))
+            return function
+
+        return declare
+
+    def energy(self, number: str, words: str, scene: Scene, laws: tuple[str, ...] = ALL) -> None:
+        """Declare a case of one run, of which `Trial.unsound` measures the energy."""
+        self.case(number, words, ENERGY, LEDGER, laws, scene=scene)(unsound)
+
+
+def unsound(trial: Trial, scene: Scene) -> float:
+    """Energy that one run leaves unaccounted for, over its largest energy; infinite where the run is not sound."""
+    return trial.unsound(trial.solve(scene))
+
+
 class Row(NamedTuple):
-    """What came of one case under one law. ``seconds`` counts the compiling of a law that was not used before."""
+    """Outcome of one case under one law. ``seconds`` counts the compiling of a law that was not used before."""
 
     case: Case
     law: str

@@ -1,9 +1,12 @@
-"""Running the table of hard cases."""
+"""Hard cases found in the modules of `cases`, and run under the contact laws."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from importlib import import_module
 from math import nan
+from pkgutil import iter_modules
 from time import perf_counter
 
 from pounding_risk._common.progress import Progress
@@ -12,10 +15,27 @@ from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import SHIPPED
 from pounding_risk.scene.scene import known_law
 from pounding_risk.solver.counters import STATUS_SENTENCES
-from pounding_risk.studies.stability.case import Case, Row
-from pounding_risk.studies.stability.table import CASES
+from pounding_risk.studies.stability import cases
+from pounding_risk.studies.stability.case import Case, Group, Row
 from pounding_risk.studies.stability.trial import Trial
 from pounding_risk.units import RTOL
+
+
+def _place(number: str) -> tuple[int, str]:
+    """Order of case numbers such as "8b": by the integer, then by the letter."""
+    integer, letter = re.fullmatch(r"(\d+)([a-z]?)", number).groups()  # type: ignore[union-attr]
+    return int(integer), letter
+
+
+def _declared() -> tuple[Case, ...]:
+    """Cases of all modules: groups in the order of their first numbers, each in the order of its numbers."""
+    modules = (import_module(f"{cases.__name__}.{module.name}") for module in iter_modules(cases.__path__))
+    groups: list[Group] = [module.GROUP for module in modules]
+    in_order = [sorted(group.cases, key=lambda case: _place(case.number)) for group in groups]
+    return tuple(case for group in sorted(in_order, key=lambda group: _place(group[0].number)) for case in group)
+
+
+CASES = _declared()
 
 
 def stability(
@@ -24,10 +44,29 @@ def stability(
     case: Iterable[str] | None = None,
     progress: Progress | None = None,
 ) -> list[Row]:
-    """Run the hard cases at a tolerance and say what holds: one row for each case and contact law.
+    """Run the hard cases of pounding at one tolerance and say which keep their bounds.
 
-    ``law`` and ``case`` pick laws by name and cases by number; all by default. ``progress`` is called with (rows
-    done, rows in all). Raises PoundingError for a tolerance outside 1e-12 to 1e-2, an unknown law or case.
+    Parameters
+    ----------
+    rtol : float
+        Relative tolerance of the solver, 1e-12 to 1e-2.
+    law : iterable of str, optional
+        Names of contact laws of the package; all by default.
+    case : iterable of str, optional
+        Numbers of cases, such as "8b"; all by default.
+    progress : callable, optional
+        Called after each case with the number of rows done and of all rows.
+
+    Returns
+    -------
+    list of Row
+        One row for each case and each of its contact laws: the measured figure (dimensionless), its bound, the
+        status of the runs, the steps and the time [s] they took.
+
+    Raises
+    ------
+    PoundingError
+        If the tolerance is out of its range, or a law or a case is not known.
     """
     if not RTOL.allows(rtol):
         raise PoundingError(f"rtol is {rtol:g}; it must lie between {RTOL.low:g} and {RTOL.high:g}, usually 1e-6")
@@ -40,17 +79,17 @@ def stability(
                 f"{name} is a law of your own, and what the hard cases must keep is known for those of the package; "
                 f"choose among {', '.join(shipped)}"
             )
-    work = [(each, name) for each in picked(case) for name in each.laws if name in laws]
-    rows = []
-    for each, name in work:
-        rows.append(measured(each, name, rtol))
+    work = [(case, name) for case in _numbered(case) for name in case.laws if name in laws]
+    rows: list[Row] = []
+    for one, name in work:
+        rows.append(measured(one, name, rtol))
         if progress is not None:
             progress(len(rows), len(work))
     return rows
 
 
-def picked(numbers: Iterable[str] | None) -> tuple[Case, ...]:
-    """The cases of these numbers; raises PoundingError for one that there is not."""
+def _numbered(numbers: Iterable[str] | None) -> tuple[Case, ...]:
+    """The cases with these numbers, all by default; raises PoundingError for a number that no case has."""
     known = {case.number: case for case in CASES}
     wanted = tuple(known if numbers is None else dict.fromkeys(numbers))
     missing = [number for number in wanted if number not in known]
@@ -60,7 +99,7 @@ def picked(numbers: Iterable[str] | None) -> tuple[Case, ...]:
 
 
 def measured(case: Case, law: str, rtol: float) -> Row:
-    """One case under one law."""
+    """Run one case under one law."""
     trial, start = Trial(law, rtol), perf_counter()
     try:
         figure, status = float(case.figure(trial)), STATUS_SENTENCES[trial.status]

@@ -1,4 +1,4 @@
-"""What the hard cases are made of: scenes, ground motions, and a trial of one law at one tolerance."""
+"""Scenes and ground motions of the hard cases, and the runs of one law at one tolerance."""
 
 from __future__ import annotations
 
@@ -107,12 +107,12 @@ class Trial:
 
     def solve(self, scene: Scene, expected: int = COMPLETE) -> dict[str, float]:
         """Every output of one run; a status other than the one ``expected`` is kept."""
-        there = self.interface(scene)
-        found = solve(scene.left, scene.right, there, scene.ground, scene.dt, rtol=self.rtol)
-        self.steps += int(found["steps"])
-        if found["status"] != expected and self.status == COMPLETE:
-            self.status = int(found["status"])
-        return found
+        interface = self.interface(scene)
+        outputs = solve(scene.left, scene.right, interface, scene.ground, scene.dt, rtol=self.rtol)
+        self.steps += int(outputs["steps"])
+        if outputs["status"] != expected and self.status == COMPLETE:
+            self.status = int(outputs["status"])
+        return outputs
 
     def follow(self, scene: Scene) -> History:
         """The contacts and steps of one run."""
@@ -124,7 +124,7 @@ class Trial:
 
     def collide(self, scene: Scene, speed: float, mass: float, other: float = inf) -> Impact:
         """One isolated impact of two free masses, at the trial's tolerance."""
-        found = impact(
+        collision = impact(
             self.law(scene),
             speed,
             mass,
@@ -133,10 +133,10 @@ class Trial:
             yield_force=scene.yield_force,
             rtol=self.rtol,
         )
-        self.steps += len(found.time)
-        return found
+        self.steps += len(collision.time)
+        return collision
 
-    def unsound(self, found: dict[str, float]) -> float:
+    def unsound(self, outputs: dict[str, float]) -> float:
         """The energy that a run with contact leaves unaccounted for, over its largest energy.
 
         Infinite where the run broke what must hold to rounding: there was contact, no force pulls in a law that
@@ -144,13 +144,13 @@ class Trial:
         """
         # The force of a jump is not finite, unless floors collide: NaN has a meaning there.
         forceless = is_instant(self.kind) and not needs_floors(self.kind)
-        peak = 0.0 if forceless else found["peak_contact_force"]
-        pulls = self.name not in PULLING and not found["lowest_contact_force"] >= -NO_PULL * peak
+        peak = 0.0 if forceless else outputs["peak_contact_force"]
+        pulls = self.name not in PULLING and not outputs["lowest_contact_force"] >= -NO_PULL * peak
         never = {"first_yield_time", "peak_storey_shear_left", "peak_storey_shear_right"}  # NaN has a meaning there
         if forceless:
             never |= {"peak_contact_force", "yield_demand"}
-        broken = any(not isfinite(value) for name, value in found.items() if name not in never)
-        return inf if pulls or broken or not found["impact_count"] > 0.0 else found["energy_residual"]
+        broken = any(not isfinite(value) for name, value in outputs.items() if name not in never)
+        return inf if pulls or broken or not outputs["impact_count"] > 0.0 else outputs["energy_residual"]
 
 
 def largest_difference(

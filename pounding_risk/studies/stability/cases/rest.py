@@ -9,7 +9,14 @@ import numpy as np
 
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.studies.stability.case import BITS, CAPPED, DAMPED, LEDGER, PATH, POTENTIAL, Bound, Group
 from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, push, shaking
+
+GROUP = Group("rest")
+GROUP.energy("3", "no gap, different buildings, shaken", Scene())
+LIGHT = Building("light", 7.8e3, 1.8, 0.058)  # leans on the heavy one throughout
+HEAVY = SOFT._replace(period=1.4)
+GROUP.energy("46", "a light building leans on a heavy one, shaken", Scene(HEAVY, LIGHT, ground=shaking(6.0)))
 
 # Damped well, so that a building that is let alone is at rest within seconds.
 LEANING, PROP = SOFT._replace(damping=0.3), STIFF._replace(damping=0.3)
@@ -17,30 +24,19 @@ LEVEL = -3.0  # m/s²: pushes the softer building, on the left, towards the othe
 GENTLE = -0.02  # m/s²
 
 
-def largest(found: dict[str, float]) -> float:
-    """The largest output of a run in which nothing may happen."""
-    return max(abs(value) for value in found.values() if not isnan(value))
+@GROUP.case("1", "no gap, at rest, still ground", "every output is 0", BITS, gap=0.0)
+@GROUP.case("36", "a gap, at rest, still ground", "every output is 0", BITS, gap=0.02)
+def still_ground(trial: Trial, gap: float) -> float:
+    """Largest output of a pair at rest that stays at rest; the energy residual is 0/0 there and must be 0."""
+    outputs = trial.solve(Scene(gap=gap, ground=np.zeros(200)))
+    return max(abs(value) for value in outputs.values() if not isnan(value))
 
 
-def still_ground_closed_gap(trial: Trial) -> float:
-    """Every output of a pair at rest that stays at rest."""
-    return largest(trial.solve(Scene(ground=np.zeros(200))))
-
-
-def still_ground_open_gap(trial: Trial) -> float:
-    """The same across a gap: the energy residual is 0/0 and must be 0."""
-    return largest(trial.solve(Scene(gap=0.02, ground=np.zeros(200))))
-
-
+@GROUP.case("2", "no gap, two equal buildings, shaken", "no relative motion, no contact", BITS)
 def twins(trial: Trial) -> float:
     """Relative displacement and count of two equal buildings without a gap."""
-    found = trial.solve(Scene(right=SOFT))
-    return max(found["peak_relative_displacement"], found["impact_count"])
-
-
-def different_buildings(trial: Trial) -> float:
-    """Energy of a pair without a gap."""
-    return trial.unsound(trial.solve(Scene()))
+    outputs = trial.solve(Scene(right=SOFT))
+    return max(outputs["peak_relative_displacement"], outputs["impact_count"])
 
 
 class Static(NamedTuple):
@@ -79,6 +75,13 @@ def settled(trial: Trial, scene: Scene) -> float:
     return max(abs(steps[-1, 5] / resting.force - 1.0), abs(depth / resting.penetration - 1.0))
 
 
+@GROUP.case(
+    "5",
+    "pressed together by a lasting push",
+    "comes to rest on the static solution",
+    Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance"),
+    POTENTIAL,
+)
 def resting(trial: Trial) -> float:
     """A push that rises over 1 s and stays for 30 s, from a closed gap.
 
@@ -88,6 +91,13 @@ def resting(trial: Trial) -> float:
     return settled(trial, Scene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
 
 
+@GROUP.case(
+    "5b",
+    "pressed together by a lasting push, a law with a path",
+    "rests in balance, with a force of its loop",
+    Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance"),
+    PATH,
+)
 def resting_in_balance(trial: Trial) -> float:
     """The same for a law whose force at rest depends on its path: forces out of balance, over the contact's.
 
@@ -124,6 +134,13 @@ def bouncing(hold: float, dt: float = 0.02) -> Scene:
     )
 
 
+@GROUP.case(
+    "26",
+    "bounces that shrink, e = 0.9, under a push",
+    "comes to rest on the static solution",
+    Bound(1e-9, 1.0, "the vibration falls by 1e-11 in the 20 s; at rest each step renews its error"),
+    POTENTIAL,
+)
 def chattering(trial: Trial) -> float:
     """Bounces that shrink to rest within 20 s; infinite where there were fewer than five."""
     scene = bouncing(20.0)
@@ -132,12 +149,22 @@ def chattering(trial: Trial) -> float:
     return settled(trial, scene) if bounces >= 5 else inf
 
 
+@GROUP.case(
+    "6",
+    "a push that needs three times F_E",
+    "rests with F = F_E on the static solution",
+    Bound(1e-12, 0.0, "rounding, as in case 5"),
+    CAPPED,
+)
 def pushed_past_yielding(trial: Trial) -> float:
     """A push that needs three times F_E to be held: F = F_E, and the structures carry the rest."""
     scene = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 30.0))
     return settled(trial, scene._replace(yield_force=static_solution(trial, scene, LEVEL).force / 3.0))
 
 
+@GROUP.case(
+    "18", "shaken on the plateau, approach and retreat in turn", "F = F_E throughout; energy closes", LEDGER, CAPPED
+)
 def shaken_on_the_plateau(trial: Trial) -> float:
     """The same shaken, so that approach and retreat change within the plateau: energy; inf where F leaves F_E."""
     held = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 8.0))
@@ -150,10 +177,11 @@ def shaken_on_the_plateau(trial: Trial) -> float:
     turns = np.count_nonzero(np.diff(np.sign(shaken[:, 3] - shaken[:, 4])))
     if turns < 5 or np.any(shaken[:, 5] != strength):
         return inf
-    found = trial.solve(scene)
-    return inf if found["peak_contact_force"] != strength else trial.unsound(found)
+    outputs = trial.solve(scene)
+    return inf if outputs["peak_contact_force"] != strength else trial.unsound(outputs)
 
 
+@GROUP.case("7", "a push taken back slowly", "parts once", BITS)
 def released(trial: Trial) -> float:
     """A push that rests, then is taken back over 4 s: partings after the rest, but for the one there must be."""
     scene = Scene(LEANING, PROP, ground=push(LEVEL, 1.0, 15.0, release=4.0))
@@ -161,6 +189,7 @@ def released(trial: Trial) -> float:
     return float(abs(np.count_nonzero(contacts[:, 1] > 12.0) - 1))
 
 
+@GROUP.case("25", "pressed together, e = 0.05", "one contact, which does not end", BITS, DAMPED)
 def never_parting(trial: Trial) -> float:
     """e = 0.05 and a push that stays: contacts that have not ended with the record, but for the one there must be."""
     scene = Scene(LEANING, PROP, restitution=Restitution(0.05), ground=push(LEVEL, 1.0, 10.0))
@@ -168,9 +197,3 @@ def never_parting(trial: Trial) -> float:
     trial.solve(scene)
     end = (len(scene.ground) - 1) * scene.dt
     return float(abs(np.count_nonzero(contacts[:, 1] >= end * (1.0 - 1e-9)) - 1))
-
-
-def carried(trial: Trial) -> float:
-    """A light building that leans on a heavy one throughout the shaking: energy."""
-    light = Building("light", 7.8e3, 1.8, 0.058)
-    return trial.unsound(trial.solve(Scene(SOFT._replace(period=1.4), light, ground=shaking(6.0))))

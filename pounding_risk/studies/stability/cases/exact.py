@@ -11,12 +11,16 @@ from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.pair.grid import sweep
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.studies.stability.case import BITS, HERTZ, LINEAR, ONE, POTENTIAL, Bound, Group
 from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, largest_difference, shaking
+
+GROUP = Group("exact")
 
 UNCHANGED = ("count", "status", "steps", "residual", "held", "demand", "exceedance")
 YIELDING = 1.5e6  # N
 
 
+@GROUP.case("31", "seen from behind: −a_g, left for right", "the same run", BITS)
 def mirror(trial: Trial) -> float:
     """The pair seen from behind: buildings swapped, the ground reversed."""
     scene = Scene(gap=0.005, yield_force=YIELDING)
@@ -30,10 +34,10 @@ def mirror(trial: Trial) -> float:
     return largest_difference(one, back)
 
 
-def scaled(found: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
+def scaled(outputs: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
     """Outputs times the factor of the first key that stands in their name; what only counts stays as it is."""
     wanted = {}
-    for name, value in found.items():
+    for name, value in outputs.items():
         factor = next((size for part, size in factors.items() if part in name), 1.0)
         wanted[name] = value if name.endswith(UNCHANGED) else factor * value
     return wanted
@@ -56,6 +60,8 @@ def factors(*, length: float = 1.0, time: float = 1.0, force: float = 1.0) -> di
     }
 
 
+@GROUP.case("41a", "masses, stiffnesses, F_E × 4", "same motion, forces × 4", BITS, factor=4.0)
+@GROUP.case("41b", "the same × 2^200", "same motion, forces × it", BITS, factor=2.0**200)
 def masses(trial: Trial, factor: float) -> float:
     """m, k, β and F_E times a power of two: the same motion, forces times it."""
     scene = Scene(gap=0.005, yield_force=YIELDING)
@@ -70,16 +76,7 @@ def masses(trial: Trial, factor: float) -> float:
     return largest_difference(scaled(trial.solve(scene), factors(force=factor)), trial.solve(heavy))
 
 
-def four_times_the_mass(trial: Trial) -> float:
-    """Factor 4."""
-    return masses(trial, 4.0)
-
-
-def strange_units(trial: Trial) -> float:
-    """Factor 2^200, as no unit of mass will ever have it."""
-    return masses(trial, 2.0**200)
-
-
+@GROUP.case("41c", "a_g, gap, F_E × 16, β / 4", "displacements × 16", BITS, POTENTIAL)
 def amplitude(trial: Trial) -> float:
     """a_g, gap and F_E times 16, β a quarter (16^1.5 = 64), k as it is: displacements times 16.
 
@@ -111,18 +108,27 @@ def slowed(trial: Trial) -> tuple[dict[str, float], dict[str, float]]:
     return scaled(trial.solve(scene), factors(time=16.0, force=1.0 / 256.0)), trial.solve(slow)
 
 
+@GROUP.case("41d", "time × 16, k and F_E / 256", "the same displacements", BITS, LINEAR)
 def slow_motion(trial: Trial) -> float:
-    """The same displacements, the same everything."""
+    """Slowed 16 times: the largest difference of any output."""
     return largest_difference(*slowed(trial))
 
 
+@GROUP.case(
+    "41e",
+    "time × 16, β and F_E / 256",
+    "the same peaks",
+    Bound(1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"),
+    HERTZ,
+)
 def slow_motion_of_hertz(trial: Trial) -> float:
     """The same for laws in δ^1.5, whose error control takes its scale of depth from a search good to a tenth: peaks."""
-    wanted, found = slowed(trial)
+    wanted, outputs = slowed(trial)
     peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count", "contact_time")
-    return largest_difference(found, wanted, only=peaks)
+    return largest_difference(outputs, wanted, only=peaks)
 
 
+@GROUP.case("37c", "a_g × 2^40, × 2^−40, no contact", "displacements × it", BITS)
 def free_motion_scales(trial: Trial) -> float:
     """a_g times 2^40 and 2^−40 without contact: every displacement times it."""
     scene = Scene(gap=inf)
@@ -134,6 +140,7 @@ def free_motion_scales(trial: Trial) -> float:
     return worst
 
 
+@GROUP.case("38a", "48 zeros before the record, no contact", "the same motion, later", BITS, ONE)
 def quiet_before(trial: Trial) -> float:
     """48 zeros before a record that starts at zero: the free motion is that of the record, later."""
     pair, ground = oscillators(SOFT, STIFF), shaking(4.0)
@@ -142,6 +149,12 @@ def quiet_before(trial: Trial) -> float:
     return float(np.abs(later[48:] - one).max() + np.abs(later[:48]).max())
 
 
+@GROUP.case(
+    "38b",
+    "48 zeros before the record",
+    "the same peaks",
+    Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps"),
+)
 def quiet_before_contact(trial: Trial) -> float:
     """The same with contact, whose clock rounds otherwise at another time: difference of the peaks."""
     scene = Scene(gap=0.005, yield_force=YIELDING)
@@ -151,16 +164,19 @@ def quiet_before_contact(trial: Trial) -> float:
     return largest_difference(one, later, only=peaks)
 
 
+@GROUP.case("43", "gap = inf", "a gap of 10 m", BITS)
 def infinite_gap(trial: Trial) -> float:
     """gap = inf, and a gap that the free motion does not close: any difference."""
     return largest_difference(trial.solve(Scene(gap=inf)), trial.solve(Scene(gap=10.0)))
 
 
+@GROUP.case("48", "the same run twice", "the same run", BITS)
 def same_again(trial: Trial) -> float:
-    """The same run twice."""
+    """Largest difference of two runs of one case."""
     return largest_difference(trial.solve(Scene()), trial.solve(Scene()))
 
 
+@GROUP.case("45", "7 gaps × 4 yield forces, screened", "every case run by itself", BITS)
 def pruned(trial: Trial) -> float:
     """Seven gaps and four yield forces with screening and without: columns that differ; inf where nothing was saved."""
     pair = oscillators(SOFT, STIFF)
