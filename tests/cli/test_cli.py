@@ -48,10 +48,6 @@ SCENE = scene_text(
     records={"window": ["0 s", "3 s"], "pga": "0.5 g"},
     grid={"gap": ["0 mm", "5 mm", "1 m"], "yield_force": ["200 kN", "inf"]},
 )
-    "linear, kelvin_voigt, kelvin_voigt_tension_cut, modified_kelvin_voigt, hertz, hertz_damp, "
-    "hertz_damp_exact, jankowski, bilinear, van_mier, viscous_elastoplastic, stereomechanical, merged, "
-    "distributed_mass"
-)
 LAWS = ", ".join(CONTACT_MODELS)
 
 
