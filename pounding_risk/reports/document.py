@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 from pounding_risk import __version__
 from pounding_risk.reports.blocks import LONG, Block, paragraph
 from pounding_risk.reports.material import Material
-from pounding_risk.reports.sections import adequacy, inputs, response, row, summary
+from pounding_risk.reports.sections import adequacy, response, row, scene, summary
+from pounding_risk.reports.sections import models as outcomes
 from pounding_risk.reports.sections import references as origins
-from pounding_risk.reports.sections import studies as outcomes
 
 Model = dict[str, Any]
 APPENDIX = "Whole tables"
@@ -29,8 +29,8 @@ class Section(NamedTuple):
 
 SECTIONS: dict[str, Section] = {
     "summary": Section("Summary", summary.summary),
-    "scene": Section("Scene and assumptions", inputs.scene),
-    "records": Section("Records", inputs.records),
+    "scene": Section("Scene and assumptions", scene.scene),
+    "records": Section("Records", scene.records),
     "adequacy": Section("Is the gap enough?", adequacy.adequacy),
     "row": Section("The row", row.row),
     "response": Section("What contact does to the buildings", response.response),
