@@ -5,17 +5,20 @@ Colours are those of Okabe and Ito (2008), told apart by the colour-blind; lines
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.units import STANDARD_GRAVITY
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STANDARD_GRAVITY = 9.80665
 STYLES = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", "-."), ("#CC79A7", ":"), ("#56B4E9", "-"), ("#E69F00", "--"))
 QUIET = "#555555"
 # What a colour means wherever an assessment is drawn. Series without a meaning of their own take `STYLES`.
@@ -104,6 +107,18 @@ def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
     with rc_context({"svg.hashsalt": "pounding_risk"}):
         figure.savefig(target, dpi=dpi, metadata=NAMELESS.get(target.suffix.lower()))
     return target
+
+
+def svg_text(figure: Figure) -> str:
+    """A figure as SVG to stand within a page: letters as outlines, the same bytes for the same data, no prologue."""
+    from matplotlib import rc_context
+
+    stream = StringIO()
+    with rc_context({"svg.hashsalt": "pounding_risk", "svg.fonttype": "path"}):
+        figure.savefig(stream, format="svg", metadata=NAMELESS[".svg"])
+    text = stream.getvalue()
+    # What tells of the format and its vocabulary is for files that stand alone.
+    return re.sub(r"\s*<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL).strip()
 
 
 def styles(count: int) -> list[tuple[str, str]]:

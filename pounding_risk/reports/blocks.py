@@ -1,53 +1,28 @@
-"""What a report is made of: plain, JSON-able blocks, in which every number stands once rounded and once in full.
+"""The blocks of a report: dictionaries that JSON holds, in which every number stands once rounded and once in full.
 
-A number is rounded here and nowhere else, so that a page, a PDF and a test read the same digits.
+Sections make them, `html` and `pdf` print them, so that a page, a PDF and a test read the same digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isfinite, isinf, isnan, nan
+from math import isfinite, isinf, nan
 from typing import Any
 
 import numpy as np
 
+from pounding_risk.units import MISSING, SHOWN, rounded
+
 Block = dict[str, Any]
 Cell = dict[str, Any]
 
-MISSING = "–"
-DIGITS = 4
+DRAWN = (7.2, 3.5)  # inches, of a figure that a section draws
+SMALL = 8.5  # points, of legends and notes in it
 LONG = 24  # rows of a table that stands whole in the text
 KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
-# By SI unit: the unit that an engineer reads, and what a value is multiplied by.
-SHOWN: dict[str, tuple[str, float]] = {
-    "m": ("mm", 1e3),
-    "N": ("kN", 1e-3),
-    "N s": ("kN s", 1e-3),
-    "J": ("kJ", 1e-3),
-    "kg": ("t", 1e-3),
-    "m/s2": ("g", 1.0 / 9.80665),
-    "%": ("%", 1e2),
-    "s": ("s", 1.0),
-    "m/s": ("m/s", 1.0),
-    "1": ("", 1.0),
-}
 
 
-def rounded(value: float, digits: int = DIGITS) -> str:
-    """Significant digits without a padded exponent; whole numbers up to 99999 in full; – where there is none."""
-    if isnan(value):
-        return MISSING
-    if isinf(value):
-        return "∞" if value > 0.0 else "-∞"
-    # Adding zero takes the sign from −0.
-    text = f"{value + 0.0:.{digits}g}"
-    if "e" in text and 1.0 <= abs(value) < 1e5:
-        return f"{float(text):.0f}"
-    mantissa, _, exponent = text.partition("e")
-    return f"{mantissa}e{int(exponent)}" if exponent else text
-
-
-def number(value: Any, unit: str = "1", digits: int = DIGITS) -> Cell:
+def number(value: Any, unit: str = "1", digits: int = 4) -> Cell:
     """A value in SI, as it is shown in the unit of `SHOWN`, and raw; what is not finite has no raw value."""
     value = float(value)
     return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
@@ -58,7 +33,7 @@ def count(value: Any) -> Cell:
     return {"text": str(int(value)), "raw": int(value)}
 
 
-def amount(value: Any, unit: str, digits: int = DIGITS) -> Cell:
+def amount(value: Any, unit: str, digits: int = 4) -> Cell:
     """`number` with its unit behind it, for where no head of a column tells it."""
     cell = number(value, unit, digits)
     return cell if cell["raw"] is None else cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip()}
@@ -73,7 +48,12 @@ def strength(force: float | None, unit: bool = False) -> Cell:
     return amount(force, "N") if unit else number(force, "N")
 
 
-def between(low: float, high: float, unit: str, digits: int = DIGITS) -> Cell:
+def milliseconds(seconds: float) -> Cell:
+    """A computing time [s], shown in ms with three digits."""
+    return {"text": rounded(seconds * 1e3, 3), "raw": seconds}
+
+
+def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
     """Two ends of a range, as they are shown in the unit of the column's head."""
     ends = [number(each, unit, digits) for each in (low, high)]
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}

@@ -1,48 +1,44 @@
-"""The one model of a report: sections by name, each a function from the material to blocks; pages and PDF print it.
+"""The document of a report: sections of blocks, numbered, with an appendix of whole tables.
 
-A new section is one function and one entry in `SECTIONS`. A section without blocks is left out. Tables longer than
-`LONG` rows keep their telling rows in the text and stand whole in the appendix.
+Sections are the modules of the folder `sections`. Each has ``TITLE``, ``ORDER``, which is its place in the report, and
+``write``, which makes blocks from a `Material` and draws the figures that only this section has. A section without
+blocks is left out. Tables longer than `LONG` rows keep some rows in the text and stand whole in the appendix.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
+from pounding_risk.reports import sections as folder
 from pounding_risk.reports.blocks import LONG, Block, paragraph
 from pounding_risk.reports.material import Material
-from pounding_risk.reports.sections import adequacy, response, row, scene, summary
-from pounding_risk.reports.sections import models as outcomes
-from pounding_risk.reports.sections import references as origins
 
-Model = dict[str, Any]
+Document = dict[str, Any]
 APPENDIX = "Whole tables"
 
 
 class Section(NamedTuple):
-    """One part of a report: its title and what writes it."""
+    """A section of a report: its title, and the function that makes its blocks."""
 
     title: str
     write: Callable[[Material], list[Block]]
 
 
-SECTIONS: dict[str, Section] = {
-    "summary": Section("Summary", summary.summary),
-    "scene": Section("Scene and assumptions", scene.scene),
-    "records": Section("Records", scene.records),
-    "adequacy": Section("Is the gap enough?", adequacy.adequacy),
-    "row": Section("The row", row.row),
-    "response": Section("What contact does to the buildings", response.response),
-    "models": Section("Contact models compared", outcomes.models),
-    "accuracy": Section("How exact the numbers are", outcomes.accuracy),
-    "effects": Section("Effects", outcomes.effects),
-    "references": Section("References", origins.references),
-    "provenance": Section("Provenance", origins.provenance),
-}
+def find_sections() -> dict[str, Section]:
+    """The sections of the folder by module name, in the order that the modules state."""
+    modules = [import_module(f"{folder.__name__}.{found.name}") for found in iter_modules(folder.__path__)]
+    ordered = sorted(modules, key=lambda module: module.ORDER)
+    return {module.__name__.rpartition(".")[2]: Section(module.TITLE, module.write) for module in ordered}
 
 
-def build(material: Material) -> Model:
+SECTIONS = find_sections()
+
+
+def build(material: Material) -> Document:
     """Title, and sections of blocks; JSON-able."""
     sections: list[dict[str, Any]] = []
     for name, (title, write) in SECTIONS.items():

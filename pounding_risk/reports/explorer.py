@@ -28,7 +28,7 @@ from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.own_case import own_case
 from pounding_risk.results.selected_axes import with_axes
-from pounding_risk.units import PGA, si
+from pounding_risk.units import PGA, SHOWN, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,15 +41,6 @@ MOST_OF_STOREYS = 1_500_000  # numbers of storey profiles; a page leaves them ou
 PROFILES = {"storey_drift": True, "storey_shear": True, "storey_acceleration": False, "storey_displacement": False}
 SHARES = ("contact", "yield_exceedance")  # 0 or 1; of several motions, a share
 NO_CASE = ("gap", "yield_force", "contact_model")  # what a quantity without contact does not depend on
-# Units as an engineer writes them, and by what an SI value is multiplied.
-SHOWN = {
-    "m": ("mm", 1e3),
-    "N": ("kN", 1e-3),
-    "J": ("kJ", 1e-3),
-    "N s": ("kN s", 1e-3),
-    "m/s2": ("g", 1.0 / STANDARD_GRAVITY),
-    "1": ("", 1.0),
-}
 OPTIONS = {"record": "--record", "contact_model": "--contact-model", "pga": "--pga"}
 TITLES = {"pga": "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
 
@@ -315,7 +306,7 @@ def row_pictures(dataset: xr.Dataset) -> str:
     from pounding_risk.assessment.row import row_case
     from pounding_risk.figures.elevation import elevation_figure
     from pounding_risk.figures.plan_view import plan_figure
-    from pounding_risk.figures.report import svg_text
+    from pounding_risk.figures.style import svg_text
 
     case = row_case(dataset)
     drawings = [f"<figure>{svg_text(draw(case))}</figure>" for draw in (elevation_figure, plan_figure)]

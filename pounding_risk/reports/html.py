@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from jinja2 import Template
     from markupsafe import Markup
 
-    from pounding_risk.reports.document import Model
+    from pounding_risk.reports.document import Document
 
 LONGEST_WORD = 26  # letters; a longer one may be broken anywhere
 SHORTEST_BROKEN = 12  # letters; a shorter text is never broken
@@ -19,7 +19,7 @@ _CODE, _FORCE = re.compile(r"`([^`]*)`"), re.compile(r"\bF_E\b")
 _NAMES = re.compile(r"""(\bid="|\bhref="#|url\(#)""")
 
 
-def page(model: Model) -> str:
+def page(model: Document) -> str:
     """The HTML of a report's model."""
     return _template().render(report=model, own_parts=own_parts, words=words, fit=fit)
 

@@ -36,11 +36,11 @@ KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips
 
 
 class Pair(NamedTuple):
-    """One interface: what was found of it, what codes ask there, and its part of the dataset."""
+    """One interface: its assessment, what codes ask there, and its part of the dataset."""
 
     name: str
     anchor: str
-    found: InterfaceAssessment
+    assessed: InterfaceAssessment
     codes: CodeTable
     results: xr.Dataset  # at the amplitude that is assessed
     at: str  # this amplitude in words
@@ -49,7 +49,7 @@ class Pair(NamedTuple):
     def grid_gap(self) -> float:
         """The gap of the grid that is nearest to the assessed one [m]."""
         gaps = self.results["gap"].values
-        return float(gaps[np.abs(gaps - self.found.gap).argmin()])
+        return float(gaps[np.abs(gaps - self.assessed.gap).argmin()])
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Material:
     @cached_property
     def row(self) -> RowCase:
         """The row at the assessed amplitude, under the scene's contact model, at the gap that is judged."""
-        gaps = {pair.found.gap for pair in self.pairs}
+        gaps = {pair.assessed.gap for pair in self.pairs}
         return row_case(
             self.results,
             gap=gaps.pop() if len(gaps) == 1 else None,

@@ -13,12 +13,12 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import font_files
 
 if TYPE_CHECKING:
-    from pounding_risk.reports.document import Model
+    from pounding_risk.reports.document import Document
 
 TEMPLATE, FONTS = "report.typ", "fonts"
 
 
-def document(model: Model) -> bytes:
+def document(model: Document) -> bytes:
     """The PDF of a report's model. Raises PoundingError without typst, and for a letter that no font has."""
     try:
         import typst
@@ -63,7 +63,7 @@ def _compiled(typst: Any, template: Path) -> bytes:
     )
 
 
-def _with_files(model: Model, root: Path) -> Model:
+def _with_files(model: Document, root: Path) -> Document:
     """The model with its figures as files beside the template."""
     sections = []
     for section in model["sections"]:

@@ -26,17 +26,18 @@ from matplotlib.patches import StepPatch
 
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
-from pounding_risk.assessment.required_gap import contact_steps
+from pounding_risk.assessment.required_gap import RequiredGap, contact_steps
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.report import Judged, report_contact
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports import pdf as document
-from pounding_risk.reports.blocks import KEPT, LONG, SHOWN, number, rounded
+from pounding_risk.reports.blocks import KEPT, LONG, number
 from pounding_risk.reports.material import Material, companions
-from pounding_risk.reports.sections.references import provenance
+from pounding_risk.reports.sections import provenance
+from pounding_risk.reports.sections.adequacy import draw_contact
 from pounding_risk.results.files import save
+from pounding_risk.units import SHOWN, rounded
 
 G = 9.80665
 SIZE = {"m": 1e3, "N": 1e-3, "%": 1e2, "m/s2": 1.0 / 9.80665, "kg": 1e-3}  # by hand, beside SHOWN
@@ -66,7 +67,7 @@ def results(scan, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def built(scan, results) -> model.Model:
+def built(scan, results) -> model.Document:
     checksum = hashlib.sha256(results.read_bytes()).hexdigest()
     return model.build(Material(scan, assess(scan), {}, checksum))
 
@@ -339,8 +340,8 @@ def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
     assert [name for name in names if name.endswith(("-contact", "-required"))] == ["interface-1-contact"]
     closing = np.sort(scan["peak_closing_free"].values.ravel())
     steps = contact_steps(closing, 1.0, 0.95)
-    judged = Judged(0.02, 0.1, 90.0, float(np.percentile(closing, 90.0)), 0.01, 0.09, False)
-    (axis,) = report_contact(steps, judged).axes
+    required = RequiredGap(90.0, float(np.percentile(closing, 90.0)), 0.01, 0.09, False, np.nan)
+    (axis,) = draw_contact(steps, 0.02, 0.1, required).axes
     (drawn,) = (patch for patch in axis.patches if isinstance(patch, StepPatch))
     values, edges, _ = drawn.get_data()
     for gap in np.linspace(0.0, closing[-1] * 1.1, 997):
@@ -348,13 +349,13 @@ def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
         assert values[place] == pytest.approx(100.0 * np.mean(closing > gap))
     lines = {line.get_label(): line for line in axis.get_lines()}
     assert lines["target, 10 %"].get_ydata()[0] == 10.0
-    assert lines[f"required by 90 %, {1e3 * judged.required:.4g} mm"].get_xdata()[0] == 1e3 * judged.required
+    assert lines[f"required by 90 %, {1e3 * required.gap:.4g} mm"].get_xdata()[0] == 1e3 * required.gap
     assert tuple(lines["its bounds, none above"].get_xdata()) == (10.0, 90.0)
     assert lines["gap assessed, 20 mm"].get_xdata()[0] == 20.0
     assert axis.get_xlim()[1] > 90.0  # nothing that is told lies beyond the axis
 
 
-def cells(built: model.Model) -> list[dict]:
+def cells(built: model.Document) -> list[dict]:
     found = []
     for section in built["sections"]:
         for block in section["blocks"]:
@@ -621,7 +622,7 @@ def test_datasets_beside_the_scan_stand_in_the_provenance(scan, tmp_path):
     """Their files and checksums, and the option that names them in the command."""
     beside = tmp_path / "effects.nc"
     xr.Dataset({"time_ratio": ("effects", [1.0])}).to_netcdf(beside)
-    told = json.dumps(provenance(Material(scan, assess(scan), companions([beside]), "")))
+    told = json.dumps(provenance.write(Material(scan, assess(scan), companions([beside]), "")))
     assert f"effects: {beside}, sha256" in told
     assert hashlib.sha256(beside.read_bytes()).hexdigest() in told
     assert f"-o report.html --with {beside}" in told

@@ -11,7 +11,7 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports.material import Material
-from pounding_risk.reports.sections.row import row
+from pounding_risk.reports.sections import row
 
 HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 
@@ -31,7 +31,7 @@ def material(results) -> Material:
 
 @pytest.fixture(scope="module")
 def blocks(material) -> list:
-    return row(material)
+    return row.write(material)
 
 
 def rows_of(blocks: list, start: str) -> list:
@@ -74,7 +74,7 @@ def test_every_interface_has_its_verdict_figures_and_tables(material):
     (summed,) = [block for block in told["summary"] if block["kind"] == "table"]
     assert [cells[0]["text"] for cells in summed["rows"]] == verdicts
     assert [cells[3]["raw"] for cells in summed["rows"]] == [
-        pair.found.contact_at_gap().count for pair in material.pairs
+        pair.assessed.contact_at_gap().count for pair in material.pairs
     ]
     assert page.page(built).count("Arcade | Theatre") > 8
     assert "row" in [section["name"] for section in built["sections"]]

@@ -22,10 +22,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss
+from pounding_risk.units import STANDARD_GRAVITY
 
 ZONES = ("I", "II", "III")
 INTENSITIES = (6, 7, 8, 9)
-HALF_GRAVITY = 0.5 * 9.80665  # m/s²
+HALF_GRAVITY = 0.5 * STANDARD_GRAVITY  # m/s²
 STRUCTURES = ("frame", "frame and walls", "walls")
 # How the text of a rule's clause is known; the order is that of trust.
 DERIVED, READ, QUOTED, MEMORY = VERIFICATIONS = ("derived", "clause read", "quoted", "from memory")

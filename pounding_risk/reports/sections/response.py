@@ -23,6 +23,9 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.material import Material, Pair
 
+TITLE = "What contact does to the buildings"
+ORDER = 60
+
 # Outputs per building, each stored with a twin without contact: what they are called, and their unit.
 OUTPUTS = {
     "peak_displacement": ("peak displacement", "m"),
@@ -32,7 +35,7 @@ OUTPUTS = {
 }
 
 
-def response(material: Material) -> list[Block]:
+def write(material: Material) -> list[Block]:
     """Each interface in turn, at its gap, under the scene's contact model."""
     blocks: list[Block] = []
     for pair in material.pairs:

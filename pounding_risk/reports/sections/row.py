@@ -9,8 +9,8 @@ import numpy as np
 from pounding_risk.assessment.row import Place, RowCase, Touch
 from pounding_risk.figures.elevation import elevation_figure, elevation_finding, where_words
 from pounding_risk.figures.plan_view import plan_figure, plan_finding
-from pounding_risk.figures.report import svg_text
 from pounding_risk.figures.storey_profiles import amplification, profiles_figure, profiles_finding
+from pounding_risk.figures.style import svg_text
 from pounding_risk.reports.blocks import (
     Block,
     Cell,
@@ -26,12 +26,15 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.material import Material
 
+TITLE = "The row"
+ORDER = 50
+
 OF_TOUCH = [("motions", "r"), ("with contact [%]", "r"), ("reach F_E [%]", "r"), ("impacts, median", "r")]
 OF_TOUCH += [(head("peak force, median", "N"), "r")]
 POSITIONS = ("end", "interior")
 
 
-def row(material: Material) -> list[Block]:
+def write(material: Material) -> list[Block]:
     """What the motions do to a row; nothing for a pair."""
     if not material.is_row:
         return []

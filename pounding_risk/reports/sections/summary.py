@@ -23,12 +23,15 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.material import Material, Pair
 
+TITLE = "Summary"
+ORDER = 10
 
-def summary(material: Material) -> list[Block]:
+
+def write(material: Material) -> list[Block]:
     """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
     blocks: list[Block] = [_verdicts(material)] if len(material.pairs) > 1 else []
     for pair in material.pairs:
-        verdict = pair.found.verdict
+        verdict = pair.assessed.verdict
         blocks += [
             {
                 "kind": "verdict",
@@ -54,17 +57,19 @@ def _verdicts(material: Material) -> Block:
     heads += [("probability [%]", "r"), (head(f"gap that {percentile:g} % need", "m"), "r")]
     rows: list[list[Cell | str]] = []
     for pair in material.pairs:
-        here = pair.found.contact_at_gap()
-        needed = pair.found.required_at(percentile).gap
+        here = pair.assessed.contact_at_gap()
+        needed = pair.assessed.required_at(percentile).gap
         shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
-        rows.append([pair.name, number(pair.found.gap, "m"), pair.found.verdict.word, *shares, number(needed, "m")])
-    worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].found.contact_at_gap().probability)
+        rows.append(
+            [pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, number(needed, "m")]
+        )
+    worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].assessed.contact_at_gap().probability)
     note = "those with most contact"
     return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
 
 
 def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
-    found, asked = pair.found, material.assessment
+    found, asked = pair.assessed, material.assessment
     here, bounds = found.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
     told: list[tuple[str, Cell | str]] = [
         ("gap assessed", amount(found.gap, "m")),
