@@ -9,7 +9,6 @@ from generation.markdown import docstring, plain
 from pounding_risk.assessment import assess as assessment
 from pounding_risk.assessment import fragility, hazard, proportions
 from pounding_risk.assessment import required_gap as required_gaps
-from pounding_risk.assessment import response as assessed_response
 from pounding_risk.assessment import sensitivity as influences
 from pounding_risk.assessment import verdict as verdicts
 from pounding_risk.assessment.separations import table as separations
@@ -26,7 +25,7 @@ PARTS = (
     verdicts.Verdict,
     verdicts.Governing,
     proportions.Share,
-    assessed_response.Response,
+    influences.Response,
     required_gaps.RequiredGap,
     fragility.Fragility,
     fragility.Stripe,

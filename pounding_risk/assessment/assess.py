@@ -24,8 +24,16 @@ from pounding_risk.assessment.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
 from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
-from pounding_risk.assessment.response import Response, responses_of
-from pounding_risk.assessment.sensitivity import Influence, Yielding, of_contact, of_response, of_yielding, ranked
+from pounding_risk.assessment.sensitivity import (
+    Influence,
+    Response,
+    Yielding,
+    of_contact,
+    of_response,
+    of_yielding,
+    ranked,
+    responses_of,
+)
 from pounding_risk.assessment.separations.table import Comparison, code_table
 from pounding_risk.assessment.verdict import Asked, Seen, Verdict, judge
 from pounding_risk.errors import PoundingError

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
@@ -55,8 +53,8 @@ def report(
     """
     from pounding_risk.assessment.assess import assess
     from pounding_risk.reports.document import build
-    from pounding_risk.reports.material import Material, companions, opened
-    from pounding_risk.reports.signature import signed
+    from pounding_risk.reports.html import page, write_page
+    from pounding_risk.reports.material import Material, companions, opened, signed
 
     target = check_target(out, SUFFIXES)
     signature = signed(project, author, revision, date)
@@ -66,20 +64,5 @@ def report(
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.pdf import document
 
-        return _write(target, document(model))
-    from pounding_risk.reports.html import page
-
-    return _write(target, page(model).encode())
-
-
-def _write(target: Path, content: bytes) -> Path:
-    """Whole or not at all: under a temporary name first."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
+        return write_page(target, document(model))
+    return write_page(target, page(model))

@@ -7,12 +7,6 @@ buildings at that instant.
 
 from __future__ import annotations
 
-import base64
-import json
-import os
-from hashlib import sha256
-from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,7 +16,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.row import force_told, standing
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STANDARD_GRAVITY, law_words
-from pounding_risk.reports.explorer import packed
+from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
@@ -59,7 +53,7 @@ def animate(run: xr.Dataset, out: str | Path) -> Path:
     for rate in RATES:
         text = page(_model(run, frames(run, rate)))
         if len(text.encode("utf-8")) <= LARGEST:
-            return _write(text, target)
+            return write_page(target, text)
     span = float(run["time"][-1] - run["time"][0])
     raise PoundingError(
         f"the run lasts {span:g} s with {run.sizes['building']} buildings, too much for a page of "
@@ -161,24 +155,4 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
 
 def page(model: dict[str, Any]) -> str:
     """The whole page as text. It may run the script it holds, by its checksum, and may fetch nothing."""
-    folder = files("pounding_risk.reports") / "animation_page"
-    html, style, script = ((folder / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
-    # In a script element only "<" could end the data.
-    data = json.dumps(model, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    allowed = f"'sha256-{base64.b64encode(sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
-    parts = {"title": escape(str(model["title"])), "allowed": allowed, "style": style, "data": data, "script": script}
-    before, *rest = html.split("{{")
-    return before + "".join(parts[key] + after for key, _, after in (each.partition("}}") for each in rest))
-
-
-def _write(text: str, target: Path) -> Path:
-    """Under a temporary name, moved into place; raises PoundingError where that fails."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
+    return script_page("animation_page", model)

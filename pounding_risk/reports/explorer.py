@@ -7,15 +7,9 @@ has a function of that name.
 
 from __future__ import annotations
 
-import base64
 import json
-import os
-import zlib
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from hashlib import sha256
-from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +17,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STANDARD_GRAVITY
+from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.files import check_target, open_results
@@ -66,7 +61,7 @@ def view(
     amplitudes = [si(pga, PGA, "pgas") for pga in pgas]
     part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": amplitudes}, source)
     _check_size(part, source)
-    return _write(page(page_model(part), row_pictures(part)), target)
+    return write_page(target, page(page_model(part), row_pictures(part)))
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:
@@ -231,16 +226,6 @@ def _variable(found: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def packed(values: np.ndarray, kind: str) -> str:
-    """An array as text: little-endian, first bytes of all numbers before their second bytes, deflated, base64.
-
-    Bytes of one place are alike, so that sorted so they take a half to a tenth of the room.
-    """
-    plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
-    sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
-    return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
-
-
 def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     labels = dataset[axis].values if axis in dataset.coords else np.arange(dataset.sizes[axis])
     units = {"gap": "mm", "yield_force": "kN"}
@@ -316,20 +301,7 @@ def row_pictures(dataset: xr.Dataset) -> str:
 
 def page(model: Mapping[str, Any], pictures: str = "") -> str:
     """The whole page as text, ``pictures`` below. It may run the scripts it holds, by checksum, and fetch nothing."""
-    folder = files("pounding_risk.reports") / "explorer_page"
-    html, style, script = ((folder / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
-    library = _plotly()
-    # In a script element only "<" could end the data.
-    data = json.dumps(model, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    allowed = " ".join(f"'sha256-{_checksum(each)}'" for each in (library, script))
-    parts = {"title": escape(str(model["title"])), "allowed": allowed, "style": style}
-    parts |= {"plotly": library, "data": data, "script": script, "pictures": pictures}
-    before, *rest = html.split("{{")
-    return before + "".join(parts[key] + after for key, _, after in (each.partition("}}") for each in rest))
-
-
-def _checksum(script: str) -> str:
-    return base64.b64encode(sha256(script.encode("utf-8")).digest()).decode("ascii")
+    return script_page("explorer_page", model, _plotly(), plotly=_plotly(), pictures=pictures)
 
 
 def _plotly() -> str:
@@ -338,18 +310,3 @@ def _plotly() -> str:
     except ImportError:
         raise PoundingError("view needs Plotly, which is not installed; pip install 'pounding-risk[view]'") from None
     return get_plotlyjs()
-
-
-def _write(text: str, target: Path) -> Path:
-    """Write under a temporary name and move into place; raises PoundingError where that fails."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(
-            f"{target}: cannot be written ({error.strerror or error}); free space or choose another place"
-        ) from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target

@@ -16,11 +16,11 @@ from pounding_risk.assessment.assess import interfaces
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results, told
 from pounding_risk.results.own_case import scene_force, scene_model
 from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +31,26 @@ if TYPE_CHECKING:
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
 USED = ("building", "period", "record_pga", "peak_displacement_free")
+LONGEST = 200  # letters of a line in the head
 # A variable that only the dataset of this command has.
 KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips"}
+
+
+class Signature(NamedTuple):
+    """What the head of a report says of whose it is; "" where nothing is given. The date is never made up."""
+
+    project: str = ""
+    author: str = ""
+    revision: str = ""
+    date: str = ""
+
+    @property
+    def lines(self) -> list[list[str]]:
+        """Name and words of each that is given."""
+        return [[name, words] for name, words in self._asdict().items() if words]
+
+
+NOT_SIGNED = Signature()
 
 
 class Pair(NamedTuple):
@@ -60,7 +78,7 @@ class Material:
     assessment: Assessment
     others: Mapping[str, xr.Dataset]
     checksum: str = ""  # of the results file
-    signature: Signature = NOTHING
+    signature: Signature = NOT_SIGNED
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
@@ -119,6 +137,32 @@ class Material:
     def laws(self) -> list[str]:
         """The grid's contact models."""
         return list(map(str, self.results["contact_model"].values))
+
+
+def signed(project: str = "", author: str = "", revision: str = "", date: str = "") -> Signature:
+    """The signature of a report, in words that stand in one line each.
+
+    Parameters
+    ----------
+    project, author, revision, date : str
+        As they are to stand in the head.
+
+    Raises
+    ------
+    PoundingError
+        For what is no text, is longer than a line, or holds line breaks or other letters that are not printed.
+    """
+    given = Signature(project, author, revision, date)
+    for name, words in given._asdict().items():
+        if not isinstance(words, str):
+            raise PoundingError(f"{name}: {shown(words)} is no text; write it in quotes")
+        if not words.isprintable():
+            raise PoundingError(
+                f"{name}: {shown(words)} has line breaks or other letters that cannot be printed; omit them"
+            )
+        if len(words) > LONGEST:
+            raise PoundingError(f"{name}: has {len(words)} letters; the head has room for {LONGEST}: shorten it")
+    return Signature(*(words.strip() for words in given))
 
 
 def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:

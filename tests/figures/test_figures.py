@@ -12,6 +12,7 @@ from figure_words import words_of
 
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.simulate import parting
 
 
 def made_impact(mass: float, speed: float, force: list[float]) -> SimpleNamespace:
@@ -167,8 +168,8 @@ def test_the_same_data_drawn_anew_is_the_same_file(tmp_path):
 
 def test_parting_is_found_from_the_histories():
     one = made_run("jankowski")
-    assert figures.parting(one, made_run("viscous_elastoplastic", 0.5, parts_at=1.2)) == pytest.approx(1.0)
-    assert np.isnan(figures.parting(one, one))
+    assert parting(one, made_run("viscous_elastoplastic", 0.5, parts_at=1.2)) == pytest.approx(1.0)
+    assert np.isnan(parting(one, one))
     assert figures.comparison_figure([one, one]).get_suptitle().startswith("Identical throughout: peak 8.00 mm")
 
 

@@ -14,7 +14,7 @@ import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.assessment.row import force_told
 from pounding_risk.cli import app
-from pounding_risk.figures.simulate_row import roofs_of, row_run_finding
+from pounding_risk.figures.simulate import roofs_of, row_run_finding
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
