@@ -85,7 +85,7 @@ class InterfaceAssessment(ShortRepr):
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
-        return next(each for each in self.required if each.percentile == percentile)
+        return next(required for required in self.required if required.percentile == percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """The verdict, and what it rests on first."""
@@ -198,7 +198,7 @@ def assess(
     intensity = usual_intensity(results) if intensity is None else intensity
     options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
     counts = data.run_counts(results)
-    found = tuple(_interface(name, one, place, options) for place, (name, one) in enumerate(interfaces(results)))
+    assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
         title=str(results.attrs.get("title", "")),
         **counts,
@@ -209,14 +209,14 @@ def assess(
         intensity=intensity,
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
-        interfaces=found,
+        interfaces=assessed,
         notes=of_results(results),
         unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
     )
 
 
-def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:
-    gap = scene_gap(results, place) if options.gap is None else options.gap
+def _interface(name: str, results: xr.Dataset, index: int, options: _Options) -> InterfaceAssessment:
+    gap = scene_gap(results, index) if options.gap is None else options.gap
     if options.hazard is not None:
         data.check_intensity(results, options.intensity, options.hazard.name)
     every = data.motions_of(results)
@@ -245,8 +245,10 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         motions,
         at,
         next(share for share in contact if share.gap == gap),
-        next(each for each in required if each.percentile == options.percentile),
-        next(each for each in required if each.percentile == options.criterion.target_percentile),
+        next(required_gap for required_gap in required if required_gap.percentile == options.percentile),
+        next(
+            required_gap for required_gap in required if required_gap.percentile == options.criterion.target_percentile
+        ),
         independent,
         int((~every.finite).sum()),
         sensitivity[0],
@@ -255,7 +257,9 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         data.record_doubts(results),
     )
     rates = (
-        () if options.hazard is None else tuple(rate_of(options.hazard, each, options.confidence) for each in fragility)
+        ()
+        if options.hazard is None
+        else tuple(rate_of(options.hazard, required_gap, options.confidence) for required_gap in fragility)
     )
     return InterfaceAssessment(
         name=name,
@@ -298,11 +302,11 @@ def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: flo
     """Place of the assessed amplitude; raises PoundingError for one that the grid has not."""
     if asked is None:
         return own_level(results)
-    for place, amplitude in enumerate(amplitudes):
+    for level, amplitude in enumerate(amplitudes):
         if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
-            return place
+            return level
     known = (
-        ", ".join(own(each, PGA) for each in amplitudes if each is not None)
+        ", ".join(own(known_pga, PGA) for known_pga in amplitudes if known_pga is not None)
         or "none: its motions have no amplitudes of a grid"
     )
     raise PoundingError(f"pga {own(asked, PGA)} is not in the dataset, which has {known}")
@@ -314,17 +318,17 @@ def _one_amplitude(results: xr.Dataset, level: int) -> xr.Dataset:
 
 def _at_level(motions: Motions, level: int) -> Motions:
     """The motions with a finite response, at one amplitude; raises PoundingError where there are none."""
-    kept = np.flatnonzero(motions.finite)
-    if not kept.size:
+    finite = np.flatnonzero(motions.finite)
+    if not finite.size:
         raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
     return Motions(
-        tuple(motions.records[place] for place in kept),
-        tuple(motions.polarities[place] for place in kept),
-        labels(list(motions.recordings[kept])),
+        tuple(motions.records[index] for index in finite),
+        tuple(motions.polarities[index] for index in finite),
+        labels(list(motions.recordings[finite])),
         (motions.amplitudes[level],),
-        motions.closing[kept, level : level + 1],
-        motions.finite[kept],
-        None if motions.alone is None else motions.alone[kept, level : level + 1],
+        motions.closing[finite, level : level + 1],
+        motions.finite[finite],
+        None if motions.alone is None else motions.alone[finite, level : level + 1],
     )
 
 
@@ -348,7 +352,7 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
 
     The motions of a recording are taken to be as alike in their forces as in what they close.
     """
-    found: list[Share] = []
+    yielding: list[Share] = []
     forces, models = data.finite_forces(results), _models(results)
     if not forces.size:
         return ()
@@ -357,8 +361,8 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
         about = [
             {"gap": gap, "contact_model": model, "yield_force": float(force)} for model in models for force in forces
         ]
-        found.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
-    return tuple(found)
+        yielding.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
+    return tuple(yielding)
 
 
 def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
@@ -375,36 +379,36 @@ def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options:
     linear = data.is_linear(results) and not pushed
     for gap in map(float, gaps):
         touching = (closing > gap).ravel()
-        found, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
+        curve, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
         if linear:
             scaled, times = _by_scaling(ims, closing, gap, recordings)
-            if found.fault or not scaled.fault:
-                found, method, note, factor = scaled, curves.SCALED, found.fault, times
+            if curve.fault or not scaled.fault:
+                curve, method, note, factor = scaled, curves.SCALED, curve.fault, times
         about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
         about |= {"intensity": options.intensity, "method": method, "note": note, "factor": factor}
-        yield Fragility(**about, **asdict(found), stripes=curves.stripes_of(im, touching))
+        yield Fragility(**about, **asdict(curve), stripes=curves.stripes_of(im, touching))
 
 
 def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.int64]) -> tuple[curves.Fit, float]:
     """The curve of the intensities at which the motions close the gap once scaled, and by how much that scales them."""
     reach = np.divide(gap, closing, where=closing > 0.0, out=np.full(closing.shape, np.inf))
-    found = curves.fit_capacities((ims * reach)[:, 0], recordings)
-    if found.fault:
-        return found, np.nan
-    factor, fault = curves.out_of_scale(found, np.exp(np.log(reach).mean(axis=0)))
-    return (curves.Fit(fault=fault), np.nan) if fault else (found, factor)
+    fitted = curves.fit_capacities((ims * reach)[:, 0], recordings)
+    if fitted.fault:
+        return fitted, np.nan
+    factor, fault = curves.out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)))
+    return (curves.Fit(fault=fault), np.nan) if fault else (fitted, factor)
 
 
 def _yield_curves(
-    results: xr.Dataset, motions: Motions, found: tuple[float, Array], options: _Options
+    results: xr.Dataset, motions: Motions, at_gap: tuple[float, Array], options: _Options
 ) -> Iterator[Fragility]:
     """The fragility of yielding at one gap, by contact model and finite F_E."""
-    gap, yields = found
+    gap, yields = at_gap
     ims = data.intensities(results, options.intensity)
     who = np.repeat(motions.recordings, ims.shape[1])
-    for place, model in enumerate(_models(results)):
-        for number, force in enumerate(data.finite_forces(results)):
-            failed = yields[:, :, place, number].ravel()
+    for column, model in enumerate(_models(results)):
+        for row, force in enumerate(data.finite_forces(results)):
+            failed = yields[:, :, column, row].ravel()
             known = ~np.isnan(failed)
             if not known.any():
                 continue
@@ -427,7 +431,7 @@ def _method(motions: Motions, options: _Options) -> str:
 def _plain(value: Any) -> Any:
     """Only what JSON knows: None for what is not a finite number."""
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value

@@ -140,15 +140,15 @@ def motions_of(results: xr.Dataset) -> Motions:
 
 def _recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
     """The number of each record's recording; records whose motion is the same to the last bit are of one."""
-    facts = {each.get("name"): each for each in told(results, "records", [])}
+    facts = {entry.get("name"): entry for entry in told(results, "records", [])}
     shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
     digests = told(results, "motions_sha256", {})
     first: dict[Any, Any] = {}
-    for place, name in enumerate(records):
-        key, original = shared[place], first.setdefault(digests.get(name, name), shared[place])
+    for index, name in enumerate(records):
+        key, original = shared[index], first.setdefault(digests.get(name, name), shared[index])
         if key != original:
-            shared = [original if each == key else each for each in shared]
-            first = {digest: original if each == key else each for digest, each in first.items()}
+            shared = [original if entry == key else entry for entry in shared]
+            first = {digest: original if entry == key else entry for digest, entry in first.items()}
     return labels(shared)
 
 
@@ -212,8 +212,8 @@ def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
 
 def _by_amplitude(values: xr.DataArray) -> Array:
     """Values as (motions, amplitudes), whether or not there is an axis of amplitudes."""
-    found = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
-    return found.reshape(len(found), values.sizes.get("pga", 1))
+    flat = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
+    return flat.reshape(len(flat), values.sizes.get("pga", 1))
 
 
 def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
@@ -275,12 +275,12 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
     if not has_spectrum_at(results, asked):
         span = spectral_range(results)
-        told = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
+        known_range = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
         raise PoundingError(
-            f"intensity {intensity!r}: the dataset has spectra {told}; write a period among them, or pga"
+            f"intensity {intensity!r}: the dataset has spectra {known_range}; write a period among them, or pga"
         )
     spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
-    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(each))) for each in spectra]
+    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(spectrum))) for spectrum in spectra]
     scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
     peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
     return np.asarray(peaks * intensities(results, "pga"))
@@ -326,8 +326,8 @@ def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
 def _side(results: xr.Dataset, intensity: str) -> int | None:
     """The building whose Sa is asked for; None where it is that of a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
-    found = re.fullmatch(r"sa\((.+)\)", intensity)
-    asked = found[1].strip() if found else ""
+    match = re.fullmatch(r"sa\((.+)\)", intensity)
+    asked = match[1].strip() if match else ""
     for known in (["left", "right"], names):
         if asked in known:
             return known.index(asked)

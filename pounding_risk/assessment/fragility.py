@@ -151,8 +151,8 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
     turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
     inverse = turn @ np.linalg.inv(curvature)
-    found = _told(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
-    return _refused(found, not_carried(found, im) or outside(found.median, im))
+    fitted = _told(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
+    return _refused(fitted, not_carried(fitted, im) or outside(fitted.median, im))
 
 
 def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
@@ -195,14 +195,14 @@ def of_one_intensity(im: Array) -> bool:
     return bool(np.ptp(im) <= ALIKE * im.max(initial=0.0))
 
 
-def not_carried(found: Fit, im: Array) -> str:
+def not_carried(fitted: Fit, im: Array) -> str:
     """Why the motions do not carry the fitted dispersion; "" where they do."""
-    error = max(found.se_dispersion, found.se_dispersion_recordings)
-    if error * CARRIED < found.dispersion:
+    error = max(fitted.se_dispersion, fitted.se_dispersion_recordings)
+    if error * CARRIED < fitted.dispersion:
         return ""
     return (
-        f"so few motions, between {_span(im)}, carry no dispersion: it would be {found.dispersion:.2g} with a standard "
-        f"error of {error:.2g}; scan more records, or amplitudes further apart"
+        f"so few motions, between {_span(im)}, carry no dispersion: it would be {fitted.dispersion:.2g} with a "
+        f"standard error of {error:.2g}; scan more records, or amplitudes further apart"
     )
 
 
@@ -217,7 +217,7 @@ def outside(median: float, im: Array) -> str:
     )
 
 
-def out_of_scale(found: Fit, factors: Array) -> tuple[float, str]:
+def out_of_scale(fitted: Fit, factors: Array) -> tuple[float, str]:
     """By how much the nearest scanned motions are scaled to the median, and why that is too much; "" where it is not.
 
     ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
@@ -232,7 +232,7 @@ def out_of_scale(found: Fit, factors: Array) -> tuple[float, str]:
         return nearest, ""
     repair = "stronger" if nearest > high else "weaker"
     return nearest, (
-        f"the median by scaling, {say(found.median, PGA, 3)}, takes the motions that were tested times {nearest:.3g}, "
+        f"the median by scaling, {say(fitted.median, PGA, 3)}, takes the motions that were tested times {nearest:.3g}, "
         f"outside {low:g} to {high:g}: scan {repair} motions"
     )
 
@@ -242,29 +242,29 @@ def _span(im: Array) -> str:
     return f"{say(float(im.min()), PGA, 3)} and {say(float(im.max()), PGA, 3)}"
 
 
-def _refused(found: Fit, fault: str) -> Fit:
+def _refused(fitted: Fit, fault: str) -> Fit:
     """The fit, or none where there is a fault."""
-    return Fit(fault=fault) if fault else found
+    return Fit(fault=fault) if fault else fitted
 
 
 def _probit(x: Array, sign: Array) -> tuple[Array, Array, Array]:
     """Coefficients of P = Φ(x b), observed information, and scores by motion; ``sign`` is 1 or −1."""
     from scipy.special import log_ndtr
 
-    found = np.zeros(x.shape[1])
-    value = float(log_ndtr(sign * (x @ found)).sum())
+    coefficients = np.zeros(x.shape[1])
+    value = float(log_ndtr(sign * (x @ coefficients)).sum())
     for _ in range(STEPS):
-        scores, curvature = _slopes(x, sign, found)
+        scores, curvature = _slopes(x, sign, coefficients)
         step = np.linalg.solve(curvature, scores.sum(axis=0))
         gain = float(scores.sum(axis=0) @ step)
         size = 1.0
-        while (new := float(log_ndtr(sign * (x @ (found + size * step))).sum())) < value and size > 1e-9:
+        while (new := float(log_ndtr(sign * (x @ (coefficients + size * step))).sum())) < value and size > 1e-9:
             size *= 0.5
-        found, value = found + size * step, new
+        coefficients, value = coefficients + size * step, new
         if gain < CLOSE:
             break
-    scores, curvature = _slopes(x, sign, found)
-    return found, curvature, scores
+    scores, curvature = _slopes(x, sign, coefficients)
+    return coefficients, curvature, scores
 
 
 def _slopes(x: Array, sign: Array, at: Array) -> tuple[Array, Array]:

@@ -87,10 +87,10 @@ def read_hazard(path: str | Path) -> Hazard:
         raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
     name, unit = _head(source, *rows[0])
     table = np.array([_row(source, at, line, unit) for at, line in rows[1:]])
-    for place in range(1, len(table)):
-        if not (table[place, 0] > table[place - 1, 0] and table[place, 1] < table[place - 1, 1]):
+    for row in range(1, len(table)):
+        if not (table[row, 0] > table[row - 1, 0] and table[row, 1] < table[row - 1, 1]):
             raise PoundingError(
-                f"{source}, line {rows[place + 1][0]}: intensities must rise and annual rates fall from row to row; "
+                f"{source}, line {rows[row + 1][0]}: intensities must rise and annual rates fall from row to row; "
                 "sort the table, and leave out rows that repeat one"
             )
     return Hazard(name, table[:, 0], table[:, 1], source.name)
@@ -99,15 +99,15 @@ def read_hazard(path: str | Path) -> Hazard:
 def _head(source: Path, at: int, line: str) -> tuple[str, str]:
     """Name and unit of the intensity."""
     cells = _cells(line)
-    found = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
-    if len(cells) != 2 or found is None:
+    match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
+    if len(cells) != 2 or match is None:
         raise PoundingError(f"{source}, line {at}: {_shown(line)} names no intensity with its unit; {HEAD}")
     if not re.fullmatch(A_YEAR, cells[1].strip(), re.IGNORECASE):
         raise PoundingError(
             f"{source}, line {at}: the second column is {_shown(cells[1])}; it must be an annual rate or frequency. "
             "A probability p in t years is a rate of -ln(1 - p) / t, a return period T one of 1 / T"
         )
-    return found[1].lower(), found[2]
+    return match[1].lower(), match[2]
 
 
 def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:

@@ -51,8 +51,8 @@ def shares(failed: Array, about: Sequence[dict[str, Any]], independent: float, c
     runs, counts = known.sum(axis=0), np.where(known, failed, 0.0).sum(axis=0)
     low, high = exact_bounds(counts, runs, confidence)
     low_fewer, high_fewer = exact_bounds(counts * independent, runs * independent, confidence)
-    found = counts / np.where(runs > 0, runs, np.nan)
-    columns = zip(about, counts, runs, found, low, high, low_fewer, high_fewer, strict=True)
+    probabilities = counts / np.where(runs > 0, runs, np.nan)
+    columns = zip(about, counts, runs, probabilities, low, high, low_fewer, high_fewer, strict=True)
     return tuple(
         Share(
             count=int(count),

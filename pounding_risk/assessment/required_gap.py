@@ -51,20 +51,20 @@ def required_gaps(
     """
     asked = np.array(sorted(set(percentiles)))
     gaps, fitted = np.percentile(closing, asked), lognormal_percentiles(closing, asked)
-    found = np.unique(closing)
+    levels = np.unique(closing)
     rising, runs = np.sort(closing), closing.size * independent
-    past = closing.size - np.searchsorted(rising, found, "right")  # motions that close a gap of so much
-    short = closing.size - np.searchsorted(rising, found, "left")  # and one that is a little less
+    past = closing.size - np.searchsorted(rising, levels, "right")  # motions that close a gap of so much
+    short = closing.size - np.searchsorted(rising, levels, "left")  # and one that is a little less
     _, high = exact_bounds(past * independent, runs, confidence)
     low, _ = exact_bounds(short * independent, runs, confidence)
-    told = []
+    gaps_required = []
     for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
         left = target_left_by(percentile)
-        enough, too_little = found[high <= left], found[low > left]
+        enough, too_little = levels[high <= left], levels[low > left]
         least = float(too_little[-1]) if too_little.size else 0.0
-        most = float(enough[0] if enough.size else found[-1])
-        told.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
-    return tuple(told)
+        most = float(enough[0] if enough.size else levels[-1])
+        gaps_required.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
+    return tuple(gaps_required)
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ def row_case(
     gap = None if gap is None else si(gap, GAP, "gap")
     yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
     pga = None if pga is None else si(pga, PGA, "pga")
-    place = {
+    cell = {
         "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
         "yield_force": _nearest(
             results["yield_force"].values, scene_force(results) if yield_force is None else yield_force
@@ -114,9 +114,9 @@ def row_case(
     }
     if "pga" in results.dims:
         amplitudes = results["pga"].values
-        place["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
-    gaps = own_gaps(results).isel(gap=place["gap"]).values
-    shown = results.isel(place)
+        cell["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
+    gaps = own_gaps(results).isel(gap=cell["gap"]).values
+    shown = results.isel(cell)
     return RowCase(shown, standing(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))
 
 
@@ -139,7 +139,7 @@ def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
     heights = shown["building_height"].values.astype(float)
     levels = shown["floor_level"].transpose("building", "storey").values
     storeys = shown["building_storeys"].values
-    found = []
+    shapes = []
     for at, name in enumerate(map(str, shown["building"].values)):
         floors = levels[at][np.isfinite(levels[at])]
         if not floors.size:
@@ -148,22 +148,22 @@ def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
             height = heights[at] if np.isfinite(heights[at]) else max(beside, default=STOREY_HEIGHT * count)
             floors = height * np.arange(1, count + 1) / count
         position = str(shown["building_position"].values[at])
-        found.append(Standing(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
-    return tuple(found)
+        shapes.append(Standing(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
+    return tuple(shapes)
 
 
 def _places(shown: xr.Dataset) -> tuple[Place, ...]:
     buildings = standing(shown)
     columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
-    found = []
+    points = []
     for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
         level = float(shown["contact_point_level"].values[at])
         if not np.isfinite(level):
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
         touch = _touch(shown.isel(contact_point=at), "contact_point_")
-        found.append(Place(int(interface), float(left), float(right), str(kind), level, touch))
-    return tuple(found)
+        points.append(Place(int(interface), float(left), float(right), str(kind), level, touch))
+    return tuple(points)
 
 
 def _touches(shown: xr.Dataset) -> tuple[Touch, ...]:
@@ -208,11 +208,11 @@ def any_of_building(case: RowCase, name: str, building: int) -> Array:
     beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
     values = case.results[name].isel(interface=beside).transpose("interface", "record", "polarity").values
     flat = values.reshape(len(beside), -1)
-    told = np.where((flat > 0).any(axis=0), 1.0, 0.0)
-    return np.where((flat == UNDEFINED).all(axis=0), np.nan, told)
+    answers = np.where((flat > 0).any(axis=0), 1.0, 0.0)
+    return np.where((flat == UNDEFINED).all(axis=0), np.nan, answers)
 
 
 def share_of_building(case: RowCase, name: str, building: int) -> float:
     """The share of the motions with a known answer in which `any_of_building` is 1; NaN where there is none."""
-    found = any_of_building(case, name, building)
-    return _mean(found[np.isfinite(found)])
+    answers = any_of_building(case, name, building)
+    return _mean(answers[np.isfinite(answers)])

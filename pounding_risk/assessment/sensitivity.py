@@ -79,19 +79,19 @@ def responses_of(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
     """
     one = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
     touching = by_motion(one["impact_count"], CASES) > 0
-    found = []
+    responses = []
     for output, (words, unit) in OUTPUTS.items():
         if output not in one:
             continue
         inside = [axis for axis in one[output].dims if axis not in ("record", "polarity", *CASES)]
         values = np.where(touching, by_motion(one[output].max(inside), CASES), np.nan)
-        for place, force in np.ndindex(values.shape[1:]):
-            known = values[np.isfinite(values[:, place, force]), place, force]
+        for model, force in np.ndindex(values.shape[1:]):
+            known = values[np.isfinite(values[:, model, force]), model, force]
             spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)
-            about = (str(one["contact_model"].values[place]), float(one["yield_force"].values[force]))
+            about = (str(one["contact_model"].values[model]), float(one["yield_force"].values[force]))
             low, median, high = map(float, spread)
-            found.append(Response(output, words, unit, gap, *about, low, median, high, known.size))
-    return tuple(found)
+            responses.append(Response(output, words, unit, gap, *about, low, median, high, known.size))
+    return tuple(responses)
 
 
 @dataclass(frozen=True)
@@ -148,19 +148,19 @@ def of_contact(
     )
 
 
-def of_yielding(found: Yielding, force: float, target: float) -> tuple[Influence, ...]:
+def of_yielding(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
     """Influences on the probability that the force reaches F_E, at one gap and one F_E of ``found.forces`` [N]."""
-    kinds = np.array(found.polarities)
-    failed = found.failed[:, :, found.forces.index(force)]
-    by_model = [(name, _mean(failed[:, place])) for place, name in enumerate(found.models)]
-    by_polarity = [(name, _mean(failed[kinds == name])) for name in dict.fromkeys(found.polarities)]
+    kinds = np.array(yielding.polarities)
+    failed = yielding.failed[:, :, yielding.forces.index(force)]
+    by_model = [(name, _mean(failed[:, index])) for index, name in enumerate(yielding.models)]
+    by_polarity = [(name, _mean(failed[kinds == name])) for name in dict.fromkeys(yielding.polarities)]
     at = f"{YIELD} at {force_words(force) if isfinite(force) else 'the F_E of columns'}"
     keys = (("contact_model", by_model), ("polarity", by_polarity))
     listed = [_influence(key, at, levels, target) for key, levels in keys]
-    return tuple(sorted(listed, key=lambda each: -np.nan_to_num(each.spread, nan=-1.0)))
+    return tuple(sorted(listed, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
 
 
-def of_response(found: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
+def of_response(responses: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
     Parameters
@@ -172,14 +172,14 @@ def of_response(found: Sequence[Response], model: str, force: float) -> tuple[In
     force : float
         The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
     """
-    outputs = [list(levels) for _, levels in groupby(found, key=lambda each: each.output)]
-    by_force = [_of_force([each for each in levels if each.contact_model == model]) for levels in outputs]
+    outputs = [list(levels) for _, levels in groupby(responses, key=lambda response: response.output)]
+    by_force = [_of_force([response for response in levels if response.contact_model == model]) for levels in outputs]
     return (*by_force, *(_of_model(levels, force) for levels in outputs))
 
 
 def _of_force(levels: Sequence[Response]) -> Influence:
     """F_E on one output under one contact model."""
-    named = [(force_words(each.yield_force), each.median) for each in levels]
+    named = [(force_words(response.yield_force), response.median) for response in levels]
     one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
     end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
     return replace(one, words=one.words + end, output=levels[0].output)
@@ -187,34 +187,34 @@ def _of_force(levels: Sequence[Response]) -> Influence:
 
 def _of_model(levels: Sequence[Response], force: float) -> Influence:
     """The contact model on one output: without yielding where the grid has that, or at the scene's own F_E."""
-    at = inf if any(each.yield_force == inf for each in levels) else force
-    named = [(each.contact_model, each.median) for each in levels if each.yield_force == at]
+    at = inf if any(response.yield_force == inf for response in levels) else force
+    named = [(response.contact_model, response.median) for response in levels if response.yield_force == at]
     one = _influence("contact_model", f"median {levels[0].words}", named, nan, levels[0].unit)
     one = replace(one, output=levels[0].output)
     if not one.spread > 0.0:
         return one
     if at == inf:
         return replace(one, words=f"{one.words}, without yielding")
-    told = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
-    return replace(one, words=f"{one.words}; {told}", spread=nan)
+    condition = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
+    return replace(one, words=f"{one.words}; {condition}", spread=nan)
 
 
 def ranked(influences: Sequence[Influence]) -> str:
     """In words, what F_E and the contact model change most, and what yielding and contact depend on."""
-    told = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
-    yielding = [each for each in influences if each.what.startswith(YIELD) and each.spread > 0.0]
+    sentences = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
+    yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]
     if yielding:
         at = yielding[0].what.partition(" at ")[2]
-        told.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
-    contact = {each.key: each.spread for each in influences if each.what == CONTACT}
+        sentences.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
+    contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
     moved = f"by {contact['polarity']:.2f}" if contact["polarity"] > 0.0 else "by nothing here"
     never = contact["yield_force"] == contact["contact_model"] == 0.0
     if not np.isnan(contact["polarity"]):
         also = ", F_E and the contact model never do" if never else ""
-        told.append(f"the polarity moves P(contact) {moved}{also}")
+        sentences.append(f"the polarity moves P(contact) {moved}{also}")
     elif never:
-        told.append("F_E and the contact model never change whether there is contact")
-    return "; ".join(told) or "one level of each key was scanned, which tells nothing of what matters"
+        sentences.append("F_E and the contact model never change whether there is contact")
+    return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"
 
 
 def force_words(force: float) -> str:
@@ -224,10 +224,14 @@ def force_words(force: float) -> str:
 
 def _moves(influences: Sequence[Influence], key: str) -> str:
     """What a key changes most of what the buildings feel, as a share of itself; "" where it has one level."""
-    levels = [each for each in influences if each.key == key and each.output in OF_BUILDINGS and isfinite(each.spread)]
+    levels = [
+        influence
+        for influence in influences
+        if influence.key == key and influence.output in OF_BUILDINGS and isfinite(influence.spread)
+    ]
     if not levels:
         return ""
-    most = max(levels, key=lambda each: each.share)
+    most = max(levels, key=lambda influence: influence.share)
     if most.share < NOTABLE:
         return f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more"
     return f"{WORDS[key]} changes the {most.what} most, {most.words}"
@@ -248,7 +252,7 @@ def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: floa
     if len(known) < 2:
         only = f"{known[0][0]} alone: scan several to see" if known else "not defined: no run has such a value"
         return Influence(key, what, nan, unit, tuple(known), False, only)
-    least, most = min(known, key=lambda each: each[1]), max(known, key=lambda each: each[1])
+    least, most = min(known, key=lambda level: level[1]), max(known, key=lambda level: level[1])
     turns = least[1] <= limit < most[1]
     is_share = unit == "1" and isfinite(limit)
     words = f"{_said(least[1], unit, is_share)} ({least[0]}) to {_said(most[1], unit, is_share)} ({most[0]})"

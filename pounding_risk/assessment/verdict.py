@@ -102,7 +102,7 @@ def judge(asked: Asked, seen: Seen) -> Verdict:
     closing = seen.motions.closing[:, 0]
     order = np.argsort(-closing, kind="stable")[:GOVERNING]
     governing = tuple(
-        Governing(seen.motions.records[place], seen.motions.polarities[place], float(closing[place])) for place in order
+        Governing(seen.motions.records[index], seen.motions.polarities[index], float(closing[index])) for index in order
     )
     return Verdict(
         word=word,
@@ -193,33 +193,33 @@ def _why(word: str, asked: Asked, seen: Seen) -> str:
 
 def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> list[str]:
     required, counts = seen.required, seen.counts
-    told = [_margin(asked, required), _number(asked, seen)]
-    named = "; ".join(f"{each.record} {each.polarity} {say(each.closing, GAP, 3)}" for each in governing)
-    told.append(f"The motions that close most: {named}.")
+    sentences = [_margin(asked, required), _number(asked, seen)]
+    named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 3)}" for motion in governing)
+    sentences.append(f"The motions that close most: {named}.")
     tail = lognormal_share(seen.motions.closing[:, 0], asked.gap)
     if not np.isnan(tail):
-        told.append(
+        sentences.append(
             f"Were what they close lognormal, P(contact) would be {_percent(tail)}: assumed of the tail, not counted."
         )
     runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
     checked = (
         f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
     )
-    told.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
-    told.append(_whose(asked, seen.motions))
+    sentences.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
+    sentences.append(_whose(asked, seen.motions))
     if seen.held:
-        told.append(
+        sentences.append(
             f"In {seen.held} of these motions no run touches here, as contact elsewhere in the row holds the buildings "
             "apart: each counts all the same, by what it closes without it."
         )
     if seen.lost:
-        told.append(f"Without a finite response, and counted against the verdict: {counted(seen.lost, 'motion')}.")
+        sentences.append(f"Without a finite response, and counted against the verdict: {counted(seen.lost, 'motion')}.")
     if seen.record_doubts:
         more = len(seen.record_doubts) - NAMED_DOUBTS
-        told.append(
+        sentences.append(
             f"Records: {'; '.join(seen.record_doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
         )
-    return told
+    return sentences
 
 
 def _whose(asked: Asked, motions: Motions) -> str:
@@ -385,8 +385,8 @@ def _too_few(basis: Basis) -> str:
     """That so few recordings keep no target at any gap, and how many could."""
     target = percent_words(basis.criterion.target)
     needed = recordings_to_settle(basis._replace(contacts=0, lost=0))
-    told = f"{_recordings(basis.recordings)} cannot show that any gap keeps {target}"
-    return f"{told}: that takes {needed} in all, none of whose motions closes it." if needed else f"{told}."
+    answer = f"{_recordings(basis.recordings)} cannot show that any gap keeps {target}"
+    return f"{answer}: that takes {needed} in all, none of whose motions closes it." if needed else f"{answer}."
 
 
 def _settle(basis: Basis) -> str:

@@ -62,13 +62,13 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 def _laws(dataset: xr.Dataset) -> Laws:
     """The baseline first, then its like, then the other kinds; in the dataset's order within a kind."""
     baseline = str(dataset.attrs["baseline"])
-    found = []
+    laws = []
     names = map(str, dataset["contact_model"].values)
     facts = dataset["dissipates"].values, dataset["capped"].values, with_terms_of_its_own(dataset)
     for name, damped, capped, own in zip(names, *facts, strict=True):
         kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
-        found.append((name, "e and force its own" if own else kind))
-    return sorted(found, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
+        laws.append((name, "e and force its own" if own else kind))
+    return sorted(laws, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
 
 
 def _terms(dataset: xr.Dataset) -> str:
@@ -135,8 +135,8 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
 
 def _legend_below(axis: Any, rows: int) -> None:
     """A legend that covers no law, below the axis' words: as far below as 1.6 of its rows are high."""
-    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
-    axis.legend(fontsize=8, frameon=False, **place)
+    position = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
+    axis.legend(fontsize=8, frameon=False, **position)
 
 
 def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -207,10 +207,10 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
     figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
     for row, unit in enumerate(units):
-        drawn = [place for place in range(len(names)) if dataset["stiffness_unit"].values[place] == unit]
+        drawn = [index for index in range(len(names)) if dataset["stiffness_unit"].values[index] == unit]
         widths = np.linspace(3.2, 1.4, len(drawn))  # lines that lie on one another show: the first is the widest
-        for place, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
-            one = dataset.isel(contact_model=place)
+        for index, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
+            one = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
             force = one["impact_force"].values / 1e6
             axes[row, 0].plot(one["impact_time"].values * 1e3, force, label=_label(one, unit), **look)
@@ -221,10 +221,10 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     axes[-1, 0].set_xlabel("time since the touch [ms]")
     axes[-1, 1].set_xlabel("penetration [mm]")
     without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
-    told = f"{', '.join(without)}: no force against penetration" if without else ""
+    without_force = f"{', '.join(without)}: no force against penetration" if without else ""
     blow = f"{dataset.attrs['reduced_mass'] / 1e3:.4g} t against a wall, same {_terms(dataset)}, without yielding"
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
-    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, told))), note)
+    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, without_force))), note)
     return figure
 
 
@@ -243,10 +243,10 @@ def _reference_finding(dataset: xr.Dataset) -> str:
     damped = dataset.isel(contact_model=np.flatnonzero(dataset["dissipates"].values))
     name, scale, words, unit = other
     low, high = (scale * float(dataset[name].reduce(edge)) for edge in (np.nanmin, np.nanmax))
-    told = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
+    finding = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
     if not damped.sizes["contact_model"]:
-        return told
+        return finding
     e, asked = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
     if np.nanmax(np.abs(e - asked)) < 5e-4:
-        return f"{told}; e {asked:.3g}, as asked for, of all laws that take one"
-    return f"{told}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"
+        return f"{finding}; e {asked:.3g}, as asked for, of all laws that take one"
+    return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"

@@ -36,8 +36,8 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
             acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
             rows.append(_values(dataset, name, output, acted))
         edges = _edges(rows)
-        for place, values in enumerate(rows, 1):
-            _spread(axis, place, values, edges, STYLES[place % len(STYLES)][0])
+        for row, values in enumerate(rows, 1):
+            _spread(axis, row, values, edges, STYLES[row % len(STYLES)][0])
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(words, fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
@@ -75,30 +75,28 @@ def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _spread(axis: Any, place: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
+def _spread(axis: Any, row: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
     axis.set_xlim(*edges)
     if not values.size:
         return
     # Points side by side at random, the same on any day.
-    shifts = np.random.default_rng(place).uniform(-0.18, 0.18, values.size)
-    axis.plot(values, place + shifts, ".", color=colour, markersize=4, alpha=0.5)
+    shifts = np.random.default_rng(row).uniform(-0.18, 0.18, values.size)
+    axis.plot(values, row + shifts, ".", color=colour, markersize=4, alpha=0.5)
     low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
-    axis.plot([low, high], [place, place], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
-    axis.plot([middle, middle], [place - 0.28, place + 0.28], color="black", linewidth=2)
+    axis.plot([low, high], [row, row], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
+    axis.plot([middle, middle], [row - 0.28, row + 0.28], color="black", linewidth=2)
     for edge, beyond, side in ((edges[0], values < edges[0], "left"), (edges[1], values > edges[1], "right")):
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
             words = f"{beyond.sum()} beyond, to {far:+.0f}"
-            axis.annotate(words, (edge, place + 0.42), ha=side, va="center", fontsize=8, color="black")
+            axis.annotate(words, (edge, row + 0.42), ha=side, va="center", fontsize=8, color="black")
 
 
 def _costs(axis: Any, dataset: xr.Dataset) -> None:
     ratios = dataset["time_ratio"].values
-    for place in range(1, len(ratios)):
-        axis.barh(place, ratios[place], height=0.5, color=STYLES[place % len(STYLES)][0])
-        axis.annotate(
-            f"{ratios[place]:.2f}", (ratios[place], place), xytext=(4, 0), textcoords="offset points", va="center"
-        )
+    for row in range(1, len(ratios)):
+        axis.barh(row, ratios[row], height=0.5, color=STYLES[row % len(STYLES)][0])
+        axis.annotate(f"{ratios[row]:.2f}", (ratios[row], row), xytext=(4, 0), textcoords="offset points", va="center")
     axis.axvline(1.0, color=QUIET, linewidth=0.8)
     axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
     axis.set_title("time of a run", fontsize=10)

@@ -98,24 +98,24 @@ def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, Hi
     values = new.samples / new.size
     alone.plot(times, values, color=AFTER, linewidth=0.8)
     alone.set_ylabel(f"[{new.unit}]")
-    place = int(np.abs(values).argmax())
-    alone.plot(times[place], values[place], "o", color="black", markerfacecolor="none", markersize=6)
+    peak = int(np.abs(values).argmax())
+    alone.plot(times[peak], values[peak], "o", color="black", markerfacecolor="none", markersize=6)
     alone.margins(y=0.18)
-    words = f"{abs(values[place]):.3g} {new.unit} at {times[place]:.4g} s"
-    late = times[place] > 0.5 * (times[0] + times[-1])
+    words = f"{abs(values[peak]):.3g} {new.unit} at {times[peak]:.4g} s"
+    late = times[peak] > 0.5 * (times[0] + times[-1])
     alone.annotate(
-        words, (times[place], values[place]), xytext=(-9 if late else 9, 0), textcoords="offset points",
+        words, (times[peak], values[peak]), xytext=(-9 if late else 9, 0), textcoords="offset points",
         ha="right" if late else "left", va="center", fontsize=9,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
     )  # fmt: skip
 
 
 def _processing_finding(before: Motion, after: Motion, old: History, new: Sequence[History]) -> str:
-    ground, fast, far = (float(np.abs(each.samples).max()) for each in new)
+    ground, fast, far = (float(np.abs(history.samples).max()) for history in new)
     peaks = f"PGA {ground / STANDARD_GRAVITY:.3g} g, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
     if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
         return f"{after.name} is left as it is: {peaks}"
-    was, now = (_length(float(each.samples[-1])) for each in (old, new[2]))
+    was, now = (_length(float(history.samples[-1])) for history in (old, new[2]))
     return f"{after.name}: the displacement ends at {now} instead of {was}; {peaks}"
 
 
@@ -136,8 +136,8 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
         axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
     shown = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
     inside = [corner for corner in corners(after) if shown[0] <= corner <= shown[1]]
-    for place, corner in enumerate(inside):
-        words = "" if place else "corners of the filter"
+    for index, corner in enumerate(inside):
+        words = "" if index else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
         inwards = 4 if corner < 1.0 else -4
         axis.annotate(
@@ -165,10 +165,10 @@ def _noise(motion: Motion) -> tuple[Samples, Samples] | None:
     if motion.record.get("state") != RAW:
         return None
     try:
-        found = signal_to_noise(motion.acceleration, motion.dt)
+        spectra = signal_to_noise(motion.acceleration, motion.dt)
     except RecordError:
         return None
-    return found.frequency, found.noise
+    return spectra.frequency, spectra.noise
 
 
 def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
@@ -188,8 +188,8 @@ def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
 
 def corners(motion: Motion) -> tuple[float, ...]:
     """The corners [Hz] of the filter that a motion went through, here or before it was distributed."""
-    told = [motion.record.get(key) for key in ("low_corner", "high_corner")]
-    return tuple(float(each) for each in told if each)
+    known = [motion.record.get(key) for key in ("low_corner", "high_corner")]
+    return tuple(float(corner) for corner in known if corner)
 
 
 def longest_usable(motion: Motion) -> float | None:
@@ -224,8 +224,8 @@ def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemb
     if still:
         raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
     steps, periods = [motion.dt for motion in motions], ensemble_periods(motions)
-    found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
-    return Ensemble(periods, found.pseudo_acceleration, damping)
+    spectra = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
+    return Ensemble(periods, spectra.pseudo_acceleration, damping)
 
 
 def ensemble_periods(motions: Sequence[Motion]) -> Samples:
@@ -262,9 +262,9 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
     periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
     many = len(values) > 1
     look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
-    for place, each in enumerate(values):
+    for index, spectrum in enumerate(values):
         words = f"{len(values)} records" if many else "the record"
-        axis.plot(periods, each, label="" if place else words, **look)
+        axis.plot(periods, spectrum, label="" if index else words, **look)
     if many:
         axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
     if len(values) > 2:
@@ -273,8 +273,8 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
 
 
 def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of: str = "") -> None:
-    for place, level in enumerate(levels):
-        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %{of}"
+    for index, level in enumerate(levels):
+        words = "" if index else f"{levels[0]:g} and {levels[1]:g} %{of}"
         share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
         axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
 
@@ -313,9 +313,9 @@ def selection_figure(
     ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
     what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
-    for place, each in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
-        words = "" if place else f"{len(rows)} {what}, scaled"
-        left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
+    for index, spectrum in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
+        words = "" if index else f"{len(rows)} {what}, scaled"
+        left.plot(ensemble.periods, spectrum, color="#b0b0b0", linewidth=0.6, label=words)
     if len(rows) > 2:
         _percentiles(left, ensemble, percentiles, f" of the {what}")
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
@@ -324,7 +324,7 @@ def selection_figure(
     _usable(left, selection.motions())
     left.legend(fontsize=9, loc="lower left")
     _misfits(right, selection)
-    low, high = (float(each) for each in (selection.median_ratio.min(), selection.median_ratio.max()))
+    low, high = (float(spectrum) for spectrum in (selection.median_ratio.min(), selection.median_ratio.max()))
     range_words = f"{wanted.periods[0]:g} to {wanted.periods[1]:g} s"
     finding = f"{len(rows)} of {selection.considered} candidates: their geometric mean is {low:.2f} to {high:.2f} times"
     factors = [row.factor for row in rows]
@@ -336,12 +336,12 @@ def selection_figure(
 def _misfits(axis: Axes, selection: Selection) -> None:
     """A bar for each candidate, closest first, with its factor."""
     rows = selection.rows
-    for place, row in enumerate(rows):
+    for position, row in enumerate(rows):
         look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
-        axis.barh(place, row.misfit, height=0.7, edgecolor=AFTER, **look)
+        axis.barh(position, row.misfit, height=0.7, edgecolor=AFTER, **look)
         axis.annotate(
             f"× {row.factor:.2f}",
-            (row.misfit, place),
+            (row.misfit, position),
             xytext=(4, 0),
             textcoords="offset points",
             va="center",

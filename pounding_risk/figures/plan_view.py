@@ -85,14 +85,14 @@ def plan_finding(cases: Sequence[RowCase]) -> str:
 
 def _of_rows(cases: Sequence[RowCase]) -> dict[Key, Rings]:
     """Nominal footprints: buildings of a row left to right, rows one above the other from the top down."""
-    found: dict[Key, Rings] = {}
+    footprints: dict[Key, Rings] = {}
     for number, case in enumerate(cases):
         low = -number * (DEPTH + ALLEY)
         for at, building in enumerate(case.buildings):
             left = at * WIDTH
             ends = ((left, low), (left + WIDTH, low), (left + WIDTH, low + DEPTH), (left, low + DEPTH))
-            found[number, building.name] = (np.array(ends),)
-    return found
+            footprints[number, building.name] = (np.array(ends),)
+    return footprints
 
 
 def _checked(footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]], cases: Sequence[RowCase]) -> dict[Key, Rings]:
@@ -108,7 +108,7 @@ def _checked(footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]], cases: S
 
 def _rings(name: str, corners: Any) -> Rings:
     several = isinstance(corners, list | tuple) and np.ndim(corners[0]) == 2
-    rings = [np.asarray(each, dtype=float) for each in (corners if several else [corners])]
+    rings = [np.asarray(ring_corners, dtype=float) for ring_corners in (corners if several else [corners])]
     for ring in rings:
         if ring.ndim != 2 or ring.shape[1:] != (2,) or len(ring) < 3 or not np.isfinite(ring).all():
             raise PoundingError(f"footprint of {name}: is no polygon; give three corners or more, each x and y in m")

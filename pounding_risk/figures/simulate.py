@@ -39,13 +39,13 @@ APART = 0.018  # of the tallest height: levels closer than this leave room for o
 def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
     """Force against time and against penetration of isolated impacts (`collision.Impact`)."""
     figure, axes = blank(1, 2, (10.0, 4.8), sharey=True)
-    labels = [_impact_label(each, impacts) for each in impacts]
+    labels = [_impact_label(impact, impacts) for impact in impacts]
     # Lines that lie on one another show: the first is the widest.
     widths = np.linspace(3.0, 1.4, len(impacts)) if len(impacts) > 1 else [2.0]
-    for (colour, dash), width, each, label in zip(styles(len(impacts)), widths, impacts, labels, strict=True):
+    for (colour, dash), width, impact, label in zip(styles(len(impacts)), widths, impacts, labels, strict=True):
         look = {"color": colour, "linestyle": dash, "linewidth": width}
-        axes[0, 0].plot(each.time * 1e3, each.force / 1e3, label=label, **look)
-        axes[0, 1].plot(each.penetration * 1e3, each.force / 1e3, **look)
+        axes[0, 0].plot(impact.time * 1e3, impact.force / 1e3, label=label, **look)
+        axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
     figure.legend(
@@ -56,37 +56,37 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
 
 
 def _impact_finding(impacts: Sequence[Any]) -> str:
-    flat = [each for each in impacts if plateau(each) > 0.0]
-    rest = [each for each in impacts if plateau(each) == 0.0]
-    if len(flat) < 2 or len({round(each.peak_force) for each in flat}) > 1:
-        forces = [f"{each.peak_force / 1e3:.0f}" for each in impacts if np.isfinite(each.peak_force)]
+    flat = [impact for impact in impacts if plateau(impact) > 0.0]
+    rest = [impact for impact in impacts if plateau(impact) == 0.0]
+    if len(flat) < 2 or len({round(impact.peak_force) for impact in flat}) > 1:
+        forces = [f"{impact.peak_force / 1e3:.0f}" for impact in impacts if np.isfinite(impact.peak_force)]
         return f"Peak force {', '.join(forces)} kN" if forces else "Instant jumps: no finite force, no penetration"
-    lengths = " and ".join(f"{plateau(each) * 1e3:.1f} ms ({each.mass:.0f} kg)" for each in flat)
+    lengths = " and ".join(f"{plateau(impact) * 1e3:.1f} ms ({impact.mass:.0f} kg)" for impact in flat)
     finding = f"Equal plateaus of {flat[0].peak_force / 1e3:.0f} kN for {lengths}"
     if not rest:
         return finding
-    speeds = " and ".join(f"{speed:g}" for speed in sorted({each.approach_speed for each in rest}))
-    peaks = " and ".join(f"{each.peak_force / 1e3:.0f}" for each in rest)
+    speeds = " and ".join(f"{speed:g}" for speed in sorted({impact.approach_speed for impact in rest}))
+    peaks = " and ".join(f"{impact.peak_force / 1e3:.0f}" for impact in rest)
     return f"{finding}; none at {speeds} m/s ({peaks} kN)"
 
 
-def plateau(each: Any) -> float:
+def plateau(impact: Any) -> float:
     """Time an impact spends at its largest force, to a millionth of it [s]."""
-    at_top = each.force >= each.peak_force * (1.0 - 1e-6)
-    times = each.time[at_top]
+    at_top = impact.force >= impact.peak_force * (1.0 - 1e-6)
+    times = impact.time[at_top]
     return float(times[-1] - times[0]) if at_top.sum() > 1 else 0.0
 
 
-def _impact_label(each: Any, impacts: Sequence[Any]) -> str:
+def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
     parts = []
     if len({other.law for other in impacts}) > 1:
-        parts.append(law_words(each.law))
+        parts.append(law_words(impact.law))
     if len({other.mass for other in impacts}) > 1 or not parts:
-        parts.append(f"{each.mass:.0f} kg")
+        parts.append(f"{impact.mass:.0f} kg")
     if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
-        parts.append(f"{each.approach_speed:g} m/s")
-    asked = "e" if np.isnan(each.restitution_asked) else f"e asked {each.restitution_asked:.2f}, achieved"
-    return f"{', '.join(parts)}: {asked} {each.restitution:.2f}"
+        parts.append(f"{impact.approach_speed:g} m/s")
+    asked = "e" if np.isnan(impact.restitution_asked) else f"e asked {impact.restitution_asked:.2f}, achieved"
+    return f"{', '.join(parts)}: {asked} {impact.restitution:.2f}"
 
 
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
@@ -135,8 +135,8 @@ def _gap_and_contacts(axes: Axes, run: xr.Dataset) -> None:
     gap = float(run["gap"]) * 1e3
     axes.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
-    for place, (start, end) in enumerate(spans):
-        axes.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if place else "in contact")
+    for index, (start, end) in enumerate(spans):
+        axes.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
 
 
 def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
@@ -174,8 +174,8 @@ def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list
 
 
 def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
-    for each in panels:
-        each.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
+    for panel in panels:
+        panel.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
     panels[0].annotate(
         f"they part at {parted:.2f} s", (parted, 0.97), xycoords=("data", "axes fraction"), xytext=(-4, 0),
         textcoords="offset points", ha="right", va="top", fontsize=9, color=QUIET,
@@ -192,8 +192,8 @@ def parting(first: xr.Dataset, second: xr.Dataset) -> float:
 
 def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
     values = run["relative_displacement"].values
-    place = int(np.abs(values).argmax())
-    return float(run["time"].values[place]), float(values[place])
+    index = int(np.abs(values).argmax())
+    return float(run["time"].values[index]), float(values[index])
 
 
 def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
@@ -224,11 +224,11 @@ def roofs_of(run: xr.Dataset) -> np.ndarray:
     """Displacement of the roof of each building [m], (time, building); zero for a rigid one."""
     moved = run["displacement"].transpose("time", "building", "storey").values
     storeys = run["building_storeys"].values.astype(int)
-    found = np.zeros(moved.shape[:2])
+    roofs = np.zeros(moved.shape[:2])
     for at, count in enumerate(storeys):
         if count:
-            found[:, at] = moved[:, at, count - 1]
-    return found
+            roofs[:, at] = moved[:, at, count - 1]
+    return roofs
 
 
 def _peaks_of_roofs(run: xr.Dataset) -> np.ndarray:
@@ -261,17 +261,17 @@ def row_run_finding(run: xr.Dataset) -> str:
 
 def _row_run_words(run: xr.Dataset) -> str:
     gaps = 1e3 * run["interface_gap"].values
-    told = f"gap {gaps.min():.3g}" + (f" to {gaps.max():.3g} mm" if np.ptp(gaps) > 0.0 else " mm")
+    gap_words = f"gap {gaps.min():.3g}" + (f" to {gaps.max():.3g} mm" if np.ptp(gaps) > 0.0 else " mm")
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
-    words = f"{law_words(run.attrs['contact_model'])}, {told}, {motion_words(run.attrs)}{effects}"
+    words = f"{law_words(run.attrs['contact_model'])}, {gap_words}, {motion_words(run.attrs)}{effects}"
     return f"{run.attrs['title']}: {words}"
 
 
 def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[str]) -> None:
     """The columns with the largest values in colour and with their names, what is left in grey behind them."""
     order = np.argsort(-np.nanmax(np.abs(values), axis=0, initial=0.0), kind="stable")
-    for place, at in enumerate(order[NAMED:]):
-        label = None if place else f"{len(names) - NAMED} others"
+    for index, at in enumerate(order[NAMED:]):
+        label = None if index else f"{len(names) - NAMED} others"
         axis.plot(time, values[:, at], color=OTHERS, linewidth=0.6, zorder=1.5, label=label)
     for (colour, dash), at in zip(styles(NAMED), order, strict=False):
         axis.plot(time, values[:, at], color=colour, linestyle=dash, linewidth=1.0, label=plain(names[at]))
@@ -308,15 +308,15 @@ def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
 def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
     """Every contact point; of two too close for both numbers, the stronger one's are written."""
     peaks = np.nan_to_num(run[f"contact_point_{FORCE}"].values)
-    told: list[tuple[int, float]] = []
+    written: list[tuple[int, float]] = []
     for at in np.argsort(-peaks, kind="stable"):
         one = run.isel(contact_point=at)
         interface, level = int(one["contact_point_interface"]), float(one["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
         _contact_point(axis, one, (middles[interface], level), peaks[at] / (peaks.max() or 1.0))
-        is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in told)
+        is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in written)
         if peaks[at] > 0.0 and not is_near:
-            told.append((interface, level))
+            written.append((interface, level))
             axis.annotate(
                 f"{force_told(float(peaks[at]))}, {int(one['contact_point_impact_count'])}×",
                 (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
@@ -324,11 +324,11 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
             )  # fmt: skip
 
 
-def _contact_point(axis: Any, one: xr.Dataset, place: tuple[float, float], share: float) -> None:
+def _contact_point(axis: Any, one: xr.Dataset, position: tuple[float, float], share: float) -> None:
     """A contact point in the colour of its share of the largest force; white and small where nothing touches."""
     look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
     if share > 0.0:
         yields = int(one["contact_point_yield_exceedance"]) == 1
         look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
         look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields else {"edgecolors": "black", "linewidths": 0.9}
-    axis.scatter(*place, marker=MARKERS[str(one["contact_point_kind"].values)], zorder=5, **look)
+    axis.scatter(*position, marker=MARKERS[str(one["contact_point_kind"].values)], zorder=5, **look)

@@ -65,10 +65,10 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
             axes[row, column].set_xlabel(QUANTITIES[name].words, fontsize=9)
         axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in chosen)))
     for column, at in enumerate(chosen):
-        found = profile(case, at, rows[0])
-        told = f"{found.motions} of {counted(case.motions, 'motion')}" if found.motions else "no contact"
+        shown = profile(case, at, rows[0])
+        motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
         building = case.buildings[at]
-        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{told}"), fontsize=9.5)
+        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     _legend(figure)
     if titled:
         heading(figure, profiles_finding(case), [case], note)
@@ -77,19 +77,19 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
 
 def profiles_finding(case: RowCase) -> str:
     """What contact does to the largest storey drift, at the ends of the row and inside it."""
-    told = []
+    parts = []
     for position, where in (("end", "at the row's ends"), ("interior", "inside the row")):
         ratios = [
             amplification(case, at)
-            for at, each in enumerate(case.buildings)
-            if each.position == position and _storeys(case, at)
+            for at, shape in enumerate(case.buildings)
+            if shape.position == position and _storeys(case, at)
         ]
         known = [ratio for ratio in ratios if np.isfinite(ratio)]
         if known:
-            told.append(f"{np.median(known):.2f} times {where}")
-    if not told:
+            parts.append(f"{np.median(known):.2f} times {where}")
+    if not parts:
         return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
-    return f"With contact the largest storey drift is {' and '.join(told)} what it is without, in the median"
+    return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"
 
 
 def amplification(case: RowCase, building: int, name: str = "peak_drift") -> float:
@@ -99,8 +99,8 @@ def amplification(case: RowCase, building: int, name: str = "peak_drift") -> flo
     """
     touched = any_of_building(case, "impact_count", building) == 1.0
     both = [
-        case.results[each].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
-        for each in (name, f"{name}_free")
+        case.results[output].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
+        for output in (name, f"{name}_free")
     ]
     ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
     known = ratio[np.isfinite(ratio)]
@@ -117,13 +117,13 @@ def profile(case: RowCase, building: int, name: str) -> Profile:
     motions = int(touched.sum())
     taken = touched if motions else np.isfinite(answers)
     count = len(case.buildings[building].levels)
-    found = []
+    spreads = []
     for suffix in ("_free", ""):
         values = (
             case.results[f"{name}{suffix}"].isel(building=building).transpose("record", "polarity", "storey").values
         )
-        found.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[taken, :count])))
-    return Profile(found[0], found[1], motions)
+        spreads.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[taken, :count])))
+    return Profile(spreads[0], spreads[1], motions)
 
 
 def _in_units(case: RowCase, building: int, name: str, values: Array) -> Array:
@@ -157,9 +157,9 @@ def _chosen(case: RowCase, names: Sequence[str]) -> list[int]:
 
 
 def _panel(axis: Any, case: RowCase, building: int, name: str) -> None:
-    found, quantity = profile(case, building, name), QUANTITIES[name]
+    spread, quantity = profile(case, building, name), QUANTITIES[name]
     levels = np.array(case.buildings[building].levels)
-    for values, (colour, dash) in ((found.free, WITHOUT), (found.struck, WITH)):
+    for values, (colour, dash) in ((spread.free, WITHOUT), (spread.struck, WITH)):
         heights, (low, middle, high) = _against_height(levels, values, quantity.of_storey)
         if heights.size == 1:  # one floor: no area between its ends
             axis.plot([low[0], high[0]], [heights[0]] * 2, color=colour, alpha=0.3, linewidth=5.0)
@@ -179,16 +179,16 @@ def _against_height(levels: Array, values: Array, of_storey: bool) -> tuple[Arra
 
 def _contacts(axis: Any, case: RowCase, building: int) -> None:
     """A mark on the side of the neighbour, at each level of contact; full where a motion touches there."""
-    for place in case.places:
-        if building not in (place.interface, place.interface + 1):
+    for point in case.places:
+        if building not in (point.interface, point.interface + 1):
             continue
-        is_right = building == place.interface
-        face = "black" if place.touch.contact > 0.0 else "white"
+        is_right = building == point.interface
+        face = "black" if point.touch.contact > 0.0 else "white"
         axis.plot(
-            1.0 if is_right else 0.0, place.level, "<" if is_right else ">", transform=axis.get_yaxis_transform(),
+            1.0 if is_right else 0.0, point.level, "<" if is_right else ">", transform=axis.get_yaxis_transform(),
             color="black", markerfacecolor=face, markersize=6, clip_on=False, zorder=5,
         )  # fmt: skip
-        axis.axhline(place.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
+        axis.axhline(point.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
 
 
 def _legend(figure: Figure) -> None:

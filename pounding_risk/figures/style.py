@@ -51,9 +51,9 @@ def blank(
 
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **options)
-    for each in axes.flat:
-        each.grid(True, color="#dddddd", linewidth=0.6)
-        each.set_axisbelow(True)
+    for axis in axes.flat:
+        axis.grid(True, color="#dddddd", linewidth=0.6)
+        axis.set_axisbelow(True)
     return figure, axes
 
 
@@ -123,7 +123,7 @@ def svg_text(figure: Figure) -> str:
 
 def styles(count: int) -> list[tuple[str, str]]:
     """So many pairs of colour and dash."""
-    return [STYLES[place % len(STYLES)] for place in range(count)]
+    return [STYLES[index % len(STYLES)] for index in range(count)]
 
 
 def rule_mark(verification: str) -> dict[str, Any]:

@@ -111,12 +111,12 @@ def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
         "facts": _facts(run, shown),
         "buildings": [
             {
-                "name": each.name,
-                "levels": each.levels,
-                "rigid": each.is_rigid,
+                "name": shape.name,
+                "levels": shape.levels,
+                "rigid": shape.is_rigid,
                 "floors": int(has_floors[at].sum()),
             }
-            for at, each in enumerate(standing(run))
+            for at, shape in enumerate(standing(run))
         ],
         "gaps": _gaps(run),
         "points": [
@@ -141,16 +141,16 @@ def _gaps(run: xr.Dataset) -> list[float]:
 
 def _facts(run: xr.Dataset, shown: Frames) -> str:
     """One sentence on what runs, and one on what is seen of it."""
-    told = [law_words(str(run.attrs[name])) for name in TOLD if name in run.attrs]
+    facts = [law_words(str(run.attrs[name])) for name in TOLD if name in run.attrs]
     if "pga" in run.attrs:
-        told.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
+        facts.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
     gaps = _gaps(run)
     widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
-    told.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
+    facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
     peak = float(shown.force.max(initial=0.0))
     touched = int((shown.force > 0.0).any(axis=0).sum())
     ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_told(peak)}"
-    return f"{', '.join(told)}. {ends if touched else 'Nothing touches'}."
+    return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
 
 
 def page(model: dict[str, Any]) -> str:

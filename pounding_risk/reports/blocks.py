@@ -55,7 +55,7 @@ def milliseconds(seconds: float) -> Cell:
 
 def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
     """Two ends of a range, as they are shown in the unit of the column's head."""
-    ends = [number(each, unit, digits) for each in (low, high)]
+    ends = [number(end, unit, digits) for end in (low, high)]
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
 
 
@@ -71,7 +71,7 @@ def percentiles(values: Any) -> tuple[float, float, float]:
 
 def middle(spread: tuple[float, float, float], unit: str) -> Cell:
     """A median, and in brackets the range of the middle 68 %; the raw values in this order."""
-    low, median, high = (number(each, unit, 3) for each in spread)
+    low, median, high = (number(value, unit, 3) for value in spread)
     if median["raw"] is None:
         return median
     text = f"{median['text']} ({low['text']} to {high['text']})"
@@ -147,7 +147,7 @@ def evenly(count: int, most: int) -> list[int]:
     """Places of at most so many of ``count`` rows, evenly spread, first and last among them."""
     if count <= most:
         return list(range(count))
-    return sorted({round(place * (count - 1) / (most - 1)) for place in range(most)})
+    return sorted({round(index * (count - 1) / (most - 1)) for index in range(most)})
 
 
 def _cell(value: Cell | str) -> Cell:

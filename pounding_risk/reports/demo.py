@@ -26,21 +26,21 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     say("A first run compiles the contact laws, which takes some ten seconds for each.")
     elastic, plastic = runs.figure_8(study)
     _tell(say, runs.pair_findings(elastic, plastic))
-    found = runs.window(study)
-    _tell(say, runs.window_findings(found))
+    window = runs.window(study)
+    _tell(say, runs.window_findings(window))
     ensemble = runs.scan(runs.scene("ensemble"))
     _tell(say, runs.ensemble_findings(ensemble))
     drawn = {
         "paper.png": figures.comparison_figure([elastic, plastic], note=assumed.replace("F_E", "$F_E$")),
         "impacts.png": figures.impact_figure(runs.figure_4(), note=runs.STRIKER_NOTE),
         "yield_force.png": figures.window_figure(
-            found.searched, (found.low, found.high), note=f"{_damping(study)} assumed"
+            window.searched, (window.low, window.high), note=f"{_damping(study)} assumed"
         ),
         "map.png": figures.scan_figure(ensemble, note=f"{_damping(study)} assumed"),
         "ratio.png": figures.ratio_figure(ensemble, note=f"{_damping(study)} assumed"),
     }
     written = {name: figures.write(figure, target / name) for name, figure in drawn.items()}
-    for name, dataset in {"paper.nc": plastic, "yield_force.nc": found.searched, "ensemble.nc": ensemble}.items():
+    for name, dataset in {"paper.nc": plastic, "yield_force.nc": window.searched, "ensemble.nc": ensemble}.items():
         written[name] = save(dataset, target / name)
     written["report.html"] = report(written["ensemble.nc"], target / "report.html")
     say(f"Next: change {_scene_file(target, 'ensemble')} to your own pair, and `pounding-risk scan` it.")
@@ -64,7 +64,7 @@ def _assumed(study: Study) -> str:
 
 def _damping(study: Study) -> str:
     return (
-        " and ".join(f"{100.0 * value:g} %" for value in sorted({each.damping for each in study.buildings}))
+        " and ".join(f"{100.0 * value:g} %" for value in sorted({building.damping for building in study.buildings}))
         + " damping"
     )
 

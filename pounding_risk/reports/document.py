@@ -47,8 +47,8 @@ def build(material: Material) -> Document:
             sections.append({"name": name, "title": title, "blocks": blocks})
     whole = _shortened(sections)
     if whole:
-        said = paragraph("Tables of which the text above shows some rows.")
-        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [said, *whole]})
+        explained = paragraph("Tables of which the text above shows some rows.")
+        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *whole]})
     _number(sections)
     return {
         "title": str(material.results.attrs.get("title") or "Pounding of adjacent buildings"),
@@ -74,15 +74,15 @@ def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
                 "anchor": anchor,
                 "text": f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand in the appendix.",
             }
-            block["rows"] = [block["rows"][place] for place in block["keep"]]
+            block["rows"] = [block["rows"][index] for index in block["keep"]]
     return whole
 
 
 def _number(sections: list[dict[str, Any]]) -> None:
     """Sections, tables and figures by number, in the order in which they stand."""
     counts = {"table": 0, "figure": 0}
-    for place, section in enumerate(sections, start=1):
-        section["number"] = place
+    for number, section in enumerate(sections, start=1):
+        section["number"] = number
         for block in section["blocks"]:
             if block["kind"] in counts:
                 counts[block["kind"]] += 1

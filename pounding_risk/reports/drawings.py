@@ -51,16 +51,16 @@ def draw(
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
     if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
-    opened = [with_axes(open_results(each) if isinstance(each, str | Path) else each) for each in listed]
+    opened = [with_axes(open_results(dataset) if isinstance(dataset, str | Path) else dataset) for dataset in listed]
     written = () if moving is None else (_animated(opened[0], moving),)
     if not targets:
         return written
     options = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force, "pga": pga}
-    cases = [row_case(each, **options) for each in opened]  # type: ignore[arg-type]
-    found = {name: _figure(name, cases, street, building) for name in targets}
+    cases = [row_case(dataset, **options) for dataset in opened]  # type: ignore[arg-type]
+    drawn = {name: _figure(name, cases, street, building) for name in targets}
     from pounding_risk.figures.style import write
 
-    return (*written, *(write(found[name], target) for name, target in targets.items()))
+    return (*written, *(write(drawn[name], target) for name, target in targets.items()))
 
 
 def _animated(run: xr.Dataset, target: Path) -> Path:
@@ -90,7 +90,7 @@ def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
 
     block = read_block(street)
     houses = [*(house for row in block.rows for house in row.buildings), *block.in_no_row]
-    found = {house.name: house.footprint.rings for house in houses if house.footprint is not None}
-    if not found:
+    footprints = {house.name: house.footprint.rings for house in houses if house.footprint is not None}
+    if not footprints:
         raise PoundingError(f"{street}: has no footprints; a plan to scale needs a GeoJSON with polygons")
-    return found
+    return footprints

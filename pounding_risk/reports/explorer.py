@@ -86,9 +86,9 @@ def chosen(dataset: xr.Dataset, wanted: Mapping[str, Sequence[Any]], source: str
         if len(values) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
-        places = [_place(axis, value, labels, source) for value in values]
+        indices = [_place(axis, value, labels, source) for value in values]
         if axis in dataset.dims:
-            dataset = dataset.isel({axis: sorted(set(places))})
+            dataset = dataset.isel({axis: sorted(set(indices))})
     return dataset
 
 
@@ -121,9 +121,9 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     hint = "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
         hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
-    each = " of all interfaces" if "interface" in dataset.dims else ""
+    of_all = " of all interfaces" if "interface" in dataset.dims else ""
     raise PoundingError(
-        f"{source}: {cases:,} cases{each} are more than the {MOST_CASES:,} that a page can hold; {hint}"
+        f"{source}: {cases:,} cases{of_all} are more than the {MOST_CASES:,} that a page can hold; {hint}"
     )
 
 
@@ -154,11 +154,11 @@ def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None
     if not _has_profiles(dataset):
         return None
     deep = [*axes, "storey"]
-    levels = [[float(level) for level in each if np.isfinite(level)] for each in _floors(dataset)]
-    places = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
+    levels = [[float(level) for level in floors if np.isfinite(level)] for floors in _floors(dataset)]
+    points = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
     return {
         "levels": levels,
-        "points": [[int(at), float(level)] for at, level in places if np.isfinite(level)],
+        "points": [[int(at), float(level)] for at, level in points if np.isfinite(level)],
         "quantities": [
             {
                 "of_storey": of_storey,
@@ -201,28 +201,28 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
 
 def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> Iterable[Hashable]:
     """Outputs of each case, whether there was contact first; then those of each motion without contact."""
-    each = [name for name, found in dataset.data_vars.items() if set(MAP) <= set(found.dims) <= set(axes)]
-    alone = [name for name, found in dataset.data_vars.items() if _is_free(str(name), found.dims, axes)]
-    return ["contact", *(name for name in each if name not in ("contact", *TOLD)), *alone]
+    of_cases = [name for name, variable in dataset.data_vars.items() if set(MAP) <= set(variable.dims) <= set(axes)]
+    alone = [name for name, variable in dataset.data_vars.items() if _is_free(str(name), variable.dims, axes)]
+    return ["contact", *(name for name in of_cases if name not in ("contact", *TOLD)), *alone]
 
 
 def _is_free(name: str, dims: tuple[Hashable, ...], axes: Sequence[str]) -> bool:
     return name.endswith("_free") and bool(dims) and set(dims) <= set(axes) - set(NO_CASE)
 
 
-def _variable(found: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
-    found = found.transpose(*(axis for axis in axes if axis in found.dims))
-    unit, factor = SHOWN.get(str(found.attrs.get("units", "1")), (str(found.attrs.get("units")), 1.0))
-    kind = "f4" if found.dtype.kind == "f" else "i4"
+def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
+    variable = variable.transpose(*(axis for axis in axes if axis in variable.dims))
+    unit, factor = SHOWN.get(str(variable.attrs.get("units", "1")), (str(variable.attrs.get("units")), 1.0))
+    kind = "f4" if variable.dtype.kind == "f" else "i4"
     return {
-        "name": str(found.name),
-        "words": str(found.attrs.get("long_name", "")),
+        "name": str(variable.name),
+        "words": str(variable.attrs.get("long_name", "")),
         "unit": unit,
         "factor": factor,
-        "share": found.name in SHARES,
-        "dims": list(found.dims),
+        "share": variable.name in SHARES,
+        "dims": list(variable.dims),
         "kind": kind,
-        "data": packed(found.values, kind),
+        "data": packed(variable.values, kind),
     }
 
 
@@ -273,15 +273,17 @@ def _facts(dataset: xr.Dataset) -> list[str]:
 def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
     if "interface" not in dataset.dims:
         return []
-    told = []
+    sentences = []
     if "interface_gap" in dataset.variables:
         gaps = dataset["interface_gap"].transpose("gap", "interface").values
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
-        told.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
+        sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
-        told.append("Storey profiles are left out, there are too many; choose fewer records or models to see them.")
-    return told
+        sentences.append(
+            "Storey profiles are left out, there are too many; choose fewer records or models to see them."
+        )
+    return sentences
 
 
 def row_pictures(dataset: xr.Dataset) -> str:

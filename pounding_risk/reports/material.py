@@ -84,13 +84,13 @@ class Material:
     def pairs(self) -> tuple[Pair, ...]:
         """Every interface, in order."""
         parts = zip(self.assessment.interfaces, interfaces(self.results), strict=True)
-        return tuple(self._pair(place, found, each) for place, (found, (_, each)) in enumerate(parts, start=1))
+        return tuple(self._pair(number, assessed, part) for number, (assessed, (_, part)) in enumerate(parts, start=1))
 
-    def _pair(self, place: int, found: InterfaceAssessment, results: xr.Dataset) -> Pair:
+    def _pair(self, number: int, assessed: InterfaceAssessment, results: xr.Dataset) -> Pair:
         if "pga" in results.dims:
-            results = results.isel(pga=int(np.abs(results["pga"].values - found.amplitude).argmin()))
+            results = results.isel(pga=int(np.abs(results["pga"].values - assessed.amplitude).argmin()))
         codes = code_table(results, self.assessment.percentile)
-        return Pair(found.name, f"interface-{place}", found, codes, results, f", motions {found.at}")
+        return Pair(assessed.name, f"interface-{number}", assessed, codes, results, f", motions {assessed.at}")
 
     @property
     def is_row(self) -> bool:
@@ -121,7 +121,7 @@ class Material:
     @cached_property
     def records(self) -> dict[str, dict[str, Any]]:
         """What is known of each record, by its name."""
-        return {each["name"]: each for each in self.facts("records", [])}
+        return {entry["name"]: entry for entry in self.facts("records", [])}
 
     @property
     def yield_force(self) -> float:
@@ -183,9 +183,11 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
     missing = [name for name in NEEDED if name not in dataset]
     if missing or "scene_resolved" not in dataset.attrs:
         kind = kind_of(dataset)
-        found = f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
+        description = (
+            f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
+        )
         raise PoundingError(
-            f"{whose}: is {found}; a report is written from what `pounding-risk scan` writes"
+            f"{whose}: is {description}; a report is written from what `pounding-risk scan` writes"
             + (f": name the scan first, and this one with --with {whose}" if kind else "")
         )
     late = [name for name in ADDED if name not in dataset.variables]
@@ -213,14 +215,14 @@ def _with_origin(path: Path) -> xr.Dataset:
 
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
     """Datasets of other commands by the command's name; raises PoundingError for another, or two of one kind."""
-    found: dict[str, xr.Dataset] = {}
-    for each in also:
-        whose = str(each) if isinstance(each, str | Path) else "a dataset"
-        dataset = _with_origin(Path(each)) if isinstance(each, str | Path) else each
+    datasets: dict[str, xr.Dataset] = {}
+    for result in also:
+        whose = str(result) if isinstance(result, str | Path) else "a dataset"
+        dataset = _with_origin(Path(result)) if isinstance(result, str | Path) else result
         kind = kind_of(dataset)
         if not kind:
             raise PoundingError(f"{whose}: was written by none of {', '.join(KINDS)}; leave it out")
-        if kind in found:
+        if kind in datasets:
             raise PoundingError(f"{whose}: is the second dataset of `pounding-risk {kind}`; name one of each kind")
-        found[kind] = dataset
-    return found
+        datasets[kind] = dataset
+    return datasets

@@ -85,10 +85,10 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
 
 
 def _displacements(left: ArrayLike, right: ArrayLike) -> tuple[Any, Any]:
-    found = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    for value in found:
+    pair = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
+    for value in pair:
         _refuse(value, ~(value >= 0.0), "peak displacement", "at least 0")
-    return found
+    return pair
 
 
 def _refuse(value: Any, wrong: Any, what: str, allowed: str) -> None:

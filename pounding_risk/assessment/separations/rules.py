@@ -56,7 +56,7 @@ class Case(NamedTuple):
     @property
     def design(self) -> tuple[Any, Any]:
         """The displacements [m] that codes call inelastic or design displacements."""
-        left, right = (np.asarray(each, float) for each in self.displacements)
+        left, right = (np.asarray(displacement, float) for displacement in self.displacements)
         return left * self.site.factors[0], right * self.site.factors[1]
 
     @property
@@ -88,7 +88,7 @@ class Rule(NamedTuple):
 
 def _mexico(case: Case, least: float, share: dict[str, float], moved: tuple[Any, Any]) -> Any:
     """Sum of both setbacks at the level of the lower roof, halved where the two are alike."""
-    setbacks = [np.maximum(least, each + share[case.site.zone or ""] * case.lower) for each in moved]
+    setbacks = [np.maximum(least, displacement + share[case.site.zone or ""] * case.lower) for displacement in moved]
     return (setbacks[0] + setbacks[1]) * (0.5 if case.site.aligned and case.site.alike else 1.0)
 
 

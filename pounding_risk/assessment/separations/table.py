@@ -136,7 +136,9 @@ class CodeTable(ShortRepr):
         """In words: how the three combinations do in these motions."""
         if not self.motions:
             return "No motion closes any gap between these buildings"
-        first, *others = (_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS)
+        first, *others = (
+            _judged(comparison, self.motions) for comparison in self.rules if comparison.row.rule in COMBINATIONS
+        )
         start = f"Of {counted(self.motions, 'motion')} {first[0]} falls short in {first[1]}"
         start += f" ({first[2]} times the gap needed in the median)"
         return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
@@ -186,7 +188,7 @@ def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
 def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
     if len(buildings) != 2 or len(tuple(displacements)) != 2:
         raise PoundingError(f"{len(buildings)} buildings; a separation is between two: choose a pair of neighbours")
-    for value in np.concatenate([np.ravel(np.asarray(each, float)) for each in displacements]):
+    for value in np.concatenate([np.ravel(np.asarray(displacement, float)) for displacement in displacements]):
         if not (isfinite(value) and value >= 0.0):
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
     ground = None if site.ground is None else (site.ground,)

@@ -26,7 +26,7 @@ def write(material: Material) -> list[Block]:
     results = material.results
     simulated = int((results["simulated"] == 1).sum())
     total = results["status"].size
-    told: list[tuple[str, Cell | str]] = [
+    rows: list[tuple[str, Cell | str]] = [
         ("relative tolerance of the solver", number(results.attrs["rtol"])),
         ("cases", count(total)),
         ("with a run of their own", count(simulated)),
@@ -36,7 +36,7 @@ def write(material: Material) -> list[Block]:
         *_failed(results),
     ]
     blocks = [
-        facts("Tolerance, runs made again, energy and failures.", told),
+        facts("Tolerance, runs made again, energy and failures.", rows),
         paragraph(
             "Between contacts the motion is exact for a ground acceleration that is linear between samples; in contact "
             "the integration keeps the tolerance and lands on every event. A case without a run of its own has exactly "
@@ -53,7 +53,7 @@ def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
     if "sensitive" not in results or not (results["sensitive"] >= 0).any():
         return [("made again at a tighter tolerance", "none")]
     flags = results["sensitive"]
-    told: list[tuple[str, Cell | str]] = [
+    rows: list[tuple[str, Cell | str]] = [
         ("made again at a tighter tolerance", count((flags >= 0).sum())),
         ("of these sensitive: an answer moves by more than the tolerance", count((flags == 1).sum())),
     ]
@@ -61,10 +61,10 @@ def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         values = results[name].values
         values = values[np.isfinite(values)]
         if values.size:
-            told.append((f"{words} moved by, median", number(np.median(values), digits=2)))
-            told.append((f"{words} moved by, largest", number(values.max(), digits=2)))
-    told += [(f"runs whose {words} changed", count((results[name] > 0).sum())) for name, words in COUNTED.items()]
-    return told
+            rows.append((f"{words} moved by, median", number(np.median(values), digits=2)))
+            rows.append((f"{words} moved by, largest", number(values.max(), digits=2)))
+    rows += [(f"runs whose {words} changed", count((results[name] > 0).sum())) for name, words in COUNTED.items()]
+    return rows
 
 
 def _residuals(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
@@ -93,8 +93,8 @@ def _failed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         for code, slug in zip(codes, meanings, strict=True)
         if code != 0
     ]
-    found: list[tuple[str, Cell | str]] = [(words, count(times)) for words, times in counts if times]
-    return found or [("failed", count(0))]
+    failed: list[tuple[str, Cell | str]] = [(words, count(times)) for words, times in counts if times]
+    return failed or [("failed", count(0))]
 
 
 def _settings(dataset: xr.Dataset) -> list[Block]:
@@ -111,9 +111,9 @@ def _settings(dataset: xr.Dataset) -> list[Block]:
         outputs = ("peak_relative_displacement", "peak_contact_force")
         time = float(one["time"].sel(output=outputs[0]))
         errors = [one["error"].sel(output=name).values for name in outputs]
-        worst = [each[~np.isnan(each)].max(initial=-np.inf) for each in errors]
+        worst = [error[~np.isnan(error)].max(initial=-np.inf) for error in errors]
         if all(np.isfinite(worst)):
-            rows.append([setting, milliseconds(time), *(number(each, digits=2) for each in worst)])
+            rows.append([setting, milliseconds(time), *(number(error, digits=2) for error in worst)])
     return [
         heading("What accuracy costs", "accuracy-cost"),
         paragraph(str(dataset.attrs["finding"])),

@@ -358,7 +358,11 @@ def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
         colour, dash = (of_contact if curve.what == "contact" else of_yielding).pop(0)
         look = {"color": colour, "linestyle": dash, "linewidth": 1.8}
         axis.plot(im / STANDARD_GRAVITY, 100.0 * curve.probability(im), label=_curve_words(curve), **look)
-        points = [(each.im / STANDARD_GRAVITY, 100.0 * each.count / each.runs) for each in curve.stripes if each.runs]
+        points = [
+            (stripe.im / STANDARD_GRAVITY, 100.0 * stripe.count / stripe.runs)
+            for stripe in curve.stripes
+            if stripe.runs
+        ]
         axis.plot(*np.array(points).T, "o", color=colour, markersize=5, markerfacecolor="none")
     axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
     axis.set_xlim(0.0, float(im[-1]) / STANDARD_GRAVITY)
@@ -467,5 +471,5 @@ def _sensitivity(material: Material, pair: Pair) -> list[Block]:
     return [
         heading("What sways it", f"{pair.anchor}-influences"),
         paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
-        listing(f"{each.what}, by {name_of(each.key)}: {each.words}." for each in influences),
+        listing(f"{influence.what}, by {name_of(influence.key)}: {influence.words}." for influence in influences),
     ]

@@ -19,23 +19,23 @@ ORDER = 110
 
 def write(material: Material) -> list[Block]:
     """The scene as written and as resolved, how it was run, versions, record files and what was done to them."""
-    told = material.results.attrs
+    attributes = material.results.attrs
     blocks = [
         paragraph(
             "To run this study again, save the scene below under the name that the first command has for it, give the "
             "commands, and compare the checksums of the record files."
-            + (" With the results file at hand, pounding-risk rerun does all of it." if "options" in told else "")
+            + (" With the results file at hand, pounding-risk rerun does all of it." if "options" in attributes else "")
         ),
         source("Commands.", "\n".join(_commands(material))),
-        source("The scene, as written.", str(told.get("scene", ""))),
+        source("The scene, as written.", str(attributes.get("scene", ""))),
         facts("Versions.", sorted(material.facts("versions", {}).items())),
-        *([facts("Digests.", digests)] if (digests := _digests(told)) else []),
+        *([facts("Digests.", digests)] if (digests := _digests(attributes)) else []),
         _files(material),
         heading("Origin and terms of the records", "origins"),
         listing(_origins(material)),
         heading("Processing", "processing"),
         listing(_steps(material)),
-        source("The scene, every value stated.", str(told["scene_resolved"])),
+        source("The scene, every value stated.", str(attributes["scene_resolved"])),
     ]
     asked = material.assessment
     if asked.hazard_rows:
@@ -53,19 +53,19 @@ def write(material: Material) -> list[Block]:
     return blocks
 
 
-def _digests(told: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _digests(attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What tells this scene and these kernels from any others, where the results say so."""
     names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
-    return [(words, str(told[name])) for name, words in names.items() if name in told]
+    return [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
 
 
 def _commands(material: Material) -> list[str]:
     """The command that made the dataset, where one did, or one that makes the same."""
-    told = material.results.attrs
-    if told.get("command"):
-        scan = str(told["command"])
+    attributes = material.results.attrs
+    if attributes.get("command"):
+        scan = str(attributes["command"])
     else:
-        changed = "".join(f" --set '{each}'" for each in material.facts("overrides", []))
+        changed = "".join(f" --set '{override}'" for override in material.facts("overrides", []))
         scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
     return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(material)])]
 
@@ -73,32 +73,32 @@ def _commands(material: Material) -> list[str]:
 def _target(scan: str) -> str:
     """The file that a command writes."""
     words = shlex.split(scan)
-    places = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
+    indices = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
     joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
-    return words[places[-1]] if places else joined[-1] if joined else "results.nc"
+    return words[indices[-1]] if indices else joined[-1] if joined else "results.nc"
 
 
 def _asked(material: Material) -> list[str]:
     """The options of the report that are not the usual ones."""
     asked, one = material.assessment, material.assessment.interfaces[0]
-    told = []
+    options = []
     if one.gap != scene_gap(material.results, 0):
-        told += ["--gap", str(exact(one.gap, GAP))]
+        options += ["--gap", str(exact(one.gap, GAP))]
     if asked.percentile != USUAL_PERCENTILE:
-        told += ["--percentile", f"{asked.percentile:.15g}"]
+        options += ["--percentile", f"{asked.percentile:.15g}"]
     if asked.confidence != USUAL_CONFIDENCE:
-        told += ["--confidence", repr(asked.confidence)]
+        options += ["--confidence", repr(asked.confidence)]
     if asked.target != target_left_by(asked.percentile):
-        told += ["--target", repr(asked.target)]
+        options += ["--target", repr(asked.target)]
     if asked.intensity != usual_intensity(material.results):
-        told += ["--intensity", asked.intensity]
+        options += ["--intensity", asked.intensity]
     if "pga" in material.results.dims and one.amplitude != material.results["pga"].values[own_level(material.results)]:
-        told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
+        options += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
     for name, words in material.signature.lines:
-        told += [f"--{name}", words]
+        options += [f"--{name}", words]
     for other in material.others.values():
-        told += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
-    return [*told, "--hazard", asked.hazard] if asked.hazard else told
+        options += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
+    return [*options, "--hazard", asked.hazard] if asked.hazard else options
 
 
 def _files(material: Material) -> Block:
@@ -114,9 +114,9 @@ def _origins(material: Material) -> list[str]:
     """Where records are from and on what terms; those from one place share a line."""
     alike: dict[str, list[str]] = {}
     for name, one in material.records.items():
-        told = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
-        alike.setdefault(told or "not told by the file", []).append(name)
-    return [f"{_who(names, material)}: {told}" for told, names in alike.items()]
+        origin = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
+        alike.setdefault(origin or "not told by the file", []).append(name)
+    return [f"{_who(names, material)}: {origin}" for origin, names in alike.items()]
 
 
 def _who(names: list[str], material: Material) -> str:

@@ -61,7 +61,10 @@ def write(material: Material) -> list[Block]:
     ]
     unused = material.facts("unused_keys", [])
     if unused:
-        blocks += [heading("Keys of the scene without effect", "unused"), listing([f"{each}." for each in unused])]
+        blocks += [
+            heading("Keys of the scene without effect", "unused"),
+            listing([f"{sentence}." for sentence in unused]),
+        ]
     doubts = _doubts(material)
     if doubts:
         blocks += [heading("Doubts about the records", "doubts"), listing(doubts)]
@@ -147,17 +150,17 @@ def _records_table(material: Material) -> Block:
     rows = []
     for name in map(str, results["record"].values):
         one = material.records.get(name, {})
-        said = [str(one.get(key) or "–") for key in ("event", "date")]
+        event = [str(one.get(key) or "–") for key in ("event", "date")]
         rows.append(
             [
                 name,
-                *said,
+                *event,
                 number(one.get("magnitude") or np.nan),
                 str(one.get("station") or "–"),
                 str(one.get("state") or "–"),
                 number(one.get("dt", np.nan)),
                 *_amplitude_cells(material, name),
-                *(number(needed.sel(record=name, polarity=each), "m") for each in polarities),
+                *(number(needed.sel(record=name, polarity=polarity), "m") for polarity in polarities),
             ]
         )
     widest = np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]
@@ -186,11 +189,11 @@ def _factor_words(material: Material) -> str:
 def _doubts(material: Material) -> list[str]:
     """A line for each doubt, with the records that share it; then what was left out."""
     sharing: dict[str, list[str]] = {}
-    for record, sentences in material.facts("flags", {}).items():
-        for sentence in sentences:
-            sharing.setdefault(sentence, []).append(record)
-    told = []
+    for record, flags in material.facts("flags", {}).items():
+        for flag in flags:
+            sharing.setdefault(flag, []).append(record)
+    sentences = []
     for sentence, who in sharing.items():
         named = ", ".join(who) if len(who) <= SHARING else f"{who[0]} and {len(who) - 1} others"
-        told.append(f"{named}: {sentence}.")
-    return told + [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]
+        sentences.append(f"{named}: {sentence}.")
+    return sentences + [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]

@@ -12,19 +12,19 @@ ORDER = 100
 
 def write(material: Material) -> list[Block]:
     """The sources of the contact laws and effects that took part, and of the rules of codes."""
-    found = [each.strip() for each in str(material.results.attrs.get("references", "")).split(";")]
+    sources = [source.strip() for source in str(material.results.attrs.get("references", "")).split(";")]
     return [
         paragraph("Contact laws and effects of this study:"),
-        listing(dict.fromkeys(each for each in found if each)),
+        listing(dict.fromkeys(source for source in sources if source)),
         paragraph("Rules of codes: clause, formula, how its text is known, and later editions as far as known here:"),
         listing(_rules()),
     ]
 
 
 def _rules() -> list[str]:
-    told = []
+    rules = []
     for rule in RULES.values():
         known = f"{rule.verification}: {rule.source}" if rule.source else rule.verification
         later = f"; superseded by {rule.superseded}" if rule.superseded else ""
-        told.append(f"{rule.title}: {rule.clause}; {rule.formula}; {known}{later}.")
-    return told
+        rules.append(f"{rule.title}: {rule.clause}; {rule.formula}; {known}{later}.")
+    return rules

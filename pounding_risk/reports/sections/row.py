@@ -78,7 +78,7 @@ def _touch(touch: Touch) -> list[Cell | str]:
 
 def _points(case: RowCase, where: str) -> Block:
     heads = [("neighbours", "l"), ("left floor", "r"), ("right floor", "r"), ("kind", "l"), ("level [m]", "r")]
-    rows = [_point(case, place) for place in case.places]
+    rows = [_point(case, point) for point in case.places]
     most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.places[at].touch.contact))[:12]
     return table(
         f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3.",
@@ -89,9 +89,9 @@ def _points(case: RowCase, where: str) -> Block:
     )
 
 
-def _point(case: RowCase, place: Place) -> list[Cell | str]:
-    floors = [number(floor, digits=3) for floor in (place.left_floor, place.right_floor)]
-    return [case.interfaces[place.interface], *floors, place.kind, number(place.level), *_touch(place.touch)]
+def _point(case: RowCase, point: Place) -> list[Cell | str]:
+    floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
+    return [case.interfaces[point.interface], *floors, point.kind, number(point.level), *_touch(point.touch)]
 
 
 def _storeys(case: RowCase, where: str) -> list[Block]:
@@ -105,9 +105,9 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
         for building, drift, acceleration in zip(case.buildings, raised, shaken, strict=True)
     ]
     for position in POSITIONS:
-        mine = [at for at, building in enumerate(case.buildings) if building.position == position]
-        cells = [middle(percentiles([values[at] for at in mine] or [nan]), "1") for values in (raised, shaken)]
-        who = f"{len(mine)} {position}{'s' if len(mine) != 1 else ''}"
+        same = [at for at, building in enumerate(case.buildings) if building.position == position]
+        cells = [middle(percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)]
+        who = f"{len(same)} {position}{'s' if len(same) != 1 else ''}"
         rows.append([f"{who}: median (16 to 84 %)", "", *cells])
     impulse = _of_runs(case, "row_impulse", "N s")
     lost = _of_runs(case, "row_energy_lost", "J")

@@ -48,7 +48,7 @@ def write(material: Material) -> list[Block]:
     for name in map(str, results["building"].values):
         one = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        rows.append([name, *(number(one[each], unit) for each, unit in values), *_stature(material, one)])
+        rows.append([name, *(number(one[variable], unit) for variable, unit in values), *_stature(material, one)])
     rigid = [
         str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
     ]
@@ -57,7 +57,7 @@ def write(material: Material) -> list[Block]:
     return [
         table("Buildings, left to right.", sides, rows),
         *([paragraph(note)] if note else []),
-        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(material, place)) for place, pair in pairs),
+        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(material, index)) for index, pair in pairs),
         facts("The grid of cases.", _grid(material)),
         heading("Assumptions", "assumptions"),
         listing([*(OF_A_ROW if material.is_row else ASSUMED), *_assumed(material)]),
@@ -72,18 +72,18 @@ def _stature(material: Material, one: Any) -> list[Cell | str]:
     return [count(one["building_storeys"]), height, str(one["building_position"].values)]
 
 
-def _interface(material: Material, place: int) -> list[tuple[str, Cell | str]]:
+def _interface(material: Material, index: int) -> list[tuple[str, Cell | str]]:
     """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
-    told: list[tuple[str, Cell | str]] = []
+    rows: list[tuple[str, Cell | str]] = []
     tables = material.scene["interface"]
-    for key, value in tables[min(place, len(tables) - 1)].items():
+    for key, value in tables[min(index, len(tables) - 1)].items():
         if key == "gap":
-            told.append(("gap", amount(_si(value), "m")))
+            rows.append(("gap", amount(_si(value), "m")))
         elif key in ("yield_force", "column_yield_force"):
-            told.append(("yield force F_E" if key == "yield_force" else "of a column", _force(_si(value))))
+            rows.append(("yield force F_E" if key == "yield_force" else "of a column", _force(_si(value))))
         else:
-            told.append((key.replace("_", " "), _said(value)))
-    return told
+            rows.append((key.replace("_", " "), _said(value)))
+    return rows
 
 
 def _si(value: Any) -> float:
@@ -94,7 +94,7 @@ def _si(value: Any) -> float:
 def _said(value: Any) -> str:
     """A value of a resolved scene in words; quantities are in SI there."""
     if isinstance(value, dict):
-        return ", ".join(f"{key.replace('_', ' ')} {_said(each)}" for key, each in value.items()) or "no options"
+        return ", ".join(f"{key.replace('_', ' ')} {_said(item)}" for key, item in value.items()) or "no options"
     if isinstance(value, list):
         return ", ".join(map(_said, value))
     first, _, unit = str(value).partition(" ")
@@ -110,22 +110,22 @@ def _force(value: float) -> Cell:
 
 def _grid(material: Material) -> list[tuple[str, Cell | str]]:
     results = material.results
-    told: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
-    told.append(("records", count(results.sizes["record"])))
-    told.append(("polarity", ", ".join(map(str, results["polarity"].values))))
+    rows: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
+    rows.append(("records", count(results.sizes["record"])))
+    rows.append(("polarity", ", ".join(map(str, results["polarity"].values))))
     if "pga" not in results.coords:
-        told.append(("amplitude", amplitude_words(results)))
+        rows.append(("amplitude", amplitude_words(results)))
     whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
     for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", whose, "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:
-            told.append((words, _span(np.atleast_1d(results[name].values), unit)))
-    told.append(("contact models", ", ".join(map(name_of, material.laws))))
-    return told
+            rows.append((words, _span(np.atleast_1d(results[name].values), unit)))
+    rows.append(("contact models", ", ".join(map(name_of, material.laws))))
+    return rows
 
 
 def _span(values: Any, unit: str) -> Cell:
     finite = values[np.isfinite(values)]
-    ends = [amount(each, unit) for each in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
+    ends = [amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
     text = " to ".join(end["text"] for end in ends)
     if len(finite) > 1:
         text += f", {len(finite)} values"
@@ -136,19 +136,19 @@ def _span(values: Any, unit: str) -> Cell:
 
 def _assumed(material: Material) -> list[str]:
     """What else is taken for granted, as far as this scene's own keys tell."""
-    told = []
+    sentences = []
     effects = material.scene.get("effects", {})
     if "wave_passage" not in effects:
         both = "All" if material.is_row else "Both"
-        told.append(f"{both} buildings stand on the same motion at the same time.")
+        sentences.append(f"{both} buildings stand on the same motion at the same time.")
     if "permanent_set" not in effects and np.isfinite(material.results["yield_force"].values).any():
-        told.append(
+        sentences.append(
             "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
             "permanent_set is named."
         )
     held = int((material.results["restitution_held"] > 0).sum()) if "restitution_held" in material.results else 0
     if held:
-        told.append(
+        sentences.append(
             f"In {held} cases contacts are faster than the range of the restitution relation, which is held at its end."
         )
-    return told
+    return sentences

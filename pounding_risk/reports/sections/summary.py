@@ -69,30 +69,30 @@ def _verdicts(material: Material) -> Block:
 
 
 def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
-    found, asked = pair.assessed, material.assessment
-    here, bounds = found.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
-    told: list[tuple[str, Cell | str]] = [
-        ("gap assessed", amount(found.gap, "m")),
+    assessed, asked = pair.assessed, material.assessment
+    here, bounds = assessed.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
+    rows: list[tuple[str, Cell | str]] = [
+        ("gap assessed", amount(assessed.gap, "m")),
         ("motions with contact", count(here.count)),
         ("motions", count(here.runs)),
         ("probability of contact [%]", number(here.probability, "%", 3)),
         (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
         (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
         ("probability allowed [%]", number(asked.target, "%", 3)),
-        *_required(found, asked.percentile),
-        *([] if asked.criterion.agrees else _required(found, asked.criterion.target_percentile)),
-        ("motions that need most", _governing(found.verdict)),
+        *_required(assessed, asked.percentile),
+        *([] if asked.criterion.agrees else _required(assessed, asked.criterion.target_percentile)),
+        ("motions that need most", _governing(assessed.verdict)),
         ("cases of the dataset", count(asked.cases)),
         ("of these failed, left out of what contact does", count(asked.failed)),
         ("made again at a tighter tolerance", count(asked.checked)),
         ("of these sensitive", count(asked.sensitive)),
     ]
-    return told
+    return rows
 
 
-def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
-    one = found.required_at(percentile)
-    ratio = found.gap / one.gap if one.gap > 0.0 else float("nan")
+def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
+    one = assessed.required_at(percentile)
+    ratio = assessed.gap / one.gap if one.gap > 0.0 else float("nan")
     return [
         (f"gap that {percentile:g} % of the motions need", amount(one.gap, "m")),
         ("its bounds [mm]", between(one.low, one.high, "m")),
@@ -102,37 +102,39 @@ def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
 
 def _governing(verdict: Any) -> Cell:
     """The motions that close most, with the gap that each needs."""
-    cells = [amount(each.closing, "m") for each in verdict.governing]
-    told = [
-        f"{each.record} {each.polarity} ({cell['text']})" for each, cell in zip(verdict.governing, cells, strict=True)
+    cells = [amount(motion.closing, "m") for motion in verdict.governing]
+    words = [
+        f"{motion.record} {motion.polarity} ({cell['text']})"
+        for motion, cell in zip(verdict.governing, cells, strict=True)
     ]
-    return {"text": ", ".join(told), "parts": [cell["raw"] for cell in cells]}
+    return {"text": ", ".join(words), "parts": [cell["raw"] for cell in cells]}
 
 
 def _caveats(material: Material) -> list[str]:
-    found, told = material.assessment, []
-    if found.failed:
-        told.append(
-            f"{found.failed} of {counted(found.cases, 'case')} failed: they are left out of what contact does. "
-            "Whether there is "
+    assessment, sentences = material.assessment, []
+    if assessment.failed:
+        sentences.append(
+            f"{assessment.failed} of {counted(assessment.cases, 'case')} failed: they are left out of what contact "
+            "does. Whether there is "
             f"contact follows from the motion without it{', and in a row from the runs' if material.is_row else ''}."
         )
-    if found.sensitive:
-        told.append(
-            f"{found.sensitive} of the {counted(found.checked, 'run')} made again are sensitive to the tolerance."
-        )
-    if not found.checked:
-        told.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
-    told += found.notes
+    if assessment.sensitive:
+        runs = counted(assessment.checked, "run")
+        sentences.append(f"{assessment.sensitive} of the {runs} made again are sensitive to the tolerance.")
+    if not assessment.checked:
+        sentences.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
+    sentences += assessment.notes
     if material.facts("flags", {}):
-        told.append("There are doubts about some records; they stand with the records.")
+        sentences.append("There are doubts about some records; they stand with the records.")
     if material.facts("left_out", []):
-        told.append("Some files that the scene names were left out; they stand with the records.")
+        sentences.append("Some files that the scene names were left out; they stand with the records.")
     if material.facts("unused_keys", []):
-        told.append("Some keys of the scene have no effect in it; they are listed with the scene.")
+        sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
     rules = [each.row for pair in material.pairs for each in pair.codes.rules]
     if any(row.verification in (MEMORY, QUOTED) for row in rules):
-        told.append("Some rules of codes are quoted by others or from memory: their clauses were not read; see there.")
+        sentences.append(
+            "Some rules of codes are quoted by others or from memory: their clauses were not read; see there."
+        )
     if any(row.superseded for row in rules):
-        told.append("Some rules are of editions that later ones supersede; they are named there.")
-    return told
+        sentences.append("Some rules are of editions that later ones supersede; they are named there.")
+    return sentences
