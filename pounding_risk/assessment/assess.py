@@ -28,14 +28,14 @@ from pounding_risk.assessment.sensitivity import (
     Influence,
     Response,
     Yielding,
-    of_contact,
-    of_response,
-    of_yielding,
-    ranked,
-    responses_of,
+    contact_influences,
+    response_influences,
+    responses_at,
+    what_matters,
+    yield_influences,
 )
 from pounding_risk.assessment.separations.table import Comparison, code_table
-from pounding_risk.assessment.verdict import Asked, Seen, Verdict, judge
+from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, own, usual_intensity
 from pounding_risk.results.contact_notes import of_results
@@ -231,17 +231,17 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
     asked = (options.percentile, options.target)
-    sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
+    sensitivity = contact_influences(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
     own_force, own_model = scene_force(results), scene_model(results)
-    sensitivity += of_yielding(about, own_force, options.target) if own_force in about.forces else ()
-    response = responses_of(_one_amplitude(results, level), yield_gap)
-    sensitivity += of_response(response, own_model, own_force)
+    sensitivity += yield_influences(about, own_force, options.target) if own_force in about.forces else ()
+    response = responses_at(_one_amplitude(results, level), yield_gap)
+    sensitivity += response_influences(response, own_model, own_force)
     at = amplitude_words(results, every.amplitudes[level])
     fragility = (
         *_contact_curves(results, every, gaps, options),
         *_yield_curves(results, every, (yield_gap, yields), options),
     )
-    seen = Seen(
+    seen = Observations(
         motions,
         at,
         next(share for share in contact if share.gap == gap),
@@ -277,9 +277,9 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
         fragility=fragility,
         rates=rates,
         sensitivity=sensitivity,
-        what_matters=ranked(sensitivity),
+        what_matters=what_matters(sensitivity),
         separations=code_table(_one_amplitude(results, level), options.percentile).rules,
-        verdict=_with_notes(judge(Asked(gap, options.criterion), seen), results, name, options.pga),
+        verdict=_with_notes(judge(AssessedGap(gap, options.criterion), seen), results, name, options.pga),
     )
 
 

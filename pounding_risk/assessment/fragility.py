@@ -151,8 +151,8 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
     turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
     inverse = turn @ np.linalg.inv(curvature)
-    fitted = _told(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
-    return _refused(fitted, not_carried(fitted, im) or outside(fitted.median, im))
+    fitted = _fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
+    return _unless(fitted, not_carried(fitted, im) or outside(fitted.median, im))
 
 
 def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
@@ -173,7 +173,7 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
     z = (logs - middle) / spread
     scores = np.stack([z, z**2 - 1.0], axis=1) / spread
     inverse = np.diag([spread**2, 0.5 * spread**2]) / logs.size
-    return _told(middle, spread, inverse, inverse @ _by_recording(scores, recordings))
+    return _fit_of(middle, spread, inverse, inverse @ _by_recording(scores, recordings))
 
 
 def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
@@ -242,7 +242,7 @@ def _span(im: Array) -> str:
     return f"{say(float(im.min()), PGA, 3)} and {say(float(im.max()), PGA, 3)}"
 
 
-def _refused(fitted: Fit, fault: str) -> Fit:
+def _unless(fitted: Fit, fault: str) -> Fit:
     """The fit, or none where there is a fault."""
     return Fit(fault=fault) if fault else fitted
 
@@ -284,7 +284,7 @@ def _by_recording(scores: Array, recordings: Labels) -> Array:
     return sums * np.sqrt(groups / (groups - 1.0))
 
 
-def _told(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
+def _fit_of(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
     """A fit from its two estimates, their covariance, and the root of that by recording."""
     plain = np.sqrt(np.diag(covariance))
     clustered = root @ root.T

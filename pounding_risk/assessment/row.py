@@ -23,7 +23,7 @@ UNDEFINED = -1  # counts and flags of a failed run
 STOREY_HEIGHT = 3.0  # m, of a building of which no height is known
 
 
-class Standing(NamedTuple):
+class BuildingShape(NamedTuple):
     """A building as it is drawn."""
 
     name: str
@@ -47,7 +47,7 @@ class Touch(NamedTuple):
     force: float  # N, median of the peak force, where there is contact
 
 
-class Place(NamedTuple):
+class ContactPoint(NamedTuple):
     """One contact point."""
 
     interface: int
@@ -62,9 +62,9 @@ class RowCase(NamedTuple):
     """One gap, contact model, yield force and amplitude of a row, over all records and polarities."""
 
     results: xr.Dataset  # dimensions record and polarity, and the row's own
-    buildings: tuple[Standing, ...]
+    buildings: tuple[BuildingShape, ...]
     gaps: tuple[float, ...]  # m, by interface
-    places: tuple[Place, ...]
+    points: tuple[ContactPoint, ...]
     touches: tuple[Touch, ...]  # by interface
 
     @property
@@ -117,7 +117,7 @@ def row_case(
         cell["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
     gaps = own_gaps(results).isel(gap=cell["gap"]).values
     shown = results.isel(cell)
-    return RowCase(shown, standing(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))
+    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown))
 
 
 def _nearest(values: Array, wanted: float) -> int:
@@ -134,7 +134,7 @@ def _model(results: xr.Dataset, asked: str | None) -> int:
     return known.index(asked)
 
 
-def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
+def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
     """Every building of a row's dataset; one without a height is as tall as its taller neighbour."""
     heights = shown["building_height"].values.astype(float)
     levels = shown["floor_level"].transpose("building", "storey").values
@@ -148,12 +148,12 @@ def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
             height = heights[at] if np.isfinite(heights[at]) else max(beside, default=STOREY_HEIGHT * count)
             floors = height * np.arange(1, count + 1) / count
         position = str(shown["building_position"].values[at])
-        shapes.append(Standing(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
+        shapes.append(BuildingShape(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
     return tuple(shapes)
 
 
-def _places(shown: xr.Dataset) -> tuple[Place, ...]:
-    buildings = standing(shown)
+def _points(shown: xr.Dataset) -> tuple[ContactPoint, ...]:
+    buildings = building_shapes(shown)
     columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
     points = []
     for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
@@ -162,7 +162,7 @@ def _places(shown: xr.Dataset) -> tuple[Place, ...]:
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
         touch = _touch(shown.isel(contact_point=at), "contact_point_")
-        points.append(Place(int(interface), float(left), float(right), str(kind), level, touch))
+        points.append(ContactPoint(int(interface), float(left), float(right), str(kind), level, touch))
     return tuple(points)
 
 
@@ -193,7 +193,7 @@ def _median(values: Array) -> float:
     return float(np.median(known)) if known.size else float("nan")
 
 
-def force_told(force: float) -> str:
+def force_text(force: float) -> str:
     """A force in kN or MN; of none, that there is none."""
     if not np.isfinite(force):
         return "no force"

@@ -67,7 +67,7 @@ class Response:
     motions: int
 
 
-def responses_of(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
+def responses_at(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
     """Every output of `OUTPUTS` that a dataset of one interface and amplitude has, by contact model and F_E.
 
     Parameters
@@ -128,7 +128,7 @@ class Yielding(NamedTuple):
     forces: tuple[float, ...]  # N
 
 
-def of_contact(
+def contact_influences(
     closing: Array, polarities: tuple[str, ...], gap: float, asked: tuple[float, float], in_row: bool = False
 ) -> tuple[Influence, ...]:
     """Influences on the probability of contact and on the required gap; ``asked`` = (percentile, target)."""
@@ -148,7 +148,7 @@ def of_contact(
     )
 
 
-def of_yielding(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
+def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
     """Influences on the probability that the force reaches F_E, at one gap and one F_E of ``found.forces`` [N]."""
     kinds = np.array(yielding.polarities)
     failed = yielding.failed[:, :, yielding.forces.index(force)]
@@ -160,7 +160,7 @@ def of_yielding(yielding: Yielding, force: float, target: float) -> tuple[Influe
     return tuple(sorted(listed, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
 
 
-def of_response(responses: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
+def response_influences(responses: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
     Parameters
@@ -199,7 +199,7 @@ def _of_model(levels: Sequence[Response], force: float) -> Influence:
     return replace(one, words=f"{one.words}; {condition}", spread=nan)
 
 
-def ranked(influences: Sequence[Influence]) -> str:
+def what_matters(influences: Sequence[Influence]) -> str:
     """In words, what F_E and the contact model change most, and what yielding and contact depend on."""
     sentences = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
     yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]

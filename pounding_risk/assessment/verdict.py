@@ -64,7 +64,7 @@ class Verdict:
     evidence: tuple[str, ...]
 
 
-class Asked(NamedTuple):
+class AssessedGap(NamedTuple):
     """What the gap is held against."""
 
     gap: float
@@ -79,7 +79,7 @@ class Asked(NamedTuple):
         return self.criterion.confidence
 
 
-class Seen(NamedTuple):
+class Observations(NamedTuple):
     """What the motions show at the gap."""
 
     motions: Motions  # those of the assessed amplitude, with a finite closing
@@ -95,52 +95,53 @@ class Seen(NamedTuple):
     record_doubts: tuple[str, ...] = ()  # copies of records and records without motion, a sentence each
 
 
-def judge(asked: Asked, seen: Seen) -> Verdict:
+def judge(assessed: AssessedGap, observed: Observations) -> Verdict:
     """The verdict; see the head of this module for the rule."""
-    word = _word(asked, seen)
-    basis = _basis(asked, seen)
-    closing = seen.motions.closing[:, 0]
+    word = _word(assessed, observed)
+    basis = _basis(assessed, observed)
+    closing = observed.motions.closing[:, 0]
     order = np.argsort(-closing, kind="stable")[:GOVERNING]
     governing = tuple(
-        Governing(seen.motions.records[index], seen.motions.polarities[index], float(closing[index])) for index in order
+        Governing(observed.motions.records[index], observed.motions.polarities[index], float(closing[index]))
+        for index in order
     )
     return Verdict(
         word=word,
-        sentence=f"{word.capitalize()}: {_finding(asked, seen)}{_why(word, asked, seen)}",
+        sentence=f"{word.capitalize()}: {_finding(assessed, observed)}{_why(word, assessed, observed)}",
         conclusion=conclusion(basis, {ADEQUATE: True, INADEQUATE: False}.get(word)),
         more_recordings=_more_recordings(word, basis),
-        margin=asked.gap / seen.required.gap if seen.required.gap > 0.0 else nan,
+        margin=assessed.gap / observed.required.gap if observed.required.gap > 0.0 else nan,
         governing=governing,
         motions=closing.size,
-        recordings=int(seen.motions.recordings.max()) + 1,
-        independent=seen.independent,
-        runs=seen.counts["cases"],
-        sensitive=seen.counts["sensitive"],
-        failed=seen.counts["failed"],
-        evidence=tuple(_evidence(asked, seen, governing)),
+        recordings=int(observed.motions.recordings.max()) + 1,
+        independent=observed.independent,
+        runs=observed.counts["cases"],
+        sensitive=observed.counts["sensitive"],
+        failed=observed.counts["failed"],
+        evidence=tuple(_evidence(assessed, observed, governing)),
     )
 
 
-def _basis(asked: Asked, seen: Seen) -> Basis:
-    closing = seen.motions.closing[:, 0]
-    provided = gap_to_provide(closing, asked.criterion.target)
+def _basis(assessed: AssessedGap, observed: Observations) -> Basis:
+    closing = observed.motions.closing[:, 0]
+    provided = gap_to_provide(closing, assessed.criterion.target)
     return Basis(
-        gap=asked.gap,
-        criterion=asked.criterion,
-        contacts=seen.contact.count,
-        motions=seen.contact.runs,
-        lost=seen.lost,
-        recordings=int(seen.motions.recordings.max()) + 1,
-        independent=seen.independent,
-        required=replace(seen.keeps_target, gap=provided),
+        gap=assessed.gap,
+        criterion=assessed.criterion,
+        contacts=observed.contact.count,
+        motions=observed.contact.runs,
+        lost=observed.lost,
+        recordings=int(observed.motions.recordings.max()) + 1,
+        independent=observed.independent,
+        required=replace(observed.keeps_target, gap=provided),
         still_closing=int((closing > provided).sum()),
-        amplitude=seen.at,
-        hangs_on_polarity=_hangs_on_polarity(seen),
+        amplitude=observed.at,
+        hangs_on_polarity=_hangs_on_polarity(observed),
     )
 
 
-def _hangs_on_polarity(seen: Seen) -> bool:
-    return seen.polarity.what == CONTACT and seen.polarity.turns
+def _hangs_on_polarity(observed: Observations) -> bool:
+    return observed.polarity.what == CONTACT and observed.polarity.turns
 
 
 def _more_recordings(word: str, basis: Basis) -> int | None:
@@ -151,52 +152,52 @@ def _more_recordings(word: str, basis: Basis) -> int | None:
     return None if in_all is None else in_all - basis.recordings
 
 
-def _word(asked: Asked, seen: Seen) -> str:
-    share = seen.contact
-    one = seen.independent / share.runs
-    whole = (share.runs + seen.lost) * one
-    _, high = exact_bounds((share.count + seen.lost) * one, whole, asked.confidence)
-    low, _ = exact_bounds(share.count * one, whole, asked.confidence)
-    if _hangs_on_polarity(seen):
+def _word(assessed: AssessedGap, observed: Observations) -> str:
+    share = observed.contact
+    one = observed.independent / share.runs
+    whole = (share.runs + observed.lost) * one
+    _, high = exact_bounds((share.count + observed.lost) * one, whole, assessed.confidence)
+    low, _ = exact_bounds(share.count * one, whole, assessed.confidence)
+    if _hangs_on_polarity(observed):
         return DEPENDS
-    return ADEQUATE if high <= asked.target else INADEQUATE if low > asked.target else DEPENDS
+    return ADEQUATE if high <= assessed.target else INADEQUATE if low > assessed.target else DEPENDS
 
 
-def _finding(asked: Asked, seen: Seen) -> str:
-    share = seen.contact
+def _finding(assessed: AssessedGap, observed: Observations) -> str:
+    share = observed.contact
     verb = "closes" if share.count < 2 else "close"
-    who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {seen.at} {verb}"
+    who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {observed.at} {verb}"
     bounds = (
-        f"{100 * asked.confidence:g} % bounds {_percent(share.low_recordings)} to {_percent(share.high_recordings)}"
+        f"{100 * assessed.confidence:g} % bounds {_percent(share.low_recordings)} to {_percent(share.high_recordings)}"
     )
-    return f"{who} a gap of {say(asked.gap, GAP, 3)}: P(contact) {_percent(share.probability)} ({bounds})"
+    return f"{who} a gap of {say(assessed.gap, GAP, 3)}: P(contact) {_percent(share.probability)} ({bounds})"
 
 
-def _why(word: str, asked: Asked, seen: Seen) -> str:
-    target = f"the target of {percent_words(asked.target)}"
+def _why(word: str, assessed: AssessedGap, observed: Observations) -> str:
+    target = f"the target of {percent_words(assessed.target)}"
     if word == ADEQUATE:
         return f", within {target} throughout."
     if word == INADEQUATE:
         return f", above {target} throughout."
-    if seen.polarity.turns:
-        return f". Each polarity alone would answer otherwise to {target}: {seen.polarity.words}."
-    least = least_upper_bound(seen.independent, asked.confidence)
-    if not seen.contact.count and least > asked.target:
-        needed = motions_to_show(asked.target, asked.confidence)
+    if observed.polarity.turns:
+        return f". Each polarity alone would answer otherwise to {target}: {observed.polarity.words}."
+    least = least_upper_bound(observed.independent, assessed.confidence)
+    if not observed.contact.count and least > assessed.target:
+        needed = motions_to_show(assessed.target, assessed.confidence)
         reach = f", or a target of {np.ceil(100.0 * least):.0f} %" if least < LARGEST_TARGET else ""
         repair = f"it takes {needed} independent ones{reach}"
         return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
-    if seen.lost:
-        return f". That many motions, {seen.lost} of them failed, leave open on which side of {target} it is."
+    if observed.lost:
+        return f". That many motions, {observed.lost} of them failed, leave open on which side of {target} it is."
     return f". That many motions leave open on which side of {target} it is."
 
 
-def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> list[str]:
-    required, counts = seen.required, seen.counts
-    sentences = [_margin(asked, required), _number(asked, seen)]
+def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Governing, ...]) -> list[str]:
+    required, counts = observed.required, observed.counts
+    sentences = [_margin(assessed, required), _number(assessed, observed)]
     named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 3)}" for motion in governing)
     sentences.append(f"The motions that close most: {named}.")
-    tail = lognormal_share(seen.motions.closing[:, 0], asked.gap)
+    tail = lognormal_share(observed.motions.closing[:, 0], assessed.gap)
     if not np.isnan(tail):
         sentences.append(
             f"Were what they close lognormal, P(contact) would be {_percent(tail)}: assumed of the tail, not counted."
@@ -206,27 +207,29 @@ def _evidence(asked: Asked, seen: Seen, governing: tuple[Governing, ...]) -> lis
         f"{counts['sensitive']} sensitive of {counts['checked']} made again" if counts["checked"] else "none checked"
     )
     sentences.append(f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}.")
-    sentences.append(_whose(asked, seen.motions))
-    if seen.held:
+    sentences.append(_whose(assessed, observed.motions))
+    if observed.held:
         sentences.append(
-            f"In {seen.held} of these motions no run touches here, as contact elsewhere in the row holds the buildings "
-            "apart: each counts all the same, by what it closes without it."
+            f"In {observed.held} of these motions no run touches here, as contact elsewhere in the row holds the "
+            "buildings apart: each counts all the same, by what it closes without it."
         )
-    if seen.lost:
-        sentences.append(f"Without a finite response, and counted against the verdict: {counted(seen.lost, 'motion')}.")
-    if seen.record_doubts:
-        more = len(seen.record_doubts) - NAMED_DOUBTS
+    if observed.lost:
         sentences.append(
-            f"Records: {'; '.join(seen.record_doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
+            f"Without a finite response, and counted against the verdict: {counted(observed.lost, 'motion')}."
+        )
+    if observed.record_doubts:
+        more = len(observed.record_doubts) - NAMED_DOUBTS
+        sentences.append(
+            f"Records: {'; '.join(observed.record_doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
         )
     return sentences
 
 
-def _whose(asked: Asked, motions: Motions) -> str:
+def _whose(assessed: AssessedGap, motions: Motions) -> str:
     """Where it is from that a motion brings contact."""
     if motions.alone is None:
         return "The contact model, F_E and sensitive runs have no say in whether there is contact."
-    pushed = int(((motions.alone <= asked.gap) & (motions.closing > asked.gap)).sum())
+    pushed = int(((motions.alone <= assessed.gap) & (motions.closing > assessed.gap)).sum())
     if not pushed:
         return "Every motion that closes the gap does so without contact elsewhere in the row; no run adds one."
     return (
@@ -235,26 +238,26 @@ def _whose(asked: Asked, motions: Motions) -> str:
     )
 
 
-def _margin(asked: Asked, required: RequiredGap) -> str:
+def _margin(assessed: AssessedGap, required: RequiredGap) -> str:
     needs = f"{required.percentile:g} % of the motions need no more than {say(required.gap, GAP, 3)}"
     bounds = f"bounds {say(required.low, GAP, 3)} to {say(required.high, GAP, 3)}"
     if not required.bounded:
         bounds += ", the upper one only the largest seen: so few recordings do not bound it"
-    ratio = f"{asked.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
-    return f"{needs} ({bounds}); the gap is {ratio if asked.gap > 0.0 else 'closed'}."
+    ratio = f"{assessed.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
+    return f"{needs} ({bounds}); the gap is {ratio if assessed.gap > 0.0 else 'closed'}."
 
 
-def _number(asked: Asked, seen: Seen) -> str:
+def _number(assessed: AssessedGap, observed: Observations) -> str:
     """What so many motions can show at all."""
-    recordings, runs = int(seen.motions.recordings.max()) + 1, seen.contact.runs
-    least = least_upper_bound(seen.independent, asked.confidence)
-    worth = f"{seen.independent:.0f}" if seen.independent >= 10.0 else f"{seen.independent:.2g}"
+    recordings, runs = int(observed.motions.recordings.max()) + 1, observed.contact.runs
+    least = least_upper_bound(observed.independent, assessed.confidence)
+    worth = f"{observed.independent:.0f}" if observed.independent >= 10.0 else f"{observed.independent:.2g}"
     many = "1 motion" if worth == "1" else f"{worth} motions"
     comes = f"The {counted(runs, 'motion')} come" if runs > 1 else "The one motion comes"
     counts = f"{'count' if runs > 1 else 'counts'} as {worth} independent one{'' if worth == '1' else 's'}"
-    needed = motions_to_show(asked.target, asked.confidence)
+    needed = motions_to_show(assessed.target, assessed.confidence)
     can = f"Even with no contact at all, {many} could only show P(contact) < {_percent(least)}"
-    takes = f"showing {percent_words(asked.target)} takes at least {needed} independent motions"
+    takes = f"showing {percent_words(assessed.target)} takes at least {needed} independent motions"
     return f"{comes} from {recordings} recording{'s' if recordings > 1 else ''} and {counts}. {can}; {takes}."
 
 

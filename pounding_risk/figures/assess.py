@@ -28,8 +28,8 @@ ROOM = 1.15  # of the axis of gaps, beyond what is drawn on it
 MOST_EMPTY = 2.0  # times what the motions need: a rule that asks for more stands beyond the axis
 BAND = "one standard error to either side"
 MOST_YIELD_CURVES = 4
-MOST_TOLD = 2  # interfaces whose findings stand in the title
-SAID = {"depends": "not settled"}
+MOST_NAMED = 2  # interfaces whose findings stand in the title
+VERDICT_WORDS = {"depends": "not settled"}
 
 
 def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
@@ -44,7 +44,7 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
     first = assessment.interfaces[0]
     finding = (
         "; ".join(_finding(one, rows > 1) for one in assessment.interfaces)
-        if rows <= MOST_TOLD
+        if rows <= MOST_NAMED
         else _counted(assessment)
     )
     motions = (
@@ -57,7 +57,7 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
 def _counted(assessment: Assessment) -> str:
     """How many gaps of a row have which verdict, and where contact is most likely."""
     words = [one.verdict.word for one in assessment.interfaces]
-    counts = ", ".join(f"{words.count(word)} {SAID.get(word, word)}" for word in dict.fromkeys(words))
+    counts = ", ".join(f"{words.count(word)} {VERDICT_WORDS.get(word, word)}" for word in dict.fromkeys(words))
     worst = max(assessment.interfaces, key=lambda one: one.contact_at_gap().probability)
     share = worst.contact_at_gap()
     return (
@@ -67,7 +67,7 @@ def _counted(assessment: Assessment) -> str:
 
 def _finding(one: InterfaceAssessment, named: bool) -> str:
     share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
-    word = SAID.get(one.verdict.word, one.verdict.word)
+    word = VERDICT_WORDS.get(one.verdict.word, one.verdict.word)
     return f"{name}{own(one.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it"
 
 

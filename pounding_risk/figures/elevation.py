@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.row import RowCase, Standing, Touch, force_told
+from pounding_risk.assessment.row import BuildingShape, RowCase, Touch, force_text
 from pounding_risk.figures.style import (
     QUIET,
     STYLES,
@@ -92,7 +92,7 @@ def elevation_finding(case: RowCase) -> str:
     touched = sum(share > 0.0 for share in shares)
     where = f"{touched} of {counted(len(shares), 'interface')}, most often between {between(case.interfaces[at])}"
     motions = f"{round(most.contact * most.runs)} of {counted(most.runs, 'motion')}"
-    finding = f"Contact at {where}: {motions}, {force_told(most.force)} in the median"
+    finding = f"Contact at {where}: {motions}, {force_text(most.force)} in the median"
     yields = [touch.yielding for touch in case.touches]
     if max(np.nan_to_num(yields)) > 0.0:
         index = int(np.nanargmax(yields))
@@ -157,7 +157,7 @@ def gap_scale(gaps: Sequence[float]) -> float:
 def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     for wall, at in zip(line.walls, range(line.first, line.last + 1), strict=True):
         outline(axis, case.buildings[at], wall)
-    inside = [point for point in case.places if line.first <= point.interface < line.last]
+    inside = [point for point in case.points if line.first <= point.interface < line.last]
     middles = [_middle(case, line, point.interface) for point in inside]
     for at in range(line.first, line.last):
         _interface(axis, case, line, at)
@@ -182,7 +182,7 @@ def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     return picture
 
 
-def outline(axis: Any, building: Standing, wall: float) -> None:
+def outline(axis: Any, building: BuildingShape, wall: float) -> None:
     """Walls, floors and the name; a rigid building is hatched."""
     from matplotlib.patches import Rectangle
 
@@ -204,9 +204,9 @@ def _middle(case: RowCase, line: _Line, at: int) -> float:
 def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
     """Numbers beside the contact points, and the gap with the interface's own share above the lower roof."""
     middle = _middle(case, line, at)
-    points = [point for point in case.places if point.interface == at]
+    points = [point for point in case.points if point.interface == at]
     half = 0.5 * line.gap_scale * case.gaps[at]
-    for point in _told(points):
+    for point in _with_numbers(points):
         left, right = _numbers(point.touch)
         for words, sign, side in ((left, -1.0, "right"), (right, 1.0, "left")):
             axis.annotate(
@@ -221,7 +221,7 @@ def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
     )  # fmt: skip
 
 
-def _told(points: list[Any]) -> list[Any]:
+def _with_numbers(points: list[Any]) -> list[Any]:
     """The contact points whose numbers are written: all of a few; of many, those with most contact, apart enough."""
     chosen: list[Any] = []
     apart = max((point.level for point in points), default=0.0) / CROWDED
@@ -236,7 +236,7 @@ def _numbers(touch: Touch) -> tuple[str, str]:
     if not touch.contact > 0.0:
         return _share(touch.contact), ""
     yields = f", {_share(touch.yielding)} $F_E$" if touch.yielding > 0.0 else ""
-    return _share(touch.contact), f"{force_told(touch.force)}{yields}"
+    return _share(touch.contact), f"{force_text(touch.force)}{yields}"
 
 
 def _share(share: float) -> str:

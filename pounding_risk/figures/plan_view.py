@@ -142,7 +142,7 @@ def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], na
     drawn.set_clim(0.0, 1.0)
     axis.add_collection(drawn)
     for who, share in shares.items():
-        _told(axis, corners[who], who[1], share, len(shares) > CROWDED)
+        _label(axis, corners[who], who[1], share, len(shares) > CROWDED)
     axis.set(aspect="equal", xticks=[], yticks=[])
     axis.autoscale_view()
     axis.grid(False)
@@ -151,7 +151,7 @@ def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], na
     return drawn
 
 
-def _told(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
+def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
     """Hatching of the share's class, and the name with the number, upright where the footprint is narrow."""
     is_dark = share > DARK
     for ring in rings if np.isfinite(share) else ():

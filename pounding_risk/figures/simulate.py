@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.row import force_told, standing
+from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.figures.elevation import MARKERS, RAISED, WIDTH, between, gap_scale, outline
 from pounding_risk.figures.style import (
     QUIET,
@@ -198,7 +198,7 @@ def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
 
 def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
     """One run of a row from `simulate`: ground motion, roofs, contact forces, and all peaks on the row in elevation."""
-    tallest = max(building.height for building in standing(run))
+    tallest = max(building.height for building in building_shapes(run))
     wide = min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
     size = (wide, 8.6 + min(max(0.12 * tallest, 1.6), 5.0))
     figure, axes = blank(4, 1, size, height_ratios=(1.0, 2.0, 2.0, size[1] - 5.4))
@@ -254,7 +254,7 @@ def row_run_finding(run: xr.Dataset) -> str:
     touched = f"{(counts > 0).sum()} of {counts.size} contact points"
     return (
         f"{counted(counts.sum(), 'contact')} at {touched}, up to "
-        f"{force_told(float(strongest['contact_peak_force']))} between "
+        f"{force_text(float(strongest['contact_peak_force']))} between "
         f"{pair} at {float(strongest['contact_start']):.2f} s; {most}"
     )
 
@@ -287,7 +287,7 @@ def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
     roofs = 1e3 * _peaks_of_roofs(run)
-    buildings = standing(run)
+    buildings = building_shapes(run)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
         if not building.is_rigid:
@@ -318,7 +318,7 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
         if peaks[at] > 0.0 and not is_near:
             written.append((interface, level))
             axis.annotate(
-                f"{force_told(float(peaks[at]))}, {int(one['contact_point_impact_count'])}×",
+                f"{force_text(float(peaks[at]))}, {int(one['contact_point_impact_count'])}×",
                 (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
                 zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
             )  # fmt: skip

@@ -179,7 +179,7 @@ def _against_height(levels: Array, values: Array, of_storey: bool) -> tuple[Arra
 
 def _contacts(axis: Any, case: RowCase, building: int) -> None:
     """A mark on the side of the neighbour, at each level of contact; full where a motion touches there."""
-    for point in case.places:
+    for point in case.points:
         if building not in (point.interface, point.interface + 1):
             continue
         is_right = building == point.interface

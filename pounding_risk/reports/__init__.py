@@ -52,15 +52,15 @@ def report(
         extra ``pdf``.
     """
     from pounding_risk.assessment.assess import assess
+    from pounding_risk.reports.data import ReportData, companions, opened, signed
     from pounding_risk.reports.document import build
     from pounding_risk.reports.html import page, write_page
-    from pounding_risk.reports.material import Material, companions, opened, signed
 
     target = check_target(out, SUFFIXES)
     signature = signed(project, author, revision, date)
     dataset, checksum = opened(results)
     others = companions(also)
-    model = build(Material(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
+    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.pdf import document
 

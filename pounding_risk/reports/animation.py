@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.row import force_told, standing
+from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STANDARD_GRAVITY, law_words
 from pounding_risk.reports.html import packed, script_page, write_page
@@ -28,7 +28,7 @@ LARGEST = 300_000  # bytes of a page
 STEPS = 16_000  # of a displacement, from zero to the largest; a difference of two still fits 16 bits
 FORCES = 32_000  # of a contact force
 NEEDED = ("displacement", "contact_force")
-TOLD = ("record", "polarity", "contact_model")  # attributes that a page's head tells as they are
+HEAD_ATTRIBUTES = ("record", "polarity", "contact_model")  # attributes that a page's head tells as they are
 
 
 class Frames(NamedTuple):
@@ -116,7 +116,7 @@ def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
                 "rigid": shape.is_rigid,
                 "floors": int(has_floors[at].sum()),
             }
-            for at, shape in enumerate(standing(run))
+            for at, shape in enumerate(building_shapes(run))
         ],
         "gaps": _gaps(run),
         "points": [
@@ -141,7 +141,7 @@ def _gaps(run: xr.Dataset) -> list[float]:
 
 def _facts(run: xr.Dataset, shown: Frames) -> str:
     """One sentence on what runs, and one on what is seen of it."""
-    facts = [law_words(str(run.attrs[name])) for name in TOLD if name in run.attrs]
+    facts = [law_words(str(run.attrs[name])) for name in HEAD_ATTRIBUTES if name in run.attrs]
     if "pga" in run.attrs:
         facts.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
     gaps = _gaps(run)
@@ -149,7 +149,7 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
     peak = float(shown.force.max(initial=0.0))
     touched = int((shown.force > 0.0).any(axis=0).sum())
-    ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_told(peak)}"
+    ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_text(peak)}"
     return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
 
 

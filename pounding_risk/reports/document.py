@@ -1,7 +1,7 @@
 """The document of a report: sections of blocks, numbered, with an appendix of whole tables.
 
 Sections are the modules of the folder `sections`. Each has ``TITLE``, ``ORDER``, which is its place in the report, and
-``write``, which makes blocks from a `Material` and draws the figures that only this section has. A section without
+``write``, which makes blocks from a `ReportData` and draws the figures that only this section has. A section without
 blocks is left out. Tables longer than `LONG` rows keep some rows in the text and stand whole in the appendix.
 """
 
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from pounding_risk import __version__
 from pounding_risk.reports import sections as folder
 from pounding_risk.reports.blocks import LONG, Block, paragraph
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 
 Document = dict[str, Any]
 APPENDIX = "Whole tables"
@@ -25,7 +25,7 @@ class Section(NamedTuple):
     """A section of a report: its title, and the function that makes its blocks."""
 
     title: str
-    write: Callable[[Material], list[Block]]
+    write: Callable[[ReportData], list[Block]]
 
 
 def find_sections() -> dict[str, Section]:
@@ -38,11 +38,11 @@ def find_sections() -> dict[str, Section]:
 SECTIONS = find_sections()
 
 
-def build(material: Material) -> Document:
+def build(data: ReportData) -> Document:
     """Title, and sections of blocks; JSON-able."""
     sections: list[dict[str, Any]] = []
     for name, (title, write) in SECTIONS.items():
-        blocks = write(material)
+        blocks = write(data)
         if blocks:
             sections.append({"name": name, "title": title, "blocks": blocks})
     whole = _shortened(sections)
@@ -51,10 +51,10 @@ def build(material: Material) -> Document:
         sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *whole]})
     _number(sections)
     return {
-        "title": str(material.results.attrs.get("title") or "Pounding of adjacent buildings"),
+        "title": str(data.results.attrs.get("title") or "Pounding of adjacent buildings"),
         "about": "Seismic pounding of adjacent buildings: assessment of the gap",
-        "signature": material.signature.lines,
-        "author": material.signature.author,
+        "signature": data.signature.lines,
+        "author": data.signature.author,
         "program": f"pounding_risk {__version__}",
         "sections": sections,
     }

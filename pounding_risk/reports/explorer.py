@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 MOST_CASES = 200_000  # a page of more is slow to open
 MAP = ("gap", "yield_force")  # the axes of the heat map
 MOTIONS = ("record", "polarity")  # axes of which the page shows one, or all together
-TOLD = ("status", "simulated", "sensitive")  # of each case; the page says them in words
+STATES = ("status", "simulated", "sensitive")  # of each case; the page says them in words
 MOST_OF_STOREYS = 1_500_000  # numbers of storey profiles; a page leaves them out where there are more
 PROFILES = {"storey_drift": True, "storey_shear": True, "storey_acceleration": False, "storey_displacement": False}
 SHARES = ("contact", "yield_exceedance")  # 0 or 1; of several motions, a share
@@ -143,7 +143,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "start": own_case(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
         "statuses": _sentences(dataset["status"].attrs),
-        "told": {name: _variable(dataset[name], axes) for name in TOLD if name in dataset},
+        "told": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
         "profiles": _profiles(dataset, axes),
     }
@@ -203,7 +203,7 @@ def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> Iterable[Hashable]:
     """Outputs of each case, whether there was contact first; then those of each motion without contact."""
     of_cases = [name for name, variable in dataset.data_vars.items() if set(MAP) <= set(variable.dims) <= set(axes)]
     alone = [name for name, variable in dataset.data_vars.items() if _is_free(str(name), variable.dims, axes)]
-    return ["contact", *(name for name in of_cases if name not in ("contact", *TOLD)), *alone]
+    return ["contact", *(name for name in of_cases if name not in ("contact", *STATES)), *alone]
 
 
 def _is_free(name: str, dims: tuple[Hashable, ...], axes: Sequence[str]) -> bool:

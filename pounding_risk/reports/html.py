@@ -58,9 +58,9 @@ def own_parts(svg: str, name: str) -> str:
 
 def write_page(target: Path, content: str | bytes) -> Path:
     """Write a file whole or not at all, and return its path; raises PoundingError where it cannot be written."""
-    data = content if isinstance(content, bytes) else content.encode("utf-8")
+    encoded = content if isinstance(content, bytes) else content.encode("utf-8")
     try:
-        write_whole(target, lambda file: file.write(data))
+        write_whole(target, lambda file: file.write(encoded))
     except OSError as error:
         raise not_written(target, error) from None
     return target

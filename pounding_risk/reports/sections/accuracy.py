@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pounding_risk.reports.blocks import Block, Cell, count, facts, heading, milliseconds, number, paragraph, table
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,9 +21,9 @@ MOVED = {
 COUNTED = {"change_impact_count": "impact count", "change_yield_exceedance": "yield exceedance"}
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The tolerance, the runs made again and how far they moved, energy left over, and runs that failed."""
-    results = material.results
+    results = data.results
     simulated = int((results["simulated"] == 1).sum())
     total = results["status"].size
     rows: list[tuple[str, Cell | str]] = [
@@ -43,8 +43,8 @@ def write(material: Material) -> list[Block]:
             "the answer of another, such as the motion without contact."
         ),
     ]
-    if "accuracy" in material.others:
-        blocks += _settings(material.others["accuracy"])
+    if "accuracy" in data.others:
+        blocks += _settings(data.others["accuracy"])
     return blocks
 
 

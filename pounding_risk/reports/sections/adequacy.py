@@ -41,7 +41,7 @@ from pounding_risk.reports.blocks import (
     strength,
     table,
 )
-from pounding_risk.reports.material import Material, Pair
+from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_words
 
 if TYPE_CHECKING:
@@ -64,24 +64,24 @@ BAND = 0.16  # opacity of bounds
 WIDER = 1.15  # times the widest gap of a figure: where its axis ends
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """Blocks of every interface: contact, the gap needed, codes, yielding, fragility, rates, and what it depends on."""
-    blocks = [paragraph(_terms(material))]
-    for pair in material.pairs:
-        if len(material.pairs) > 1:
+    blocks = [paragraph(_terms(data))]
+    for pair in data.pairs:
+        if len(data.pairs) > 1:
             blocks.append(heading(pair.name, pair.anchor))
         for part in (_contact, _required, _codes, _yielding, _fragility, _rates, _sensitivity):
-            blocks += part(material, pair)
+            blocks += part(data, pair)
     return blocks
 
 
-def _terms(material: Material) -> str:
+def _terms(data: ReportData) -> str:
     """Definitions of a motion, of its bounds, and of contact."""
-    confidence = f"{100 * material.assessment.confidence:g} %"
+    confidence = f"{100 * data.assessment.confidence:g} %"
     decides = (
         "Whether there is contact follows from the motion without contact alone, whatever the contact model and F_E."
     )
-    if material.is_row:
+    if data.is_row:
         decides = (
             "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
             "the buildings touch in a run, under any contact model and F_E. The F_E told is that of floors that meet; "
@@ -93,9 +93,9 @@ def _terms(material: Material) -> str:
     )
 
 
-def _contact(material: Material, pair: Pair) -> list[Block]:
+def _contact(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of the probability of contact against the gap."""
-    shares, assessment = pair.assessed.contact, material.assessment
+    shares, assessment = pair.assessed.contact, data.assessment
     heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
     rows = [[number(share.gap, "m"), *_share_cells(share)] for share in shares]
     closing = np.array(pair.assessed.closing)
@@ -172,7 +172,7 @@ def _near(shares: Sequence[Share], gap: float) -> list[int]:
     return sorted({*evenly(len(shares), KEPT - 1), nearest})
 
 
-def _required(material: Material, pair: Pair) -> list[Block]:
+def _required(data: ReportData, pair: Pair) -> list[Block]:
     """Table of the gaps that percentiles of the motions need, with their bounds."""
     heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
     heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
@@ -190,7 +190,7 @@ def _required(material: Material, pair: Pair) -> list[Block]:
     return [table(f"{pair.name}: gap needed, by {motions} without contact.", heads, rows)]
 
 
-def _codes(material: Material, pair: Pair) -> list[Block]:
+def _codes(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of what each rule asks, motion by motion, over the gap that the motion needs."""
     codes = pair.codes
     heads = [
@@ -270,7 +270,7 @@ def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def _yielding(material: Material, pair: Pair) -> list[Block]:
+def _yielding(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of P(yield) against the gap, and table of it by F_E and contact model at the grid's nearest gap."""
     shares, gap = pair.assessed.yielding, pair.assessed.yield_gap
     if not shares:
@@ -278,9 +278,9 @@ def _yielding(material: Material, pair: Pair) -> list[Block]:
     forces = sorted({_or_nan(share.yield_force) for share in shares})
     by_force = {}
     for force in (forces[index] for index in evenly(len(forces), MOST_LINES)):
-        same = [share for share in shares if share.yield_force == force and share.contact_model == material.law]
+        same = [share for share in shares if share.yield_force == force and share.contact_model == data.law]
         by_force[f"$F_E$ {strength(force, unit=True)['text']}"] = same
-    caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
+    caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(data.law)}"
     heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
     here = [share for share in shares if share.gap == gap]
     rows = [[_model(share), strength(share.yield_force), *_share_cells(share)] for share in here]
@@ -292,7 +292,7 @@ def _yielding(material: Material, pair: Pair) -> list[Block]:
             f"{caption}.",
             f"{caption}, against the gap, for {len(by_force)} yield forces; the table has the numbers at one gap.",
         ),
-        table(at, heads, rows, keep=_of_law(here, material.law), note="some of the scene's own contact model"),
+        table(at, heads, rows, keep=_of_law(here, data.law), note="some of the scene's own contact model"),
     ]
 
 
@@ -321,7 +321,7 @@ def _of_law(shares: Sequence[Share], law: str) -> list[int]:
     return [same[index] for index in evenly(len(same), KEPT)]
 
 
-def _fragility(material: Material, pair: Pair) -> list[Block]:
+def _fragility(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of lognormal fragilities and stripes, and table of medians and dispersions with standard errors."""
     curves = [one for one in pair.assessed.fragility if np.isfinite(one.median) and np.isfinite(one.dispersion)]
     refused = _not_fitted(pair)
@@ -331,8 +331,8 @@ def _fragility(material: Material, pair: Pair) -> list[Block]:
     heads += [(head("median", ACCELERATION), "r"), ("error of its ln; by recording", "r"), ("dispersion", "r")]
     heads += [("its error; by recording", "r"), ("from", "l")]
     rows = [_curve_cells(curve) for curve in curves]
-    words = intensity_words(material.assessment.intensity)
-    drawn = _drawn_curves(curves, material.law, pair.assessed.gap)
+    words = intensity_words(data.assessment.intensity)
+    drawn = _drawn_curves(curves, data.law, pair.assessed.gap)
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
     drawing = svg_text(draw_fragility(drawn, f"{words} [g]"))
     keep = sorted(curves.index(curve) for curve in drawn)
@@ -422,7 +422,7 @@ def _curve_words(curve: Fragility) -> str:
     return gap if curve.yield_force is None else f"{gap}, $F_E$ {strength(curve.yield_force, unit=True)['text']}"
 
 
-def _rates(material: Material, pair: Pair) -> list[Block]:
+def _rates(data: ReportData, pair: Pair) -> list[Block]:
     """Table of annual rates and 50-year probabilities, where a hazard curve is given."""
     rates = [rate for rate in pair.assessed.rates if np.isfinite(rate.annual)]
     if not rates:
@@ -444,7 +444,7 @@ def _rates(material: Material, pair: Pair) -> list[Block]:
         ]
         for rate in rates
     ]
-    source, curve = material.assessment.hazard, material.assessment.hazard_rows
+    source, curve = data.assessment.hazard, data.assessment.hazard_rows
     weakest, strongest = (amount(im, ACCELERATION)["text"] for im in (curve[0][0], curve[-1][0]))
     stronger = number(curve[-1][1], digits=3)["text"]
     is_cut = any(rate.at_least for rate in rates)
@@ -463,7 +463,7 @@ def _at_least(cell: Cell, rate: Rate) -> Cell:
     return {**cell, "text": f"at least {cell['text']}"} if rate.at_least else cell
 
 
-def _sensitivity(material: Material, pair: Pair) -> list[Block]:
+def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
     """What the verdict depends on: polarity, F_E, contact model."""
     influences = pair.assessed.sensitivity
     if not influences:

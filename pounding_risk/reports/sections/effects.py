@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.reports.blocks import Block, Cell, heading, listing, milliseconds, name_of, number, paragraph, table
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,9 +18,9 @@ ORDER = 90
 EFFECTS_FREE = "none"  # the scene without effects, in a dataset of `effects`
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The effects that the scene names, and what each changes and costs where a dataset of `effects` tells."""
-    named = material.scene.get("effects", {})
+    named = data.scene.get("effects", {})
     blocks: list[Block]
     if named:
         blocks = [listing(f"{name_of(name)}: {_options(options)}" for name, options in named.items())]
@@ -28,10 +28,10 @@ def write(material: Material) -> list[Block]:
         blocks = [
             paragraph("The scene names no effects, and none was simulated: no dents, no strain rate, no passing wave.")
         ]
-    if "effects" not in material.others:
+    if "effects" not in data.others:
         blocks.append(paragraph("What each effect would change and cost: `pounding-risk effects`, given with --with."))
         return blocks
-    return blocks + _costs(material.others["effects"])
+    return blocks + _costs(data.others["effects"])
 
 
 def _options(options: dict[str, Any]) -> str:

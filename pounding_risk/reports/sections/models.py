@@ -26,7 +26,7 @@ from pounding_risk.reports.blocks import (
     percentiles,
     table,
 )
-from pounding_risk.reports.material import Material, Pair
+from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -44,29 +44,29 @@ BY_MODEL = {
 }
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """Every contact model at the scene's gap: shares of contact and yielding, and the spread of three outputs."""
     blocks: list[Block] = []
-    for pair in material.pairs:
-        blocks += _by_model(material, pair)
-    if len(material.laws) == 1 and "compare" not in material.others:
-        other = "more of them under contact_model of the grid" if material.is_row else "`pounding-risk compare`"
+    for pair in data.pairs:
+        blocks += _by_model(data, pair)
+    if len(data.laws) == 1 and "compare" not in data.others:
+        other = "more of them under contact_model of the grid" if data.is_row else "`pounding-risk compare`"
         blocks.append(paragraph(f"One contact model was run. Whether another says otherwise: {other}."))
-    if "compare" in material.others:
-        blocks += _compared(material.others["compare"])
+    if "compare" in data.others:
+        blocks += _compared(data.others["compare"])
     return blocks
 
 
-def _by_model(material: Material, pair: Pair) -> list[Block]:
-    here = pair.results.sel(gap=pair.grid_gap, yield_force=material.yield_force)
+def _by_model(data: ReportData, pair: Pair) -> list[Block]:
+    here = pair.results.sel(gap=pair.grid_gap, yield_force=data.yield_force)
     # A count of −1 is none: the run failed.
     touching = here["impact_count"] > 0
-    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(material.yield_force)}{pair.at}"
+    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(data.yield_force)}{pair.at}"
     heads = [("contact model", "l"), ("cases", "r"), ("with contact", "r"), ("reach F_E", "r")]
     heads += [(f"{head(words, unit)}: median (16 to 84 %)", "r") for words, unit in BY_MODEL.values()]
     rows: list[list[Cell | str]] = []
     spreads: dict[str, list[tuple[float, float, float]]] = {output: [] for output in BY_MODEL}
-    for law in material.laws:
+    for law in data.laws:
         one, touched = here.sel(contact_model=law), touching.sel(contact_model=law).values
         complete = one["impact_count"].values >= 0
         cells: list[Cell | str] = [name_of(law), count(complete.sum()), count(touched.sum())]
@@ -89,7 +89,7 @@ def _by_model(material: Material, pair: Pair) -> list[Block]:
         blocks.append(
             figure(
                 f"{pair.anchor}-models",
-                svg_text(draw_models(list(map(name_of, material.laws)), panels)),
+                svg_text(draw_models(list(map(name_of, data.laws)), panels)),
                 f"{caption}, {where}.",
                 f"{caption}, {where}; the table above has the numbers.",
             )

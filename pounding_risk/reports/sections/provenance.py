@@ -8,7 +8,7 @@ from typing import Any
 
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
 from pounding_risk.reports.blocks import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 from pounding_risk.results.amplitudes import intensity_words, usual_intensity
 from pounding_risk.results.own_case import own_level, scene_gap
 from pounding_risk.units import GAP, PGA, exact
@@ -17,35 +17,35 @@ TITLE = "Provenance"
 ORDER = 110
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The scene as written and as resolved, how it was run, versions, record files and what was done to them."""
-    attributes = material.results.attrs
+    attributes = data.results.attrs
     blocks = [
         paragraph(
             "To run this study again, save the scene below under the name that the first command has for it, give the "
             "commands, and compare the checksums of the record files."
             + (" With the results file at hand, pounding-risk rerun does all of it." if "options" in attributes else "")
         ),
-        source("Commands.", "\n".join(_commands(material))),
+        source("Commands.", "\n".join(_commands(data))),
         source("The scene, as written.", str(attributes.get("scene", ""))),
-        facts("Versions.", sorted(material.facts("versions", {}).items())),
+        facts("Versions.", sorted(data.facts("versions", {}).items())),
         *([facts("Digests.", digests)] if (digests := _digests(attributes)) else []),
-        _files(material),
+        _files(data),
         heading("Origin and terms of the records", "origins"),
-        listing(_origins(material)),
+        listing(_origins(data)),
         heading("Processing", "processing"),
-        listing(_steps(material)),
+        listing(_steps(data)),
         source("The scene, every value stated.", str(attributes["scene_resolved"])),
     ]
-    asked = material.assessment
+    asked = data.assessment
     if asked.hazard_rows:
         heads = [(head(intensity_words(asked.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
         rows = [[number(im, "m/s2"), number(rate)] for im, rate in asked.hazard_rows]
         blocks.append(table(f"The hazard curve {asked.hazard}.", heads, rows))
-    written_from = [("results file, sha256", material.checksum)] if material.checksum else []
+    written_from = [("results file, sha256", data.checksum)] if data.checksum else []
     written_from += [
         (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
-        for kind, other in material.others.items()
+        for kind, other in data.others.items()
         if "file" in other.attrs
     ]
     if written_from:
@@ -59,15 +59,15 @@ def _digests(attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
 
 
-def _commands(material: Material) -> list[str]:
+def _commands(data: ReportData) -> list[str]:
     """The command that made the dataset, where one did, or one that makes the same."""
-    attributes = material.results.attrs
+    attributes = data.results.attrs
     if attributes.get("command"):
         scan = str(attributes["command"])
     else:
-        changed = "".join(f" --set '{override}'" for override in material.facts("overrides", []))
+        changed = "".join(f" --set '{override}'" for override in data.facts("overrides", []))
         scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
-    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(material)])]
+    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(data)])]
 
 
 def _target(scan: str) -> str:
@@ -78,11 +78,11 @@ def _target(scan: str) -> str:
     return words[indices[-1]] if indices else joined[-1] if joined else "results.nc"
 
 
-def _asked(material: Material) -> list[str]:
+def _asked(data: ReportData) -> list[str]:
     """The options of the report that are not the usual ones."""
-    asked, one = material.assessment, material.assessment.interfaces[0]
+    asked, one = data.assessment, data.assessment.interfaces[0]
     options = []
-    if one.gap != scene_gap(material.results, 0):
+    if one.gap != scene_gap(data.results, 0):
         options += ["--gap", str(exact(one.gap, GAP))]
     if asked.percentile != USUAL_PERCENTILE:
         options += ["--percentile", f"{asked.percentile:.15g}"]
@@ -90,43 +90,43 @@ def _asked(material: Material) -> list[str]:
         options += ["--confidence", repr(asked.confidence)]
     if asked.target != target_left_by(asked.percentile):
         options += ["--target", repr(asked.target)]
-    if asked.intensity != usual_intensity(material.results):
+    if asked.intensity != usual_intensity(data.results):
         options += ["--intensity", asked.intensity]
-    if "pga" in material.results.dims and one.amplitude != material.results["pga"].values[own_level(material.results)]:
+    if "pga" in data.results.dims and one.amplitude != data.results["pga"].values[own_level(data.results)]:
         options += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
-    for name, words in material.signature.lines:
+    for name, words in data.signature.lines:
         options += [f"--{name}", words]
-    for other in material.others.values():
+    for other in data.others.values():
         options += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
     return [*options, "--hazard", asked.hazard] if asked.hazard else options
 
 
-def _files(material: Material) -> Block:
+def _files(data: ReportData) -> Block:
     heads = [(words, "l") for words in ("record", "file", "format", "sha256")]
     rows = [
         [name, *(str(one.get(key) or MISSING) for key in ("file", "format", "sha256"))]
-        for name, one in material.records.items()
+        for name, one in data.records.items()
     ]
     return table("Record files.", heads, rows)
 
 
-def _origins(material: Material) -> list[str]:
+def _origins(data: ReportData) -> list[str]:
     """Where records are from and on what terms; those from one place share a line."""
     alike: dict[str, list[str]] = {}
-    for name, one in material.records.items():
+    for name, one in data.records.items():
         origin = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
         alike.setdefault(origin or "not told by the file", []).append(name)
-    return [f"{_who(names, material)}: {origin}" for origin, names in alike.items()]
+    return [f"{_who(names, data)}: {origin}" for origin, names in alike.items()]
 
 
-def _who(names: list[str], material: Material) -> str:
+def _who(names: list[str], data: ReportData) -> str:
     """Records by name, or all of them."""
-    return "all records" if len(names) == len(material.records) > 1 else ", ".join(names)
+    return "all records" if len(names) == len(data.records) > 1 else ", ".join(names)
 
 
-def _steps(material: Material) -> list[str]:
+def _steps(data: ReportData) -> list[str]:
     """What was done to each record; records treated alike share a line."""
     alike: dict[tuple[str, ...], list[str]] = {}
-    for name, steps in material.facts("processing", {}).items():
+    for name, steps in data.facts("processing", {}).items():
         alike.setdefault(tuple(steps), []).append(name)
-    return [f"{_who(names, material)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]
+    return [f"{_who(names, data)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]

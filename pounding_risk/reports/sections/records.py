@@ -22,7 +22,7 @@ from pounding_risk.reports.blocks import (
     number,
     table,
 )
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 from pounding_risk.units import rounded
 
 if TYPE_CHECKING:
@@ -33,10 +33,10 @@ ORDER = 30
 SHARING = 3  # records that share a doubt and are named
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The records with their facts and the gap that each needs, their spectra, and the doubts about them."""
-    results = material.results
-    spectra, periods = _spectra_felt(material), results["period"].values
+    results = data.results
+    spectra, periods = _spectra_felt(data), results["period"].values
     names = list(map(str, results["building"].values))
     known = [
         (name, float(period))
@@ -53,19 +53,19 @@ def write(material: Material) -> list[Block]:
         figure(
             "spectra",
             svg_text(draw_spectra(periods, values, known)),
-            f"Response spectra, damping 5 %, {_as_felt(material)}.",
+            f"Response spectra, damping 5 %, {_as_felt(data)}.",
             f"Spectral acceleration against period of {len(values)} records, with their median and the periods of the "
             f"buildings.{median}",
         ),
-        _records_table(material),
+        _records_table(data),
     ]
-    unused = material.facts("unused_keys", [])
+    unused = data.facts("unused_keys", [])
     if unused:
         blocks += [
             heading("Keys of the scene without effect", "unused"),
             listing([f"{sentence}." for sentence in unused]),
         ]
-    doubts = _doubts(material)
+    doubts = _doubts(data)
     if doubts:
         blocks += [heading("Doubts about the records", "doubts"), listing(doubts)]
     return blocks
@@ -97,32 +97,32 @@ def draw_spectra(periods: np.ndarray, spectra: np.ndarray, buildings: Sequence[t
     return drawn
 
 
-def _is_felt_known(material: Material) -> bool:
+def _is_felt_known(data: ReportData) -> bool:
     """Whether the dataset says what the buildings felt; those of older versions do not."""
-    return "record_pga_felt" in material.results.coords
+    return "record_pga_felt" in data.results.coords
 
 
-def _felt(material: Material, name: str) -> Any:
+def _felt(data: ReportData, name: str) -> Any:
     """A coordinate of the records at the amplitude that is assessed."""
-    values = material.results[name]
+    values = data.results[name]
     if "pga" not in values.dims:
         return values
-    return values.sel(pga=material.assessment.interfaces[0].amplitude, method="nearest")
+    return values.sel(pga=data.assessment.interfaces[0].amplitude, method="nearest")
 
 
-def _spectra_felt(material: Material) -> Any:
+def _spectra_felt(data: ReportData) -> Any:
     """Sa [m/s²] of the records as the buildings felt them, or before the grid's amplitude where that is not known."""
-    spectra = material.results["record_spectral_acceleration"]
-    if not _is_felt_known(material):
+    spectra = data.results["record_spectral_acceleration"]
+    if not _is_felt_known(data):
         return spectra
-    return spectra * _felt(material, "record_pga_felt") / material.results["record_pga"]
+    return spectra * _felt(data, "record_pga_felt") / data.results["record_pga"]
 
 
-def _as_felt(material: Material) -> str:
+def _as_felt(data: ReportData) -> str:
     """At which amplitude records are shown, in words."""
-    if not _is_felt_known(material):
+    if not _is_felt_known(data):
         return "of the records before the grid's amplitude"
-    amplitude = material.assessment.interfaces[0].amplitude
+    amplitude = data.assessment.interfaces[0].amplitude
     at = "" if amplitude is None else f", scaled to a PGA of {amount(amplitude, 'm/s2')['text']}"
     return f"of the motions as the buildings felt them{at}"
 
@@ -131,25 +131,25 @@ def _at(values: Any, periods: Any, period: float) -> Any:
     return values[:, int(np.abs(np.log(periods / period)).argmin())]
 
 
-def _records_table(material: Material) -> Block:
-    results = material.results
+def _records_table(data: ReportData) -> Block:
+    results = data.results
     needed = results["peak_closing_free"]
     if "interface" in needed.dims:
         needed = needed.max("interface")
-    widest_of = "; of a row the widest that any two neighbours need" if material.is_row else ""
+    widest_of = "; of a row the widest that any two neighbours need" if data.is_row else ""
     at = ""
     if "pga" in needed.dims:
-        needed = needed.sel(pga=material.assessment.interfaces[0].amplitude, method="nearest")
+        needed = needed.sel(pga=data.assessment.interfaces[0].amplitude, method="nearest")
         at = f" at {amount(needed['pga'], 'm/s2')['text']}"
     polarities = list(map(str, results["polarity"].values))
     heads = [(words, "l") for words in ("record", "earthquake", "date")]
     heads += [("M", "r"), ("station", "l"), ("as found", "l"), ("dt [s]", "r")]
-    heads += [("factor", "r")] if _is_felt_known(material) else []
+    heads += [("factor", "r")] if _is_felt_known(data) else []
     heads += [(head("PGA", "m/s2"), "r")]
     heads += [(f"gap needed, {words} [mm]", "r") for words in polarities]
     rows = []
     for name in map(str, results["record"].values):
-        one = material.records.get(name, {})
+        one = data.records.get(name, {})
         event = [str(one.get(key) or "–") for key in ("event", "date")]
         rows.append(
             [
@@ -159,13 +159,13 @@ def _records_table(material: Material) -> Block:
                 str(one.get("station") or "–"),
                 str(one.get("state") or "–"),
                 number(one.get("dt", np.nan)),
-                *_amplitude_cells(material, name),
+                *_amplitude_cells(data, name),
                 *(number(needed.sel(record=name, polarity=polarity), "m") for polarity in polarities),
             ]
         )
     widest = np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]
     return table(
-        f"Records. PGA is that {_as_felt(material)}{_factor_words(material)}; a smaller gap than the one needed leads "
+        f"Records. PGA is that {_as_felt(data)}{_factor_words(data)}; a smaller gap than the one needed leads "
         f"to contact{at}{widest_of}.",
         heads,
         rows,
@@ -174,26 +174,26 @@ def _records_table(material: Material) -> Block:
     )
 
 
-def _amplitude_cells(material: Material, record: str) -> list[Cell]:
+def _amplitude_cells(data: ReportData, record: str) -> list[Cell]:
     """Factor and PGA of a record; the PGA alone where the dataset does not say what the buildings felt."""
-    if not _is_felt_known(material):
-        return [number(material.results["record_pga"].sel(record=record), "m/s2")]
-    factor, peak = (_felt(material, name).sel(record=record) for name in ("record_scale_factor", "record_pga_felt"))
+    if not _is_felt_known(data):
+        return [number(data.results["record_pga"].sel(record=record), "m/s2")]
+    factor, peak = (_felt(data, name).sel(record=record) for name in ("record_scale_factor", "record_pga_felt"))
     return [number(factor), number(peak, "m/s2")]
 
 
-def _factor_words(material: Material) -> str:
-    return "; factor is what the processed record was multiplied by" if _is_felt_known(material) else ""
+def _factor_words(data: ReportData) -> str:
+    return "; factor is what the processed record was multiplied by" if _is_felt_known(data) else ""
 
 
-def _doubts(material: Material) -> list[str]:
+def _doubts(data: ReportData) -> list[str]:
     """A line for each doubt, with the records that share it; then what was left out."""
     sharing: dict[str, list[str]] = {}
-    for record, flags in material.facts("flags", {}).items():
+    for record, flags in data.facts("flags", {}).items():
         for flag in flags:
             sharing.setdefault(flag, []).append(record)
     sentences = []
     for sentence, who in sharing.items():
         named = ", ".join(who) if len(who) <= SHARING else f"{who[0]} and {len(who) - 1} others"
         sentences.append(f"{named}: {sentence}.")
-    return sentences + [f"Left out: {sentence}." for sentence in material.facts("left_out", [])]
+    return sentences + [f"Left out: {sentence}." for sentence in data.facts("left_out", [])]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pounding_risk.assessment.separations.rules import RULES
 from pounding_risk.reports.blocks import Block, listing, paragraph
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 
 TITLE = "References"
 ORDER = 100
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The sources of the contact laws and effects that took part, and of the rules of codes."""
-    sources = [source.strip() for source in str(material.results.attrs.get("references", "")).split(";")]
+    sources = [source.strip() for source in str(data.results.attrs.get("references", "")).split(";")]
     return [
         paragraph("Contact laws and effects of this study:"),
         listing(dict.fromkeys(source for source in sources if source)),

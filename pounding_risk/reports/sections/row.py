@@ -6,7 +6,7 @@ from math import nan
 
 import numpy as np
 
-from pounding_risk.assessment.row import Place, RowCase, Touch
+from pounding_risk.assessment.row import ContactPoint, RowCase, Touch
 from pounding_risk.figures.elevation import elevation_figure, elevation_finding, where_words
 from pounding_risk.figures.plan_view import plan_figure, plan_finding
 from pounding_risk.figures.storey_profiles import amplification, profiles_figure, profiles_finding
@@ -24,7 +24,7 @@ from pounding_risk.reports.blocks import (
     percentiles,
     table,
 )
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 
 TITLE = "The row"
 ORDER = 50
@@ -34,11 +34,11 @@ OF_TOUCH += [(head("peak force, median", "N"), "r")]
 POSITIONS = ("end", "interior")
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """What the motions do to a row; nothing for a pair."""
-    if not material.is_row:
+    if not data.is_row:
         return []
-    case = material.row
+    case = data.row
     where = where_words(case)
     blocks = [
         paragraph(f"{elevation_finding(case)}. {plan_finding([case])}."),
@@ -47,7 +47,7 @@ def write(material: Material) -> list[Block]:
             svg_text(elevation_figure(case, titled=False)),
             f"The row in elevation, {where}. Heights are to scale, widths nominal, gaps drawn larger. Colour: share of "
             "the motions with contact; a thick rim: some reach F_E.",
-            f"Elevation of {len(case.buildings)} buildings with {len(case.places)} contact points. "
+            f"Elevation of {len(case.buildings)} buildings with {len(case.points)} contact points. "
             f"{elevation_finding(case)}. The tables below have the numbers.",
         ),
         table(f"Neighbours, {where}.", [("neighbours", "l"), (head("gap", "m"), "r"), *OF_TOUCH], _interfaces(case)),
@@ -78,8 +78,8 @@ def _touch(touch: Touch) -> list[Cell | str]:
 
 def _points(case: RowCase, where: str) -> Block:
     heads = [("neighbours", "l"), ("left floor", "r"), ("right floor", "r"), ("kind", "l"), ("level [m]", "r")]
-    rows = [_point(case, point) for point in case.places]
-    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.places[at].touch.contact))[:12]
+    rows = [_point(case, point) for point in case.points]
+    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[:12]
     return table(
         f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3.",
         [*heads, *OF_TOUCH],
@@ -89,7 +89,7 @@ def _points(case: RowCase, where: str) -> Block:
     )
 
 
-def _point(case: RowCase, point: Place) -> list[Cell | str]:
+def _point(case: RowCase, point: ContactPoint) -> list[Cell | str]:
     floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
     return [case.interfaces[point.interface], *floors, point.kind, number(point.level), *_touch(point.touch)]
 

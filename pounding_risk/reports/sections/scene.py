@@ -20,7 +20,7 @@ from pounding_risk.reports.blocks import (
     paragraph,
     table,
 )
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.units import rounded
 
@@ -39,50 +39,50 @@ OF_A_ROW = (
 )
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The pair, its interface, the grid of cases and what is assumed of them."""
-    results = material.results
+    results = data.results
     sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
-    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if material.is_row else []
+    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.is_row else []
     rows = []
     for name in map(str, results["building"].values):
         one = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        rows.append([name, *(number(one[variable], unit) for variable, unit in values), *_stature(material, one)])
+        rows.append([name, *(number(one[variable], unit) for variable, unit in values), *_stature(data, one)])
     rigid = [
         str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
     ]
     note = f"{' and '.join(rigid)}: rigid, moves with the ground." if rigid else ""
-    pairs = enumerate(material.pairs)
+    pairs = enumerate(data.pairs)
     return [
         table("Buildings, left to right.", sides, rows),
         *([paragraph(note)] if note else []),
-        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(material, index)) for index, pair in pairs),
-        facts("The grid of cases.", _grid(material)),
+        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(data, index)) for index, pair in pairs),
+        facts("The grid of cases.", _grid(data)),
         heading("Assumptions", "assumptions"),
-        listing([*(OF_A_ROW if material.is_row else ASSUMED), *_assumed(material)]),
+        listing([*(OF_A_ROW if data.is_row else ASSUMED), *_assumed(data)]),
     ]
 
 
-def _stature(material: Material, one: Any) -> list[Cell | str]:
+def _stature(data: ReportData, one: Any) -> list[Cell | str]:
     """Storeys, height and place of a building in a row; nothing of a pair's."""
-    if not material.is_row:
+    if not data.is_row:
         return []
     height = number(one["building_height"])
     return [count(one["building_storeys"]), height, str(one["building_position"].values)]
 
 
-def _interface(material: Material, index: int) -> list[tuple[str, Cell | str]]:
+def _interface(data: ReportData, index: int) -> list[tuple[str, Cell | str]]:
     """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
     rows: list[tuple[str, Cell | str]] = []
-    tables = material.scene["interface"]
+    tables = data.scene["interface"]
     for key, value in tables[min(index, len(tables) - 1)].items():
         if key == "gap":
             rows.append(("gap", amount(_si(value), "m")))
         elif key in ("yield_force", "column_yield_force"):
             rows.append(("yield force F_E" if key == "yield_force" else "of a column", _force(_si(value))))
         else:
-            rows.append((key.replace("_", " "), _said(value)))
+            rows.append((key.replace("_", " "), _value_words(value)))
     return rows
 
 
@@ -91,12 +91,12 @@ def _si(value: Any) -> float:
     return float(str(value).split()[0])
 
 
-def _said(value: Any) -> str:
+def _value_words(value: Any) -> str:
     """A value of a resolved scene in words; quantities are in SI there."""
     if isinstance(value, dict):
-        return ", ".join(f"{key.replace('_', ' ')} {_said(item)}" for key, item in value.items()) or "no options"
+        return ", ".join(f"{key.replace('_', ' ')} {_value_words(item)}" for key, item in value.items()) or "no options"
     if isinstance(value, list):
-        return ", ".join(map(_said, value))
+        return ", ".join(map(_value_words, value))
     first, _, unit = str(value).partition(" ")
     try:
         return f"{rounded(float(first))} {unit}".strip()
@@ -108,8 +108,8 @@ def _force(value: float) -> Cell:
     return {"text": "none: never yields", "raw": None} if np.isinf(value) else amount(value, "N")
 
 
-def _grid(material: Material) -> list[tuple[str, Cell | str]]:
-    results = material.results
+def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
+    results = data.results
     rows: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
     rows.append(("records", count(results.sizes["record"])))
     rows.append(("polarity", ", ".join(map(str, results["polarity"].values))))
@@ -119,7 +119,7 @@ def _grid(material: Material) -> list[tuple[str, Cell | str]]:
     for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", whose, "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:
             rows.append((words, _span(np.atleast_1d(results[name].values), unit)))
-    rows.append(("contact models", ", ".join(map(name_of, material.laws))))
+    rows.append(("contact models", ", ".join(map(name_of, data.laws))))
     return rows
 
 
@@ -134,19 +134,19 @@ def _span(values: Any, unit: str) -> Cell:
     return {"text": text, "parts": [end["raw"] for end in ends]}
 
 
-def _assumed(material: Material) -> list[str]:
+def _assumed(data: ReportData) -> list[str]:
     """What else is taken for granted, as far as this scene's own keys tell."""
     sentences = []
-    effects = material.scene.get("effects", {})
+    effects = data.scene.get("effects", {})
     if "wave_passage" not in effects:
-        both = "All" if material.is_row else "Both"
+        both = "All" if data.is_row else "Both"
         sentences.append(f"{both} buildings stand on the same motion at the same time.")
-    if "permanent_set" not in effects and np.isfinite(material.results["yield_force"].values).any():
+    if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
         sentences.append(
             "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
             "permanent_set is named."
         )
-    held = int((material.results["restitution_held"] > 0).sum()) if "restitution_held" in material.results else 0
+    held = int((data.results["restitution_held"] > 0).sum()) if "restitution_held" in data.results else 0
     if held:
         sentences.append(
             f"In {held} cases contacts are faster than the range of the restitution relation, which is held at its end."

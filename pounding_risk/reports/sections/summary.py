@@ -21,16 +21,16 @@ from pounding_risk.reports.blocks import (
     paragraph,
     table,
 )
-from pounding_risk.reports.material import Material, Pair
+from pounding_risk.reports.data import Pair, ReportData
 
 TITLE = "Summary"
 ORDER = 10
 
 
-def write(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
-    blocks: list[Block] = [_verdicts(material)] if len(material.pairs) > 1 else []
-    for pair in material.pairs:
+    blocks: list[Block] = [_verdicts(data)] if len(data.pairs) > 1 else []
+    for pair in data.pairs:
         verdict = pair.assessed.verdict
         blocks += [
             {
@@ -40,36 +40,36 @@ def write(material: Material) -> list[Block]:
                 "conclusion": list(verdict.conclusion),
                 "sentence": verdict.sentence,
             },
-            paragraph(material.assessment.asked),
+            paragraph(data.assessment.asked),
             listing(verdict.evidence),
-            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(material, pair)),
+            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(data, pair)),
         ]
-    caveats = _caveats(material)
+    caveats = _caveats(data)
     if caveats:
         blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
     return blocks
 
 
-def _verdicts(material: Material) -> Block:
+def _verdicts(data: ReportData) -> Block:
     """The verdicts of a row, one line an interface."""
-    percentile = material.assessment.percentile
+    percentile = data.assessment.percentile
     heads = [("neighbours", "l"), (head("gap", "m"), "r"), ("verdict", "l"), ("with contact", "r"), ("motions", "r")]
     heads += [("probability [%]", "r"), (head(f"gap that {percentile:g} % need", "m"), "r")]
     rows: list[list[Cell | str]] = []
-    for pair in material.pairs:
+    for pair in data.pairs:
         here = pair.assessed.contact_at_gap()
         needed = pair.assessed.required_at(percentile).gap
         shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
         rows.append(
             [pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, number(needed, "m")]
         )
-    worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].assessed.contact_at_gap().probability)
+    worst = sorted(range(len(rows)), key=lambda at: -data.pairs[at].assessed.contact_at_gap().probability)
     note = "those with most contact"
     return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
 
 
-def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
-    assessed, asked = pair.assessed, material.assessment
+def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
+    assessed, asked = pair.assessed, data.assessment
     here, bounds = assessed.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
     rows: list[tuple[str, Cell | str]] = [
         ("gap assessed", amount(assessed.gap, "m")),
@@ -110,13 +110,13 @@ def _governing(verdict: Any) -> Cell:
     return {"text": ", ".join(words), "parts": [cell["raw"] for cell in cells]}
 
 
-def _caveats(material: Material) -> list[str]:
-    assessment, sentences = material.assessment, []
+def _caveats(data: ReportData) -> list[str]:
+    assessment, sentences = data.assessment, []
     if assessment.failed:
         sentences.append(
             f"{assessment.failed} of {counted(assessment.cases, 'case')} failed: they are left out of what contact "
             "does. Whether there is "
-            f"contact follows from the motion without it{', and in a row from the runs' if material.is_row else ''}."
+            f"contact follows from the motion without it{', and in a row from the runs' if data.is_row else ''}."
         )
     if assessment.sensitive:
         runs = counted(assessment.checked, "run")
@@ -124,13 +124,13 @@ def _caveats(material: Material) -> list[str]:
     if not assessment.checked:
         sentences.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
     sentences += assessment.notes
-    if material.facts("flags", {}):
+    if data.facts("flags", {}):
         sentences.append("There are doubts about some records; they stand with the records.")
-    if material.facts("left_out", []):
+    if data.facts("left_out", []):
         sentences.append("Some files that the scene names were left out; they stand with the records.")
-    if material.facts("unused_keys", []):
+    if data.facts("unused_keys", []):
         sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
-    rules = [each.row for pair in material.pairs for each in pair.codes.rules]
+    rules = [each.row for pair in data.pairs for each in pair.codes.rules]
     if any(row.verification in (MEMORY, QUOTED) for row in rules):
         sentences.append(
             "Some rules of codes are quoted by others or from memory: their clauses were not read; see there."

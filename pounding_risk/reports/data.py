@@ -71,7 +71,7 @@ class Pair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Material:
+class ReportData:
     """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
 
     results: xr.Dataset
