@@ -1,7 +1,7 @@
-"""Is this gap enough, and what gap would be? Probabilities, required gaps, fragilities and a verdict from a scan.
+"""Assessment of gaps from a dataset of `scan`: probabilities of contact, required gaps, fragilities and a verdict.
 
-Everything follows from a dataset of `scan`, on disk or not; nothing is run. Whether a motion brings contact is known
-at every gap, not only at those of the grid, from its closing without contact.
+Nothing is run. Whether a motion brings contact is known at every gap, not only at those of the grid, from its closing
+without contact.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class InterfaceAssessment(ShortRepr):
         return next(required for required in self.required if required.percentile == percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """The verdict, and what it rests on first."""
+        """Names of the buildings, verdict, and required gaps, as pairs of a name and words."""
         yield "between", self.name
         yield "verdict", self.verdict.sentence
         for required in self.required:
@@ -126,7 +126,7 @@ class Assessment(ShortRepr):
     unused_keys: tuple[str, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """The verdict on each gap."""
+        """Study, cases, and the verdict on each gap, as pairs of a name and words."""
         yield "study", self.title
         yield "cases", f"{self.cases}, {self.simulated} of them simulated, {self.failed} failed"
         for interface in self.interfaces:
@@ -136,11 +136,11 @@ class Assessment(ShortRepr):
 
     @property
     def criterion(self) -> Criterion:
-        """What the gaps are held against."""
+        """Target, percentile and confidence, as the gaps were held against them."""
         return Criterion(self.target, self.percentile, self.confidence)
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it as tables and lists that JSON holds; what is not a finite number is None."""
+        """The assessment as tables and lists that JSON holds; None for what is not a finite number."""
         return _plain(asdict(self))
 
 
@@ -169,19 +169,44 @@ def assess(
     target: float | str | None = None,
     pga: float | str | None = None,
 ) -> Assessment:
-    """Assess the gaps of a dataset of `scan`, or of the file it is in.
+    """Assess the gaps of a dataset of `scan`: probabilities of contact, gaps required, fragilities and a verdict.
 
-    ``gap`` [m, or text with a unit] is the scene's own by default, at every interface. The verdict holds P(contact)
-    there against ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions,
-    beside 50, 84 and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target
-    asks for the percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by
-    default; where both are given the verdict uses the target. Of a dataset with several amplitudes the assessed one is
-    ``pga`` [m/s2], by default the scene's own where the grid has it, else the largest. Fragilities are against
-    ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
-    period, or "sa(0.62 s)" at any; by default the one that the scene scales its motions to, or PGA. ``hazard``, a
-    curve or its CSV file, adds annual rates.
+    A share, such as 84 %, may be written 0.84, 84 or "84 %". A target asks for the percentile that leaves it, 90 % of
+    0.1, and a percentile leaves a target, 0.16 of 84 %; where both are given the verdict uses the target.
 
-    Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    gap : float or str, optional
+        The gap to assess [m, or text with a unit], at every interface; the scene's own by default.
+    hazard : Hazard, str or Path, optional
+        A hazard curve or its CSV file, from which annual rates follow.
+    confidence : float or str
+        Confidence of all bounds, above 50 %.
+    percentile : float or str, optional
+        Share of the motions, beside 50, 84 and 95 %, whose required gap is given; what the target asks for, or 84 %,
+        by default.
+    intensity : str, optional
+        Intensity of the fragilities: "pga"; "sa(left)", "sa(right)" or "sa(NAME)", the pseudo-spectral acceleration at
+        a building's period; or "sa(0.62 s)" at any period. By default the one that the scene scales its motions to, or
+        PGA.
+    target : float or str, optional
+        Accepted probability of contact, against which the verdict holds P(contact) with its bounds (`verdict` states
+        the rule); what the percentile leaves by default.
+    pga : float or str, optional
+        Amplitude of the grid to assess [m/s2, or text with a unit]; the scene's own by default where the grid has it,
+        else the largest.
+
+    Returns
+    -------
+    Assessment
+        The assessment of every interface, and what it was asked.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
     """
     if isinstance(results, str | Path):
         from pounding_risk.results.files import open_results

@@ -1,4 +1,4 @@
-"""What an assessment reads from a dataset of `scan`: motions and what they close, who yields, the scene's gap.
+"""Demands of the motions, read from a dataset of `scan`: closing without contact, yielding, intensities.
 
 Nothing here runs a case; a dataset on disk is enough.
 """
@@ -51,7 +51,7 @@ UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no forc
 
 
 class Motions(NamedTuple):
-    """The motions of an ensemble, and what each closes without contact."""
+    """The motions of an ensemble, and how far each closes the gap without contact."""
 
     records: tuple[str, ...]  # by motion
     polarities: tuple[str, ...]

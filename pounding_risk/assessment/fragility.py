@@ -1,11 +1,12 @@
 """Lognormal fragility by maximum likelihood: P(failure | im) = Φ(ln(im/θ)/β), θ the median, β the dispersion.
 
-Each motion is a witness at its own intensity, or many stand at the same few intensities (multiple stripes); the
+Each motion is observed at its own intensity, or many stand at the same few intensities (multiple stripes); the
 likelihood is the same, that of Baker, Earthquake Spectra 31 (2015). Of contact between linear buildings more is
 known: a motion closes the gap once scaled by gap over closing, so that the curve is that of these intensities.
 
-What the motions cannot carry is refused in words, and no annual rate follows from it: a curve from one intensity, one
-whose dispersion is not told from none by its own error, and one whose median lies where no motion was.
+A curve that the motions do not determine is refused with a sentence, and no annual rate follows from it: a curve from
+one intensity, one whose dispersion does not differ from zero by its own error, and one whose median lies outside the
+intensities of the motions.
 """
 
 from __future__ import annotations
@@ -102,7 +103,7 @@ class Fragility:
 
 
 def fragility_curve(im: Array, median: Array | float, dispersion: Array | float) -> Array:
-    """Φ(ln(im/θ)/β).
+    """Probability of failure at an intensity, Φ(ln(im/θ)/β), θ the median and β the dispersion.
 
     >>> float(fragility_curve(np.array(2.0), 2.0, 0.4))
     0.5
@@ -238,12 +239,12 @@ def out_of_scale(fitted: Fit, factors: Array) -> tuple[float, str]:
 
 
 def _span(im: Array) -> str:
-    """The range of intensities in words."""
+    """Lowest and highest intensity, in words."""
     return f"{say(float(im.min()), PGA, 3)} and {say(float(im.max()), PGA, 3)}"
 
 
 def _unless(fitted: Fit, fault: str) -> Fit:
-    """The fit, or none where there is a fault."""
+    """The fit, or an empty one that carries the fault where there is one."""
     return Fit(fault=fault) if fault else fitted
 
 

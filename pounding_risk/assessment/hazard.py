@@ -1,4 +1,4 @@
-"""How often the ground shakes how strongly, from a table, and how often that means contact.
+"""Hazard curves from a table, and the annual rate of contact or yielding that follows with a fragility.
 
 The annual rate of failure is ∫ P(failure | im) |dλ(im)|, λ the annual rate at which an intensity is exceeded; in 50
 years the probability is 1 − exp(−50 λ_f), events being independent of each other (Poisson).
@@ -69,10 +69,26 @@ class Rate:
 
 
 def read_hazard(path: str | Path) -> Hazard:
-    """The hazard curve of a CSV file: a head that names the intensity and its unit, then rows im, annual rate.
+    """Read a hazard curve from a CSV file.
 
-    Lines that start with # are left out. Raises PoundingError that names the line for what is no such table, where the
-    second column is no annual rate, and where intensities do not rise or rates do not fall.
+    The head names the intensity with its unit and the annual rate; each row below has an intensity and its rate. Lines
+    that start with # are left out.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``.
+
+    Returns
+    -------
+    Hazard
+        Intensities [m/s2] in rising order and annual rates [1/year].
+
+    Raises
+    ------
+    PoundingError
+        With the line, for what is no such table, where the second column is no annual rate, and where intensities do
+        not rise or rates do not fall.
     """
     source = Path(path)
     try:
@@ -97,7 +113,7 @@ def read_hazard(path: str | Path) -> Hazard:
 
 
 def _head(source: Path, at: int, line: str) -> tuple[str, str]:
-    """Name and unit of the intensity."""
+    """Name and unit of the intensity, from the head of a table."""
     cells = _cells(line)
     match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
     if len(cells) != 2 or match is None:
@@ -126,12 +142,12 @@ def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
 
 
 def _cells(line: str) -> list[str]:
-    """The cells of a line, which is no longer than the reader of tables takes."""
+    """The cells of one line."""
     return next(csv.reader([line]))
 
 
 def _shown(text: str) -> str:
-    """Text of a table, shortened."""
+    """Text of a table for an error, at most 60 letters of it."""
     text = text.strip()
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
 

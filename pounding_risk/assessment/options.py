@@ -1,8 +1,8 @@
-"""What a gap is held against: the target, the percentile of the gap required, and the confidence of bounds.
+"""The criterion of an assessment: target probability, percentile of the required gap, and confidence of bounds.
 
-A share may be written 0.84, 84 or "84 %", with one meaning; what could not be meant is refused, so that no verdict
-follows from a slip. A percentile leaves a target, 16 % of 84 %, and a target asks for a percentile: of the two the one
-that is not given follows from the other.
+A share may be written 0.84, 84 or "84 %", with one meaning; an ambiguous one is refused, so that no verdict follows
+from a slip. A percentile leaves a target, 16 % of 84 %, and a target asks for a percentile: of the two the one that is
+not given follows from the other.
 
     >>> from pounding_risk.assessment.options import read_criterion
     >>> read_criterion(target="10 %")

@@ -1,9 +1,9 @@
-"""Shares of few motions, and how far the motions of one recording say the same thing twice.
+"""Shares of few motions with exact bounds, for motions of one recording that are not independent.
 
 Components and polarities of one recording are not independent: one strong recording closes a gap in several of them.
-Bounds that take every motion for a witness of its own are then too narrow. The design effect (Kish 1965) says how
-many motions stand for one independent motion; with the count of independent motions the exact binomial bounds of
-Clopper and Pearson (1934) are those of Korn and Graubard (1998).
+Bounds that count every motion as independent are then too narrow. The design effect (Kish 1965) says how many motions
+stand for one independent motion; with the count of independent motions the exact binomial bounds of Clopper and
+Pearson (1934) are those of Korn and Graubard (1998).
 """
 
 from __future__ import annotations

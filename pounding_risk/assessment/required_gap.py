@@ -1,4 +1,4 @@
-"""The gap that a share of the motions needs: percentiles of the closing without contact, with bounds.
+"""Required gaps: percentiles of the closing without contact, with bounds.
 
 A motion closes a gap if and only if its closing without contact is larger, whatever the contact model or F_E: the
 percentiles need no contact run.

@@ -1,6 +1,6 @@
-"""One cell of a row's grid: what stands where, and what the motions do at each interface, contact point and building.
+"""One cell of a row's grid: buildings and contact points, and contact, force and yielding over the motions at each.
 
-From a dataset of `scan` alone, on disk or not; nothing here runs a case. Lengths in m, forces in N.
+Read from a dataset of `scan`; nothing here runs a case. Lengths in m, forces in N.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STOREY_HEIGHT = 3.0  # m, of a building of which no height is known
 
 
 class BuildingShape(NamedTuple):
-    """A building as it is drawn."""
+    """Name, floor levels and position of a building, as figures draw it."""
 
     name: str
     levels: tuple[float, ...]  # m above the ground, of each floor; of a rigid building the top alone
@@ -38,7 +38,7 @@ class BuildingShape(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the motions do at one contact point or interface; shares are of the runs that are complete."""
+    """Contact over the motions at one contact point or interface; shares are of the runs that are complete."""
 
     runs: int
     contact: float  # share with contact; NaN where no run is complete
@@ -48,7 +48,7 @@ class Touch(NamedTuple):
 
 
 class ContactPoint(NamedTuple):
-    """One contact point."""
+    """One contact point of a row: floors, kind and level, and the contact there."""
 
     interface: int
     left_floor: float
@@ -69,12 +69,12 @@ class RowCase(NamedTuple):
 
     @property
     def motions(self) -> int:
-        """Records times polarities."""
+        """Number of motions: records times polarities."""
         return self.results.sizes["record"] * self.results.sizes["polarity"]
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Their names, "left | right"."""
+        """Names of the interfaces, "left | right"."""
         return tuple(map(str, self.results["interface"].values))
 
 
@@ -96,10 +96,30 @@ def row_case(
     yield_force: float | str | None = None,
     pga: float | str | None = None,
 ) -> RowCase:
-    """The cell of the grid that is nearest to what is asked; by default the scene's own.
+    """One cell of the grid of a row: the nearest to what is asked, by default the scene's own.
 
-    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit. Raises PoundingError for
-    what is no row's dataset and for a contact model that the grid has not.
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`, of a row.
+    gap : float or str, optional
+        Gap [m, or text with a unit].
+    contact_model : str, optional
+        Name of a contact model of the grid.
+    yield_force : float or str, optional
+        Yield force F_E [N, or text with a unit].
+    pga : float or str, optional
+        Amplitude of the motions [m/s2, or text with a unit].
+
+    Returns
+    -------
+    RowCase
+        Buildings, gaps, contact points, and what the motions do at each.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of a row, and for a contact model that the grid has not.
     """
     check_row(results)
     gap = None if gap is None else si(gap, GAP, "gap")
@@ -194,7 +214,7 @@ def _median(values: Array) -> float:
 
 
 def force_text(force: float) -> str:
-    """A force in kN or MN; of none, that there is none."""
+    """A force in kN or MN with three digits; "no force" where it is not finite."""
     if not np.isfinite(force):
         return "no force"
     return f"{force / 1e6:.3g} MN" if force >= 1e6 else f"{force / 1e3:.3g} kN"

@@ -1,11 +1,11 @@
-"""What an assessment's numbers depend on: the yield force F_E, the contact model, the polarity.
+"""Sensitivity of an assessment to the yield force F_E, the contact model and the polarity.
 
 An influence is how far a number moves from one level of a key to another. Whether there is contact does not depend on
-F_E or the contact model at all: the motion up to the first touch is the free one. In a row that is so of the first
-touch of all; what pounding elsewhere then closes is not told apart by them. That a force reaches F_E depends on F_E by
-what the words say: F_E is held against the response instead, and P(yield) is told at the scene's own F_E. Contact
-models are held against each other without yielding where the grid has that: what differs by the cap alone is an
-influence of F_E and not of the model. The response is the largest value of an output over the motions with contact.
+F_E or the contact model: the motion up to the first touch is the free one. In a row that holds for the first touch of
+all; what pounding elsewhere then closes is not attributed to them. That a force reaches F_E depends on F_E by
+definition: F_E is held against the response instead, and P(yield) is given at the scene's own F_E. Contact models are
+compared without yielding where the grid has that: what differs by the cap alone is an influence of F_E and not of the
+model. The response is the largest value of an output over the motions with contact.
 """
 
 from __future__ import annotations
@@ -200,7 +200,7 @@ def _of_model(levels: Sequence[Response], force: float) -> Influence:
 
 
 def what_matters(influences: Sequence[Influence]) -> str:
-    """In words, what F_E and the contact model change most, and what yielding and contact depend on."""
+    """Sentences on what F_E and the contact model change most, and on what yielding and contact depend."""
     sentences = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
     yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]
     if yielding:
@@ -218,7 +218,7 @@ def what_matters(influences: Sequence[Influence]) -> str:
 
 
 def force_words(force: float) -> str:
-    """A level of F_E in words."""
+    """A yield force F_E in words; "no yielding" where it is infinite."""
     return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else NEVER
 
 

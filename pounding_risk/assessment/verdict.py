@@ -31,7 +31,7 @@ MOST_RECORDINGS = 10_000  # that are looked for; nobody has more
 
 @dataclass(frozen=True)
 class Governing:
-    """One of the motions that close most."""
+    """One of the motions that close most, and how much [m]."""
 
     record: str
     polarity: str
@@ -40,7 +40,7 @@ class Governing:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on one gap, and what stands behind it.
+    """The verdict on one gap, its sentences and its evidence.
 
     ``conclusion`` says what follows for the gap: what to provide, and what would settle it. ``more_recordings`` is how
     many further recordings like these would settle a verdict that depends (`recordings_to_settle` states the rule): 0
@@ -65,7 +65,7 @@ class Verdict:
 
 
 class AssessedGap(NamedTuple):
-    """What the gap is held against."""
+    """A gap [m], and the criterion that it is held against."""
 
     gap: float
     criterion: Criterion
@@ -80,7 +80,7 @@ class AssessedGap(NamedTuple):
 
 
 class Observations(NamedTuple):
-    """What the motions show at the gap."""
+    """Results of the motions at the assessed gap."""
 
     motions: Motions  # those of the assessed amplitude, with a finite closing
     at: str  # the amplitude in words
@@ -96,7 +96,7 @@ class Observations(NamedTuple):
 
 
 def judge(assessed: AssessedGap, observed: Observations) -> Verdict:
-    """The verdict; see the head of this module for the rule."""
+    """The verdict on a gap; the docstring of this module states the rule."""
     word = _word(assessed, observed)
     basis = _basis(assessed, observed)
     closing = observed.motions.closing[:, 0]
@@ -226,7 +226,7 @@ def _evidence(assessed: AssessedGap, observed: Observations, governing: tuple[Go
 
 
 def _whose(assessed: AssessedGap, motions: Motions) -> str:
-    """Where it is from that a motion brings contact."""
+    """Sentence on whether contact follows from the motion alone or from contact elsewhere in the row."""
     if motions.alone is None:
         return "The contact model, F_E and sensitive runs have no say in whether there is contact."
     pushed = int(((motions.alone <= assessed.gap) & (motions.closing > assessed.gap)).sum())
@@ -248,7 +248,7 @@ def _margin(assessed: AssessedGap, required: RequiredGap) -> str:
 
 
 def _number(assessed: AssessedGap, observed: Observations) -> str:
-    """What so many motions can show at all."""
+    """Sentence on how many independent motions there are, and what so many can show."""
     recordings, runs = int(observed.motions.recordings.max()) + 1, observed.contact.runs
     least = least_upper_bound(observed.independent, assessed.confidence)
     worth = f"{observed.independent:.0f}" if observed.independent >= 10.0 else f"{observed.independent:.2g}"

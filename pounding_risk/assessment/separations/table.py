@@ -151,13 +151,33 @@ class CodeTable(ShortRepr):
 def separations(
     buildings: Sequence[str], displacements: Pair, periods: Pair, dampings: Pair, site: Site = PLAIN
 ) -> tuple[SeparationRow, ...]:
-    """What every rule of `RULES` asks for between two buildings, left and right.
+    """Separations that every rule of `RULES` asks for between two buildings, left and right.
 
-    ``displacements`` [m] are the peaks of the linear model without contact, at the height where the two can touch,
-    under the design motion; ``periods`` [s], NaN for a rigid building; ``site`` holds what else codes ask. A rule that
-    needs what is not given has no number, and its note says what it needs.
+    A rule that needs what is not given has no number, and its note says what it needs.
 
-    Raises PoundingError for numbers out of range.
+    Parameters
+    ----------
+    buildings : sequence of str
+        Names of the two buildings.
+    displacements : pair of float
+        Peak displacements [m] of the linear model without contact under the design motion, at the height where the two
+        can touch.
+    periods : pair of float
+        Periods [s]; NaN for a rigid building.
+    dampings : pair of float
+        Damping ratios.
+    site : Site
+        What codes ask about the two neighbours besides how they move.
+
+    Returns
+    -------
+    tuple of SeparationRow
+        One row a rule, in the order of `RULES`.
+
+    Raises
+    ------
+    PoundingError
+        For a number out of its range.
     """
     _check(buildings, displacements, site)
     case = Case(displacements, periods, dampings, site)
@@ -179,7 +199,7 @@ def _doubts(rule: Rule) -> tuple[str, ...]:
 
 
 def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
-    """What the rule took for granted."""
+    """Assumptions of the rule on what the user did not give."""
     if any(getattr(site, key) is None for key in rule.needs):
         return ()
     return tuple(TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key))
@@ -207,23 +227,26 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
 
 
 def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN) -> CodeTable:
-    """Each rule, from the spectral displacements of each motion, beside the gap that this motion needs.
+    """Separations that rules ask for, from the spectral displacements of each motion, beside the gap that it needs.
 
-    A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or
-    the largest; select one to see another. Works on one pair: of a row of buildings, select two neighbours and their
-    interface first. Where a wave passes along the row
-    the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so. Of buildings with
-    storeys displacements are those at the highest contact point, and the dataset's heights and levels are the site's
-    where ``site`` gives none.
+    A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or the largest; select one to
+    see another. Where a wave passes along the row the ground itself moves apart: that is in the gap needed and in no
+    rule, whose note says so. Of buildings with storeys displacements are those at the highest contact point, and the
+    dataset's heights and levels are the site's where ``site`` gives none.
 
     Parameters
     ----------
     results : xarray.Dataset
-        What `scan` writes, of one pair of buildings.
+        A dataset of `scan`, of one pair of buildings; of a row, two neighbours and their interface selected from it.
     percentile : float or str
-        The share of the motions whose gap is told beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
+        Share of the motions whose gap is given beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
     site : Site
         What codes ask about the two neighbours besides how they move.
+
+    Returns
+    -------
+    CodeTable
+        Every rule beside the gaps that the motions need.
 
     Raises
     ------
