@@ -21,7 +21,20 @@ WHOLE = ("impact_count", "yield_exceedance")
 
 
 def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Median error over the cases (lines) and largest (dotted) against processor time per run, as `accuracy` found."""
+    """Errors of every method and setting against processor time per run: medians (lines) and largest (dotted).
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `accuracy`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each output.
+    """
     figure, axes = blank(2, 3, size=(12.0, 7.6))
     solvers = [str(name) for name in dataset["solver"].values]
     for index, (output, words) in enumerate(OUTPUTS.items()):

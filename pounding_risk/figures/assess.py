@@ -33,7 +33,20 @@ VERDICT_WORDS = {"depends": "not settled"}
 
 
 def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
-    """One row an interface: P(contact) against the gap on the left, fragilities at the gap on the right."""
+    """P(contact) against the gap on the left, and fragilities at the gap on the right; one row for each interface.
+
+    Parameters
+    ----------
+    assessment : Assessment
+        As `assess` gives it.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels for each interface.
+    """
     rows = len(assessment.interfaces)
     figure, axes = blank(rows, 2, (13.0, 1.0 + 5.0 * rows))
     for row, one in enumerate(assessment.interfaces):
@@ -72,7 +85,7 @@ def _finding(one: InterfaceAssessment, named: bool) -> str:
 
 
 def _adequacy(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
-    """The exact share of the motions that close each gap, bounds, the target, the gap, required gaps, code rules."""
+    """Draw the exact share of the motions that close each gap, its bounds, target, gap, required gap and code rules."""
     closing = np.array(one.closing)
     asked = _asked(one)
     widest = _widest(one, asked)

@@ -30,7 +30,20 @@ FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
 
 
 def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Each law against the baseline: ratios of the outputs, ranks, conclusions that flip, and one typical history."""
+    """Contact models against the baseline: ratios of outputs, changed conclusions, ranks, and one typical history.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `compare`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels of ratios, one of conclusions, one of ranks; the history below.
+    """
     laws = _laws(dataset)
     figure, axes = blank(2, 6, (15.0, 3.6 + 0.36 * len(laws)), height_ratios=(0.36 * len(laws), 2.4))
     limits = _limits(dataset)
@@ -202,7 +215,20 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 
 def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Force against time and against penetration of the reference impact, one row for each unit of stiffness."""
+    """Force against time and against penetration of the reference impact, one row for each unit of stiffness.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `compare`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels a row.
+    """
     names = [str(name) for name in dataset["contact_model"].values]
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
     figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)

@@ -1,4 +1,4 @@
-"""What effects change and cost: a panel for each output, a line for each combination of effects, and the time."""
+"""Figure of effects: what each combination changes in every output, and the time it costs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,20 @@ BASE = "none"
 
 
 def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Change of each output over the cases that the effects act on: every case, median, and the middle two thirds."""
+    """Changes of outputs by effects over the cases that they act on, and the time of a run.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `effects`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each output, with every case, the median and the middle two thirds; the last one for the time.
+    """
     figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
     names = [str(name) for name in dataset["effects"].values]
     reached = dataset["yield_exceedance"].sel(effects=BASE) == 1

@@ -1,4 +1,4 @@
-"""A row in elevation: buildings to scale, gaps, contact points, and what the motions do at each."""
+"""Figure of a row in elevation: buildings to scale, gaps, contact points, and contact at each over the motions."""
 
 from __future__ import annotations
 
@@ -46,11 +46,25 @@ class _Line(NamedTuple):
 
 
 def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> Figure:
-    """The row of `row_case` in elevation.
+    """A row in elevation, with the share of the motions that bring contact at each contact point.
 
     Heights are to scale, widths are nominal and gaps drawn larger by the factor that is stated. At each contact point
     the colour is the share of the motions with contact, and beside it stand this share and the median of the peak
     force where there is contact; below, where the force reaches F_E, the share that does.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid, from `row_case`.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether the finding and its conditions are written; a report has them beside the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A long row stands in several lines.
     """
     lines = _lines(case)
     tallest = max(building.height for building in case.buildings)
@@ -130,7 +144,7 @@ def _column_words(one: xr.Dataset) -> str:
 
 
 def between(interface: str) -> str:
-    """Both buildings of an interface, as a sentence has them."""
+    """Both buildings of an interface, joined by "and"."""
     return interface.replace(" | ", " and ")
 
 
@@ -222,7 +236,7 @@ def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
 
 
 def _with_numbers(points: list[Any]) -> list[Any]:
-    """The contact points whose numbers are written: all of a few; of many, those with most contact, apart enough."""
+    """Contact points whose numbers are written: all of a few; of many, those with most contact, apart enough."""
     chosen: list[Any] = []
     apart = max((point.level for point in points), default=0.0) / CROWDED
     for point in sorted(points, key=lambda candidate: (-np.nan_to_num(candidate.touch.contact), -candidate.level)):
@@ -232,7 +246,7 @@ def _with_numbers(points: list[Any]) -> list[Any]:
 
 
 def _numbers(touch: Touch) -> tuple[str, str]:
-    """What stands left of a contact point, and right of it."""
+    """Texts to the left and to the right of a contact point."""
     if not touch.contact > 0.0:
         return _share(touch.contact), ""
     yields = f", {_share(touch.yielding)} $F_E$" if touch.yielding > 0.0 else ""

@@ -20,7 +20,18 @@ COLUMNS = 5  # buildings side by side
 
 
 def modes_figure(buildings: Sequence[Modes]) -> Figure:
-    """A panel a building, left to right as they stand; shapes by level, the largest displacement of each 1."""
+    """Shapes of the slowest modes by level, the largest displacement of each 1.
+
+    Parameters
+    ----------
+    buildings : sequence of Modes
+        As `modes` gives them, left to right.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each building.
+    """
     columns = min(len(buildings), COLUMNS)
     rows = -(-len(buildings) // columns)
     figure, axes = blank(rows, columns, (1.5 + 3.2 * columns, 1.0 + 3.6 * rows))

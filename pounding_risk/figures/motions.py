@@ -1,4 +1,4 @@
-"""Figures of records: a motion before and after processing, and the response spectra of an ensemble."""
+"""Figures of motions: before and after processing, response spectra of an ensemble, and a selection."""
 
 from __future__ import annotations
 
@@ -40,10 +40,23 @@ class History(NamedTuple):
 
 
 def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note: str = "") -> Figure:
-    """A record before and after: acceleration, velocity, displacement, and Fourier amplitudes with the corners.
+    """A record before and after processing: acceleration, velocity, displacement, and Fourier amplitudes.
 
-    On the left both on one scale, which tells how far the integrals ran away; on the right what is left, on its own.
-    ``shift`` [s] is when the first sample of ``after`` is on the clock of ``before``.
+    On the left both on one scale, which shows how far the integrals drift; on the right the processed one on its own.
+
+    Parameters
+    ----------
+    before, after : Motion
+        The record as it was read, and processed.
+    shift : float
+        Time [s] of the first sample of ``after`` on the clock of ``before``.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Three rows of histories, and the spectrum with the corners of the filter.
     """
     figure, axes = blank(4, 2, (12.0, 10.5), height_ratios=(1.0, 1.0, 1.0, 1.35))
     for axis in axes[1:3].flat:
@@ -70,7 +83,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
 
 
 def origin_words(motion: Motion) -> str:
-    """Event, date, station and component of a motion, what of them is known."""
+    """Event, date, station and component of a motion, as far as they are known."""
     record = motion.record
     known = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
     return ", ".join([*known, *([f"component {record['component']}"] if record.get("component") else [])])
@@ -187,19 +200,19 @@ def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
 
 
 def corners(motion: Motion) -> tuple[float, ...]:
-    """The corners [Hz] of the filter that a motion went through, here or before it was distributed."""
+    """Corners [Hz] of the filter that a motion went through, here or before it was distributed."""
     known = [motion.record.get(key) for key in ("low_corner", "high_corner")]
     return tuple(float(corner) for corner in known if corner)
 
 
 def longest_usable(motion: Motion) -> float | None:
-    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells."""
+    """Longest period [s] at which the spectrum of a motion is not that of its filter; None where it is not known."""
     lowest = lowest_usable(motion.record)
     return 1.0 / lowest if lowest else None
 
 
 class Ensemble(NamedTuple):
-    """Response spectra of some motions."""
+    """Response spectra of an ensemble of motions."""
 
     periods: Samples  # s
     acceleration: Samples  # Sa = ω² max|u|, as codes have it [m/s²], (motions, periods)
@@ -245,7 +258,26 @@ def spectra_figure(
     *,
     note: str = "",
 ) -> Figure:
-    """Sa over the period of every motion, their median and percentiles, and a target spectrum."""
+    """Response spectra of motions, their median and percentiles, and a target spectrum.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        At least one.
+    target : Target, optional
+        A target spectrum.
+    damping : float
+        Damping ratio.
+    percentiles : pair of float
+        Percentiles of the motions [%] that are drawn at each period.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel: Sa [g] against period [s].
+    """
     ensemble = ensemble_spectra(motions, damping)
     figure, axes = blank(1, 1, (9.0, 6.0))
     _spectra(axes[0, 0], ensemble, target, percentiles)
@@ -302,9 +334,22 @@ def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
 def selection_figure(
     selection: Selection, percentiles: tuple[float, float] = (16.0, 84.0), *, note: str = ""
 ) -> Figure:
-    """The chosen records, scaled, against the target, and the factor and the misfit of each.
+    """Selected records, scaled, against the target; and the factor and the misfit of each.
 
-    The blue line is the geometric mean of what was compared with the target, in the range where it was.
+    Parameters
+    ----------
+    selection : Selection
+        As `select` gives it. The blue line is the geometric mean of what was compared with the target, in the range
+        where it was.
+    percentiles : pair of float
+        Percentiles of the records [%] that are drawn at each period.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Spectra on the left, misfits on the right.
     """
     rows, wanted = selection.rows, selection.wanted
     figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))

@@ -37,11 +37,29 @@ def plan_figure(
     *,
     titled: bool = True,
 ) -> Figure:
-    """Street plan of one row or several: the share of the motions in which each building touches, and yields.
+    """Street plan of rows: shares of the motions in which each building touches a neighbour, and in which one yields.
 
-    ``footprints`` are corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row
-    are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
-    Raises PoundingError where a building of a row has no footprint, or one that is no polygon.
+    Parameters
+    ----------
+    rows : RowCase or sequence of RowCase
+        Cells of the grids of one row or several, from `row_case`.
+    footprints : mapping of str to array, optional
+        Corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row are drawn in
+        grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether the finding and its conditions are written.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels, one of contact and one of reaching F_E.
+
+    Raises
+    ------
+    PoundingError
+        Where a building of a row has no footprint, or one that is no polygon.
     """
     cases = [rows] if isinstance(rows, RowCase) else list(rows)
     corners = _of_rows(cases) if footprints is None else _checked(footprints, cases)
@@ -152,7 +170,7 @@ def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], na
 
 
 def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
-    """Hatching of the share's class, and the name with the number, upright where the footprint is narrow."""
+    """Hatch a building by its class of shares and write its name and number, upright where the footprint is narrow."""
     is_dark = share > DARK
     for ring in rings if np.isfinite(share) else ():
         hatch = next(hatch for most, hatch in HATCHES if share <= most)

@@ -26,7 +26,24 @@ RATIO_TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4
 def window_figure(searched: xr.Dataset, window: tuple[float, float], note: str = "") -> Figure:
     """Peak relative displacement and time of first yield against F_E, in every polarity of the scan.
 
-    The dataset must hold an infinite yield force, the case without yielding; raises PoundingError otherwise.
+    Parameters
+    ----------
+    searched : xarray.Dataset
+        A dataset of `scan` over yield forces; it must hold an infinite one, the case without yielding.
+    window : pair of float
+        The range of yield forces [N] that is marked.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset without an infinite yield force.
     """
     without = _without_yielding(searched)
     figure, axes = blank(2, 1, (9.0, 7.2), sharex=True)
@@ -78,7 +95,7 @@ def _within(lines: xr.Dataset, window: tuple[float, float]) -> str:
 
 
 def _without_yielding(results: xr.Dataset) -> int:
-    """Place of the infinite yield force."""
+    """Index of the infinite yield force."""
     endless = np.isinf(results["yield_force"].values)
     if not endless.any():
         raise PoundingError('the dataset has no case without yielding; add "inf" to grid.yield_force and scan again')
@@ -120,10 +137,22 @@ def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
 
 
 def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
-    """Peak relative displacement over gap and yield force, one panel for each record and polarity.
+    """Peak relative displacement over gap and yield force, or lines against whichever the grid has.
 
-    Without a grid of both, lines against whichever there is. More than six records are put together: the median of
-    all motions, and the percentiles 16 and 84. Of several contact laws and amplitudes the scene's own is shown.
+    More than six records are combined: the median of all motions, and the percentiles 16 and 84. Of several contact
+    laws and amplitudes the scene's own is shown.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each record and polarity.
     """
     shown = _one_law(results)
     peak = shown["peak_relative_displacement"] * 1e3
@@ -140,8 +169,24 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
 def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     """Peak relative displacement with yielding over that without, over gap and yield force.
 
-    The dataset must hold an infinite yield force, the case without yielding; raises PoundingError otherwise. Cells
-    that yielding raises carry a plus, so that the map is read in grey as well.
+    Cells that yielding raises carry a plus, so that the map is read in grey as well.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`; it must hold an infinite yield force, the case without yielding.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each record and polarity.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset without an infinite yield force.
     """
     from matplotlib.colors import LogNorm
 
@@ -180,7 +225,7 @@ def _end_words(drawn: xr.Dataset) -> str:
 
 
 def _together(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr.DataArray]:
-    """Percentiles of many motions in the place of records; a dataset of few records as it is.
+    """Percentiles of many motions instead of records; a dataset of few records as it is.
 
     The contacts that a panel shows are those of any motion.
     """

@@ -18,7 +18,20 @@ MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC
 
 
 def separations_figure(table: CodeTable, note: str = "") -> Figure:
-    """Left: the gap that each motion needs, and what ABS, SRSS and CQC ask for. Right: every rule over that gap."""
+    """Separations that rules ask for beside the gaps that motions need.
+
+    Parameters
+    ----------
+    table : CodeTable
+        As `code_table` gives it.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left: the gap that each motion needs, and what ABS, SRSS and CQC ask for. Right: every rule over that gap.
+    """
     drawn = [comparison for comparison in table.rules if comparison.exceeded is not None]
     figure, axes = blank(1, 2, (13.5, 3.4 + 0.19 * max(len(drawn), 10)), width_ratios=(1.25, 1.0))
     layout: Any = figure.get_layout_engine()

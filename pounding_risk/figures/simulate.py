@@ -37,7 +37,20 @@ APART = 0.018  # of the tallest height: levels closer than this leave room for o
 
 
 def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
-    """Force against time and against penetration of isolated impacts (`collision.Impact`)."""
+    """Force against time and against penetration of isolated impacts.
+
+    Parameters
+    ----------
+    impacts : sequence of Impact
+        As `impact` gives them.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels.
+    """
     figure, axes = blank(1, 2, (10.0, 4.8), sharey=True)
     labels = [_impact_label(impact, impacts) for impact in impacts]
     # Lines that lie on one another show: the first is the widest.
@@ -71,7 +84,7 @@ def _impact_finding(impacts: Sequence[Any]) -> str:
 
 
 def plateau(impact: Any) -> float:
-    """Time an impact spends at its largest force, to a millionth of it [s]."""
+    """Time [s] that an impact spends at its largest force, to a millionth of it."""
     at_top = impact.force >= impact.peak_force * (1.0 - 1e-6)
     times = impact.time[at_top]
     return float(times[-1] - times[0]) if at_top.sum() > 1 else 0.0
@@ -92,7 +105,17 @@ def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
     """One run: ground motion, relative displacement with gap and contacts, contact force, energies.
 
-    Of a row's run: ground motion, roofs, contact forces, and all peaks on the row in elevation.
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A dataset of `simulate`; for that of a row as `row_run_figure`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels over time.
     """
     if "interface" in run.dims:
         return row_run_figure(run, note)
@@ -140,7 +163,20 @@ def _gap_and_contacts(axes: Axes, run: xr.Dataset) -> None:
 
 
 def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
-    """Relative displacement and contact force of two runs of one pair, as in the paper's Figure 8."""
+    """Relative displacement and contact force of two runs of one pair, with the time at which they part.
+
+    Parameters
+    ----------
+    runs : sequence of two xarray.Dataset
+        Datasets of `simulate` under one motion.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels over time, as Figure 8 of Khatiwada et al. (2011).
+    """
     first = runs[0]
     figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
     peaks = [_signed_peak(run) for run in runs]
@@ -197,7 +233,20 @@ def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
 
 
 def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
-    """One run of a row from `simulate`: ground motion, roofs, contact forces, and all peaks on the row in elevation."""
+    """One run of a row: ground motion, roofs, contact forces, and all peaks on the row in elevation.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A dataset of `simulate`, of a row.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Three panels over time and the elevation.
+    """
     tallest = max(building.height for building in building_shapes(run))
     wide = min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
     size = (wide, 8.6 + min(max(0.12 * tallest, 1.6), 5.0))
@@ -239,7 +288,7 @@ def _peaks_of_roofs(run: xr.Dataset) -> np.ndarray:
 
 
 def row_run_finding(run: xr.Dataset) -> str:
-    """How many contacts, where the strongest is and when, and which roof moves most."""
+    """Number of contacts, the strongest one and its time, and the roof that moves most, as a sentence."""
     counts = run["contact_point_impact_count"].values
     roofs = _peaks_of_roofs(run)
     at = int(roofs.argmax())
@@ -268,7 +317,7 @@ def _row_run_words(run: xr.Dataset) -> str:
 
 
 def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[str]) -> None:
-    """The columns with the largest values in colour and with their names, what is left in grey behind them."""
+    """Draw the columns with the largest values in colour with their names, and the other ones in grey behind them."""
     order = np.argsort(-np.nanmax(np.abs(values), axis=0, initial=0.0), kind="stable")
     for index, at in enumerate(order[NAMED:]):
         label = None if index else f"{len(names) - NAMED} others"

@@ -1,4 +1,4 @@
-"""Storey profiles with and without pounding: drift, shear and acceleration against height, ends and interiors told."""
+"""Figure of storey profiles with and without contact: drift, shear, acceleration and ductility against height."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WITHOUT, WITH = STYLES[0], STYLES[1]
 
 
 class Quantity(NamedTuple):
-    """A quantity of each storey: its axis, from SI to the unit there, and whether it is one of a storey or a floor."""
+    """Words of a quantity's axis, factor from SI to the unit there, and whether it is of storeys or of floors."""
 
     words: str
     factor: float
@@ -48,11 +48,30 @@ class Profile(NamedTuple):
 
 
 def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = "", *, titled: bool = True) -> Figure:
-    """Median and middle 68 % of the motions in which each building touches a neighbour, against those without contact.
+    """Storey profiles with and without contact: median and middle 68 % of the motions in which a building touches.
 
-    A column for each of ``buildings``; without any, those whose drift contact raises most, `MOST_BUILDINGS` at most.
-    Levels of contact are marked on the side where the neighbour stands. Raises PoundingError for a name that the row
-    has not, and for a row without storeys.
+    Levels of contact are marked on the side where the neighbour stands.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid, from `row_case`.
+    buildings : sequence of str
+        Names of buildings; without any, those whose drift contact raises most, `MOST_BUILDINGS` at most.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether the finding and its conditions are written.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column for each building, a row for each quantity.
+
+    Raises
+    ------
+    PoundingError
+        For a name that the row has not, and for a row without storeys.
     """
     chosen = _chosen(case, buildings)
     rows = [name for name in QUANTITIES if name in case.results]
@@ -93,9 +112,21 @@ def profiles_finding(case: RowCase) -> str:
 
 
 def amplification(case: RowCase, building: int, name: str = "peak_drift") -> float:
-    """Median over the motions with contact of a building's largest drift over that without; NaN without contact.
+    """Median over the motions with contact of a building's largest response with contact over that without.
 
-    Of any other output ``name`` that has a twin without contact, likewise.
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid.
+    building : int
+        Number of the building, from 0 at the left.
+    name : str
+        Variable of the dataset that has a twin without contact.
+
+    Returns
+    -------
+    float
+        The ratio; NaN where no motion brings contact.
     """
     touched = any_of_building(case, "impact_count", building) == 1.0
     both = [

@@ -1,4 +1,4 @@
-"""What every figure shares: its frame, its words, its line styles, and files that are the same for the same data.
+"""Shared style of figures: frame, title, caption, colours and dashes; files have the same bytes for the same data.
 
 Colours are those of Okabe and Ito (2008), told apart by the colour-blind; lines differ in dash too, for print.
 """
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.files import write_whole
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -46,7 +47,24 @@ NAMELESS: dict[str, dict[str, None]] = {
 def blank(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (8.0, 4.5), **options: Any
 ) -> tuple[Figure, Any]:
-    """A figure without pyplot's global state, and its axes as an array."""
+    """An empty figure of constrained layout without the global state of pyplot, and its axes.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Number of panels.
+    size : pair of float
+        Width and height [inches].
+    **options
+        Further options of ``matplotlib.figure.Figure.subplots``.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        The figure.
+    axes : array of matplotlib.axes.Axes, shape (rows, columns)
+        Its panels, with a grid.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
@@ -62,14 +80,14 @@ def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
 
     Parameters
     ----------
-    figure : Figure
+    figure : matplotlib.figure.Figure
         With a constrained layout, which leaves room for both.
     finding : str
-        Clauses apart by "; "; those that two lines do not hold begin the caption.
+        Clauses separated by "; "; those that two lines do not hold begin the caption.
     condition : str
-        What the finding holds for.
+        Conditions that the finding holds for.
     note : str
-        What the user adds, such as what is assumed.
+        Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
     headline, rest = _in_two_lines(finding, letters)
@@ -96,7 +114,22 @@ def in_lines(text: str, most: int) -> str:
 
 
 def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
-    """Save a figure as PNG, SVG or PDF: the same bytes for the same data, on any day."""
+    """Save a figure, with the same bytes for the same data on any day.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure; its layout is fixed.
+    path : str or Path
+        A file whose name ends in .png, .svg or .pdf.
+    dpi : float
+        Dots per inch of a PNG.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     from matplotlib import rc_context
 
     target = Path(path)
@@ -104,8 +137,10 @@ def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
     if figure.get_layout_engine() is not None:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
+    suffix = target.suffix.lower()
+    look: dict[str, Any] = {"dpi": dpi, "metadata": NAMELESS.get(suffix), "format": suffix.removeprefix(".") or None}
     with rc_context({"svg.hashsalt": "pounding_risk"}):
-        figure.savefig(target, dpi=dpi, metadata=NAMELESS.get(target.suffix.lower()))
+        write_whole(target, lambda file: figure.savefig(file, **look))
     return target
 
 
@@ -122,7 +157,18 @@ def svg_text(figure: Figure) -> str:
 
 
 def styles(count: int) -> list[tuple[str, str]]:
-    """So many pairs of colour and dash."""
+    """Pairs of colour and dash for a number of lines.
+
+    Parameters
+    ----------
+    count : int
+        Number of lines.
+
+    Returns
+    -------
+    list of tuple of str
+        Colour and dash of each; they repeat after six.
+    """
     return [STYLES[index % len(STYLES)] for index in range(count)]
 
 
@@ -140,12 +186,12 @@ def rule_mark(verification: str) -> dict[str, Any]:
 
 
 def contact_styles(count: int) -> list[tuple[str, str]]:
-    """So many pairs of colour and dash for what is of contact, in rising order: shades of the motions' colour."""
+    """Pairs of colour and dash for curves of contact in rising order: shades of the colour of the motions."""
     return _shades("Blues", count) if count > 1 else [(MEANING["motions"], STYLES[0][1])]
 
 
 def strength_styles(count: int) -> list[tuple[str, str]]:
-    """So many pairs of colour and dash for yield forces in rising order: light to dark, in no colour of `MEANING`."""
+    """Pairs of colour and dash for yield forces in rising order: light to dark, in no colour of `MEANING`."""
     return _shades("Purples", count)
 
 
@@ -158,12 +204,23 @@ def _shades(colours: str, count: int) -> list[tuple[str, str]]:
 
 
 def law_words(name: str) -> str:
-    """A contact law as a reader knows it."""
+    """Name of a contact model as figures write it.
+
+    Parameters
+    ----------
+    name : str
+        Name in the dataset.
+
+    Returns
+    -------
+    str
+        Words.
+    """
     return LAW_WORDS.get(name, name.replace("_", " "))
 
 
 def force_words(force: float) -> str:
-    """A yield force in kN."""
+    """A yield force [N] in kN; "without yielding" where it is infinite."""
     return "without yielding" if np.isinf(force) else f"$F_E$ = {force / 1e3:.0f} kN"
 
 
@@ -173,7 +230,7 @@ def motion_words(facts: Mapping[Any, Any]) -> str:
 
 
 def plain(text: str) -> str:
-    """A user's words as they are: a dollar sign would start a formula."""
+    """Words of a user, with dollar signs escaped, which would start a formula."""
     return text.replace("$", r"\$")
 
 

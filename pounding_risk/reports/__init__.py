@@ -1,4 +1,4 @@
-"""Reports: what an engineer hands over, from a dataset alone; a page (HTML) or a document (PDF) from one model."""
+"""Reports of a scan from its dataset alone: one document of blocks, written as a page (HTML) or as PDF."""
 
 from __future__ import annotations
 
@@ -26,24 +26,35 @@ def report(
     date: str = "",
     **asked: Any,
 ) -> Path:
-    """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``, and return its path.
+    """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``.
 
     The same dataset gives the same bytes.
 
     Parameters
     ----------
     results : xarray.Dataset, str or Path
-        What `scan` wrote.
+        A dataset of `scan`, or the file it is in.
     out : str or Path
         The report, .html or .pdf.
     hazard : str or Path, optional
         A hazard curve as `assess` takes it.
     also : iterable of xarray.Dataset, str or Path
         Datasets of `compare`, `accuracy` and `effects`.
-    project, author, revision, date : str
-        Lines of the report's head; one that is not given is not there, and no date is made up.
+    project : str
+        Project, for the head of the report.
+    author : str
+        Author, for the head of the report.
+    revision : str
+        Revision, for the head of the report.
+    date : str
+        Date, for the head of the report. What is not given is left out; no date is made up.
     **asked
         Other options of `assess`, such as gap [m], target and percentile.
+
+    Returns
+    -------
+    Path
+        The file that was written.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A run of a row as a moving picture: one HTML file that holds data and script, and fetches nothing.
+"""Animation of a run of a row: one HTML file that holds data and script, and fetches nothing.
 
 Displacements and gaps are drawn larger by one factor, so that walls meet where the buildings do. Between two frames
 nothing of a contact is lost: each frame has the largest force since the last one, and where there is one shows the
@@ -32,7 +32,7 @@ HEAD_ATTRIBUTES = ("record", "polarity", "contact_model")  # attributes that a p
 
 
 class Frames(NamedTuple):
-    """What is drawn: instants [s], displacements [m] of the floors of all buildings, forces [N] of contact points."""
+    """Frames of an animation: instants [s], displacements [m] of all floors, and forces [N] of the contact points."""
 
     time: Array
     displacement: Array  # (frames, floors)
@@ -41,12 +41,27 @@ class Frames(NamedTuple):
 
 
 def animate(run: xr.Dataset, out: str | Path) -> Path:
-    """Write the animation (.html) of one run of a row, and return its path.
+    """Write the animation of one run of a row.
 
-    ``run`` has ``displacement`` (time, building, storey) [m], NaN where a building has no such storey, and
-    ``contact_force`` (time, contact_point) [N]; the coordinates of a row's dataset that say what stands where; and the
-    gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``. Raises PoundingError for another dataset, for
-    one so long that the page would not be small, and for an ``out`` that cannot be written.
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A run with ``displacement`` (time, building, storey) [m], NaN where a building has no such storey, and
+        ``contact_force`` (time, contact_point) [N]; the coordinates of a row's dataset that describe buildings and
+        contact points; and the gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``.
+    out : str or Path
+        The page, .html.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    PoundingError
+        For another dataset, for one so long that the page would not be small, and for an ``out`` that cannot be
+        written.
     """
     target = check_target(out, (".html",))
     _check(run)
@@ -140,7 +155,7 @@ def _gaps(run: xr.Dataset) -> list[float]:
 
 
 def _facts(run: xr.Dataset, shown: Frames) -> str:
-    """One sentence on what runs, and one on what is seen of it."""
+    """Sentences on the run, and on the contacts that the animation shows."""
     facts = [law_words(str(run.attrs[name])) for name in HEAD_ATTRIBUTES if name in run.attrs]
     if "pga" in run.attrs:
         facts.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")

@@ -1,4 +1,4 @@
-"""The blocks of a report: dictionaries that JSON holds, in which every number stands once rounded and once in full.
+"""Blocks of a report: dictionaries that JSON holds, in which every number stands once rounded and once in full.
 
 Sections make them, `html` and `pdf` print them, so that a page, a PDF and a test read the same digits.
 """
@@ -29,18 +29,18 @@ def number(value: Any, unit: str = "1", digits: int = 4) -> Cell:
 
 
 def count(value: Any) -> Cell:
-    """A whole number, in full."""
+    """A whole number with all its digits."""
     return {"text": str(int(value)), "raw": int(value)}
 
 
 def amount(value: Any, unit: str, digits: int = 4) -> Cell:
-    """`number` with its unit behind it, for where no head of a column tells it."""
+    """A number in the unit of `SHOWN`, followed by that unit; for cells whose column does not name it."""
     cell = number(value, unit, digits)
     return cell if cell["raw"] is None else cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip()}
 
 
 def strength(force: float | None, unit: bool = False) -> Cell:
-    """A yield force; where floors never yield, columns may, at their own. `unit` writes it behind the number."""
+    """A yield force [N], with its unit where ``unit``; "columns' own" where floors never yield and columns may."""
     if force is None:
         return {"text": MISSING, "raw": None}
     if isinf(force):
@@ -85,7 +85,7 @@ def head(words: str, unit: str) -> str:
 
 
 def paragraph(text: str) -> Block:
-    """One paragraph."""
+    """A paragraph of text."""
     return {"kind": "paragraph", "text": text}
 
 
@@ -95,12 +95,12 @@ def heading(text: str, anchor: str) -> Block:
 
 
 def listing(items: Iterable[str]) -> Block:
-    """Sentences, one below the other."""
+    """A list of sentences, one below the other."""
     return {"kind": "list", "items": list(items)}
 
 
 def facts(caption: str, rows: Iterable[tuple[str, Cell | str]]) -> Block:
-    """What is known, a line each: its name, and a number or words."""
+    """A table of two columns: a name, and a number or words."""
     return {"kind": "facts", "caption": caption, "rows": [[name, _cell(value)] for name, value in rows]}
 
 
@@ -129,7 +129,7 @@ def table(
 
 
 def figure(name: str, svg: str, caption: str, alt: str) -> Block:
-    """A drawing; ``name`` is unique in a report, ``alt`` tells what it shows to who cannot see it."""
+    """A drawing; ``name`` is unique in a report, ``alt`` describes it to a reader who cannot see it."""
     return {"kind": "figure", "name": name, "svg": svg, "caption": caption, "alt": alt}
 
 
@@ -139,12 +139,12 @@ def name_of(law: str) -> str:
 
 
 def source(caption: str, text: str) -> Block:
-    """Text as it stands in a file."""
+    """A text set as it stands in a file."""
     return {"kind": "source", "caption": caption, "text": text.strip("\n")}
 
 
 def evenly(count: int, most: int) -> list[int]:
-    """Places of at most so many of ``count`` rows, evenly spread, first and last among them."""
+    """Indices of at most ``most`` of ``count`` rows, evenly spread, first and last among them."""
     if count <= most:
         return list(range(count))
     return sorted({round(index * (count - 1) / (most - 1)) for index in range(most)})

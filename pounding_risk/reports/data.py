@@ -1,4 +1,4 @@
-"""What a report is written from: a scan's dataset, its assessment, and what other commands found of the same scene."""
+"""Data of a report: a scan's dataset, its assessment, datasets of other commands on the same scene, and a signature."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips
 
 
 class Signature(NamedTuple):
-    """What the head of a report says of whose it is; "" where nothing is given. The date is never made up."""
+    """Project, author, revision and date in the head of a report; "" where they are not given. No date is made up."""
 
     project: str = ""
     author: str = ""
@@ -46,7 +46,7 @@ class Signature(NamedTuple):
 
     @property
     def lines(self) -> list[list[str]]:
-        """Name and words of each that is given."""
+        """Name and text of every line that is given."""
         return [[name, words] for name, words in self._asdict().items() if words]
 
 
@@ -82,7 +82,7 @@ class ReportData:
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
-        """Every interface, in order."""
+        """Every interface with its assessment and codes, left to right."""
         parts = zip(self.assessment.interfaces, interfaces(self.results), strict=True)
         return tuple(self._pair(number, assessed, part) for number, (assessed, (_, part)) in enumerate(parts, start=1))
 
@@ -115,12 +115,12 @@ class ReportData:
         return tomllib.loads(self.results.attrs["scene_resolved"])
 
     def facts(self, name: str, default: Any) -> Any:
-        """An attribute that holds JSON."""
+        """Value of an attribute of the dataset that holds JSON."""
         return told(self.results, name, default)
 
     @cached_property
     def records(self) -> dict[str, dict[str, Any]]:
-        """What is known of each record, by its name."""
+        """Facts on each record, by its name."""
         return {entry["name"]: entry for entry in self.facts("records", [])}
 
     @property
@@ -135,17 +135,22 @@ class ReportData:
 
     @property
     def laws(self) -> list[str]:
-        """The grid's contact models."""
+        """Names of the grid's contact models."""
         return list(map(str, self.results["contact_model"].values))
 
 
 def signed(project: str = "", author: str = "", revision: str = "", date: str = "") -> Signature:
-    """The signature of a report, in words that stand in one line each.
+    """Check the lines of a report's head.
 
     Parameters
     ----------
     project, author, revision, date : str
         As they are to stand in the head.
+
+    Returns
+    -------
+    Signature
+        The lines without blanks around them.
 
     Raises
     ------

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pounding_risk import figures
 from pounding_risk.reports import report
+from pounding_risk.reports.html import write_page
 from pounding_risk.results.files import save
 
 if TYPE_CHECKING:
@@ -15,7 +16,20 @@ if TYPE_CHECKING:
 
 
 def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = print) -> dict[str, Path]:
-    """Run the paper's example; write figures, datasets, scenes and a report into ``folder``; returns what is there."""
+    """Run the example of the 2011 paper and a small ensemble, and write figures, datasets, scenes and a report.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Where to write; it is made where it does not exist.
+    say : callable
+        Called with each line of the findings.
+
+    Returns
+    -------
+    dict of str to Path
+        The files that were written, by name.
+    """
     from pounding_risk.studies import demo as runs  # compiled
 
     target = Path(folder)
@@ -48,17 +62,17 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
 
 
 def _scene_file(folder: Path, name: str) -> Path:
-    """A scene of the package as a file to change; one that is there already may have been changed, and stays."""
+    """A scene of the package as a file to change; one that is there may have been changed, and is not replaced."""
     from pounding_risk.studies import demo as runs
 
     file = folder / f"{name}.toml"
     if not file.exists():
-        file.write_text(runs.text_of(name), encoding="utf-8")
+        write_page(file, runs.text_of(name))
     return file
 
 
 def _assumed(study: Study) -> str:
-    """What the paper does not publish."""
+    """Words on the values that the paper does not publish."""
     return f"{_damping(study)} and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
 
 

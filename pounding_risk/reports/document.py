@@ -39,7 +39,7 @@ SECTIONS = find_sections()
 
 
 def build(data: ReportData) -> Document:
-    """Title, and sections of blocks; JSON-able."""
+    """The document of a report: title, head, and numbered sections of blocks, as dictionaries that JSON holds."""
     sections: list[dict[str, Any]] = []
     for name, (title, write) in SECTIONS.items():
         blocks = write(data)
@@ -61,7 +61,7 @@ def build(data: ReportData) -> Document:
 
 
 def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
-    """Long tables cut to the rows that are kept, in place; the whole ones, in order, are returned."""
+    """Cut long tables to the rows that stay in the text, in place; returns the whole ones in order."""
     whole: list[Block] = []
     for section in sections:
         for block in section["blocks"]:
@@ -79,7 +79,7 @@ def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
 
 
 def _number(sections: list[dict[str, Any]]) -> None:
-    """Sections, tables and figures by number, in the order in which they stand."""
+    """Number sections, tables and figures in the order in which they stand."""
     counts = {"table": 0, "figure": 0}
     for number, section in enumerate(sections, start=1):
         section["number"] = number

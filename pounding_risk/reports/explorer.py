@@ -1,4 +1,4 @@
-"""A page to look around in a scan's results: one HTML file that holds data and scripts, and fetches nothing.
+"""Explorer of a scan's results: one HTML file that holds data and scripts, and fetches nothing.
 
 Numbers are float32 (seven digits), one compressed array a variable; what the page shows of all motions together it
 computes from them. It needs the dataset and Plotly, no solver. The module is not called ``view``, because the package
@@ -48,11 +48,31 @@ def view(
     contact_models: Sequence[str] = (),
     pgas: Sequence[float | str] = (),
 ) -> Path:
-    """Write a page (.html) to look around in a scan's results, and return its path.
+    """Write a page to look around in a scan's results.
 
-    ``records``, ``contact_models`` and ``pgas`` [m/s2, or text with a unit] choose a part; all, where empty. Raises
-    PoundingError for what is no scan's results, for a name or amplitude that it does not hold, for more than
-    `MOST_CASES` cases, where Plotly is missing, and for an ``out`` that cannot be written.
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    out : str or Path
+        The page, .html.
+    records : sequence of str
+        Names of the records to show; all by default.
+    contact_models : sequence of str
+        Names of the contact models to show; all by default.
+    pgas : sequence of float or str
+        Amplitudes to show [m/s2, or text with a unit]; all by default.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    PoundingError
+        For what is no scan's results, for a name or amplitude that it does not hold, for more than `MOST_CASES` cases,
+        where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
     source = "the dataset" if not isinstance(results, str | Path) else str(results)
@@ -93,7 +113,7 @@ def chosen(dataset: xr.Dataset, wanted: Mapping[str, Sequence[Any]], source: str
 
 
 def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
-    """Where a value stands on an axis; amplitudes are those written with six digits."""
+    """Index of a value on an axis; amplitudes are equal where they agree to six digits."""
     number = isinstance(value, float)
     equal = np.isclose(labels.astype(float), value, rtol=1e-6, atol=0.0) if number and labels.size else labels == value
     if np.any(equal):
@@ -240,7 +260,7 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
 
 
 def label_words(axis: str, value: Any) -> str:
-    """A place on an axis as a reader knows it: gaps in mm, yield forces in kN or none, amplitudes in g."""
+    """Label of a value on an axis: gaps in mm, yield forces in kN or "none", amplitudes in g."""
     if not isinstance(value, float):
         return str(value)
     if axis == "yield_force":

@@ -32,12 +32,12 @@ _NAMES = re.compile(r"""(\bid="|\bhref="#|url\(#)""")
 
 
 def page(model: Document) -> str:
-    """The HTML of a report's model."""
+    """The HTML of a report's document."""
     return _template().render(report=model, own_parts=own_parts, words=words, fit=fit)
 
 
 def words(text: str) -> Markup:
-    """Text as HTML: what stands in backquotes is code, F_E has its index; everything else is escaped."""
+    """Text as HTML: words in backquotes are code, F_E has its index; everything else is escaped."""
     from markupsafe import Markup, escape
 
     plain = str(escape(text))
@@ -52,7 +52,7 @@ def fit(text: str) -> str:
 
 
 def own_parts(svg: str, name: str) -> str:
-    """An SVG whose parts are named after the figure: several stand in one page, where a name may stand once."""
+    """An SVG whose ids carry the figure's name, as an id may stand only once in a page."""
     return _NAMES.sub(rf"\1{name}-", svg)
 
 

@@ -1,4 +1,4 @@
-"""A report as PDF, by typst: a wheel that needs no program of the system, and the same bytes on any day."""
+"""Report as PDF by typst: a wheel that needs no program of the system, and the same bytes on any day."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TEMPLATE, FONTS = "report.typ", "fonts"
 
 
 def document(model: Document) -> bytes:
-    """The PDF of a report's model. Raises PoundingError without typst, and for a letter that no font has."""
+    """The PDF of a report's document. Raises PoundingError without typst, and for a letter that no font has."""
     try:
         import typst
     except ImportError:

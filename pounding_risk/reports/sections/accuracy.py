@@ -49,7 +49,7 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _again(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
-    """What was made again at a tighter tolerance, and how far it moved."""
+    """Numbers of runs made again, and how far their results moved."""
     if "sensitive" not in results or not (results["sensitive"] >= 0).any():
         return [("made again at a tighter tolerance", "none")]
     flags = results["sensitive"]
@@ -98,7 +98,7 @@ def _failed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
 
 
 def _settings(dataset: xr.Dataset) -> list[Block]:
-    """What each digit costs: this solver's settings from a dataset of `accuracy`."""
+    """What accuracy costs: time and errors of this solver's settings, from a dataset of `accuracy`."""
     heads = [
         ("setting", "l"),
         ("time a run [ms]", "r"),

@@ -18,7 +18,7 @@ ORDER = 110
 
 
 def write(data: ReportData) -> list[Block]:
-    """The scene as written and as resolved, how it was run, versions, record files and what was done to them."""
+    """The scene as written and as resolved, commands, versions, record files and their processing."""
     attributes = data.results.attrs
     blocks = [
         paragraph(
@@ -54,7 +54,7 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _digests(attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What tells this scene and these kernels from any others, where the results say so."""
+    """Checksums of the scene and of the solver's source, where the results have them."""
     names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
     return [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
 
@@ -71,7 +71,7 @@ def _commands(data: ReportData) -> list[str]:
 
 
 def _target(scan: str) -> str:
-    """The file that a command writes."""
+    """Path of the file that a command writes."""
     words = shlex.split(scan)
     indices = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
     joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]

@@ -119,7 +119,7 @@ def _spectra_felt(data: ReportData) -> Any:
 
 
 def _as_felt(data: ReportData) -> str:
-    """At which amplitude records are shown, in words."""
+    """The amplitude at which records are shown, in words."""
     if not _is_felt_known(data):
         return "of the records before the grid's amplitude"
     amplitude = data.assessment.interfaces[0].amplitude
@@ -187,7 +187,7 @@ def _factor_words(data: ReportData) -> str:
 
 
 def _doubts(data: ReportData) -> list[str]:
-    """A line for each doubt, with the records that share it; then what was left out."""
+    """A sentence for each doubt, with the records that share it; then records that were left out."""
     sharing: dict[str, list[str]] = {}
     for record, flags in data.facts("flags", {}).items():
         for flag in flags:

@@ -1,4 +1,4 @@
-"""What contact does to the buildings: their peaks with it beside those without, over the motions that bring it."""
+"""Section on the response: peaks of the buildings with contact beside those without, over the motions that bring it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OUTPUTS = {
 
 
 def write(data: ReportData) -> list[Block]:
-    """Each interface in turn, at its gap, under the scene's contact model."""
+    """A table for each interface, at its gap, under the scene's contact model."""
     blocks: list[Block] = []
     for pair in data.pairs:
         blocks += _buildings(data, pair)

@@ -1,4 +1,4 @@
-"""The row as a whole: in elevation and in plan, its contact points, storeys with and without pounding, its ends."""
+"""Section on a row: elevation, plan, contact points, storeys with and without pounding, its ends and its interior."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ POSITIONS = ("end", "interior")
 
 
 def write(data: ReportData) -> list[Block]:
-    """What the motions do to a row; nothing for a pair."""
+    """Drawings and tables of a row; nothing for a pair."""
     if not data.is_row:
         return []
     case = data.row
@@ -71,7 +71,7 @@ def _interfaces(case: RowCase) -> list[list[Cell | str]]:
 
 
 def _touch(touch: Touch) -> list[Cell | str]:
-    """The columns of `OF_TOUCH`."""
+    """Cells of a contact, as the columns of `OF_TOUCH`."""
     shares = [number(share, "%", 3) for share in (touch.contact, touch.yielding)]
     return [count(touch.runs), *shares, number(touch.impacts), number(touch.force, "N")]
 

@@ -40,7 +40,7 @@ OF_A_ROW = (
 
 
 def write(data: ReportData) -> list[Block]:
-    """The pair, its interface, the grid of cases and what is assumed of them."""
+    """Buildings, interfaces, the grid of cases and the assumptions."""
     results = data.results
     sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
     sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.is_row else []

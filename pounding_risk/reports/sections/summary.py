@@ -1,4 +1,4 @@
-"""The first page: the verdict on each gap, the numbers and sentences behind it, and what to keep in mind."""
+"""Section on the summary: the verdict on each gap, the numbers and sentences behind it, and caveats."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ORDER = 10
 
 
 def write(data: ReportData) -> list[Block]:
-    """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
+    """The verdict on each interface with its evidence, and the caveats that a reader of this page alone must know."""
     blocks: list[Block] = [_verdicts(data)] if len(data.pairs) > 1 else []
     for pair in data.pairs:
         verdict = pair.assessed.verdict
