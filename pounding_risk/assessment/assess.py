@@ -41,7 +41,6 @@ from pounding_risk.results.amplitudes import amplitude_words, own, usual_intensi
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import told
 from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import GAP, PGA, say, si
 
 if TYPE_CHECKING:
@@ -147,15 +146,9 @@ class Assessment(ShortRepr):
 class _Options(NamedTuple):
     gap: float | None
     hazard: Hazard | None
-    confidence: float
-    percentile: float
+    criterion: Criterion
     intensity: str
-    target: float
     pga: float | None
-
-    @property
-    def criterion(self) -> Criterion:
-        return Criterion(self.target, self.percentile, self.confidence)
 
 
 def assess(
@@ -208,20 +201,14 @@ def assess(
     PoundingError
         For a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
     """
-    if isinstance(results, str | Path):
-        from pounding_risk.results.files import open_results
-
-        whose, results = str(results), open_results(results)
-    else:
-        whose = "the dataset"
-    results = with_axes(results, whose)
+    results, whose = data.open_dataset(results)
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results, whose)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
     intensity = usual_intensity(results) if intensity is None else intensity
-    options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
+    options = _Options(gap, curve, criterion, intensity, pga)
     counts = data.run_counts(results)
     assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
@@ -242,6 +229,7 @@ def assess(
 
 def _interface(name: str, results: xr.Dataset, index: int, options: _Options) -> InterfaceAssessment:
     gap = scene_gap(results, index) if options.gap is None else options.gap
+    criterion = options.criterion
     if options.hazard is not None:
         data.check_intensity(results, options.intensity, options.hazard.name)
     every = data.motions_of(results)
@@ -250,15 +238,18 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
     independent = independent_motions(_logs(motions.closing[:, 0]), motions.recordings)
     weight = independent / len(motions.records)
     gaps = np.unique([*map(float, results["gap"].values), gap])
-    contact = _contact_shares(motions.closing[:, 0], gaps, weight, options.confidence)
-    percentiles = (*USUAL_PERCENTILES, options.percentile, options.criterion.target_percentile)
-    required = required_gaps(motions.closing[:, 0], weight, percentiles, options.confidence)
+    contact = _contact_shares(motions.closing[:, 0], gaps, weight, criterion.confidence)
+    percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
+    required = {
+        one.percentile: one for one in required_gaps(motions.closing[:, 0], weight, percentiles, criterion.confidence)
+    }
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
-    asked = (options.percentile, options.target)
-    sensitivity = contact_influences(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
+    sensitivity = contact_influences(
+        motions.closing[:, 0], motions.polarities, gap, criterion, motions.alone is not None
+    )
     own_force, own_model = scene_force(results), scene_model(results)
-    sensitivity += yield_influences(about, own_force, options.target) if own_force in about.forces else ()
+    sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
     response = responses_at(_one_amplitude(results, level), yield_gap)
     sensitivity += response_influences(response, own_model, own_force)
     at = amplitude_words(results, every.amplitudes[level])
@@ -266,14 +257,12 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
         *_contact_curves(results, every, gaps, options),
         *_yield_curves(results, every, (yield_gap, yields), options),
     )
-    seen = Observations(
+    observed = Observations(
         motions,
         at,
         next(share for share in contact if share.gap == gap),
-        next(required_gap for required_gap in required if required_gap.percentile == options.percentile),
-        next(
-            required_gap for required_gap in required if required_gap.percentile == options.criterion.target_percentile
-        ),
+        required[criterion.percentile],
+        required[criterion.target_percentile],
         independent,
         int((~every.finite).sum()),
         sensitivity[0],
@@ -281,11 +270,8 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
         int(data.held_apart(results, gap)[every.finite, level].sum()),
         data.record_doubts(results),
     )
-    rates = (
-        ()
-        if options.hazard is None
-        else tuple(rate_of(options.hazard, required_gap, options.confidence) for required_gap in fragility)
-    )
+    hazard = options.hazard
+    rates = () if hazard is None else tuple(rate_of(hazard, curve, criterion.confidence) for curve in fragility)
     return InterfaceAssessment(
         name=name,
         gap=gap,
@@ -296,15 +282,15 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
         own_model=own_model,
         closing=tuple(np.sort(motions.closing[:, 0]).tolist()),
         contact=contact,
-        yielding=_yield_shares(results, level, weight, options.confidence),
+        yielding=_yield_shares(results, level, weight, criterion.confidence),
         response=response,
-        required=required,
+        required=tuple(required.values()),
         fragility=fragility,
         rates=rates,
         sensitivity=sensitivity,
         what_matters=what_matters(sensitivity),
-        separations=code_table(_one_amplitude(results, level), options.percentile).rules,
-        verdict=_with_notes(judge(AssessedGap(gap, options.criterion), seen), results, name, options.pga),
+        separations=code_table(_one_amplitude(results, level), criterion.percentile).rules,
+        verdict=_with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.pga),
     )
 
 

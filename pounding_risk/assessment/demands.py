@@ -10,6 +10,7 @@ import shlex
 import tomllib
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,8 +29,9 @@ from pounding_risk.results.amplitudes import (
     spectral_range,
 )
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.files import told
+from pounding_risk.results.files import open_results, told
 from pounding_risk.results.own_case import own_gaps, scene_place
+from pounding_risk.results.selected_axes import with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,6 +62,12 @@ class Motions(NamedTuple):
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
     alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
+
+
+def open_dataset(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
+    """A dataset, or that of a file, with the axes of its cases, and the name by which errors call it."""
+    source = str(results) if isinstance(results, str | Path) else "the dataset"
+    return with_axes(open_results(results) if isinstance(results, str | Path) else results, source), source
 
 
 def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
@@ -204,7 +212,7 @@ def _hashable(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
+def by_motion(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
     """Values as (motions, ...), the axes ``rest`` in this order."""
     ordered = values.transpose("record", "polarity", *rest).values
     return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))

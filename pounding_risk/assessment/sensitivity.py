@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.demands import by_motion
+from pounding_risk.assessment.options import Criterion
 from pounding_risk.results.amplitudes import own
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
 
@@ -129,10 +130,10 @@ class Yielding(NamedTuple):
 
 
 def contact_influences(
-    closing: Array, polarities: tuple[str, ...], gap: float, asked: tuple[float, float], in_row: bool = False
+    closing: Array, polarities: tuple[str, ...], gap: float, criterion: Criterion, in_row: bool = False
 ) -> tuple[Influence, ...]:
-    """Influences on the probability of contact and on the required gap; ``asked`` = (percentile, target)."""
-    percentile, target = asked
+    """Influences on the probability of contact and on the required gap."""
+    percentile, target = criterion.percentile, criterion.target
     names, kinds = list(dict.fromkeys(polarities)), np.array(polarities)
     shares = [(name, float((closing[kinds == name] > gap).mean())) for name in names]
     gaps = [(name, float(np.percentile(closing[kinds == name], percentile))) for name in names]

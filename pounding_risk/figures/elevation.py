@@ -16,7 +16,9 @@ from pounding_risk.figures.style import (
     blank,
     force_words,
     law_words,
+    legend_below,
     plain,
+    share_bar,
     title,
 )
 from pounding_risk.results.amplitudes import own
@@ -75,8 +77,7 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
     for axis, line in zip(axes[:, 0], lines, strict=True):
         picture = _draw(axis, case, line, tallest)
         axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
-    bar = figure.colorbar(picture, ax=axes, aspect=30 * len(lines), pad=0.01, label="share of the motions with contact")
-    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+    share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
     _legend(figure, case)
     if titled:
         heading(figure, elevation_finding(case), [case], note)
@@ -268,7 +269,4 @@ def _legend(figure: Figure, case: RowCase) -> None:
     ]
     caption = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
     caption += f"gaps drawn × {gap_scale(case.gaps):g}"
-    legend = figure.legend(
-        handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False, title=caption
-    )
-    legend.get_title().set_fontsize(8)
+    legend_below(figure, handles, 3, caption)

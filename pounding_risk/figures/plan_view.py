@@ -12,7 +12,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import RowCase, share_of_building
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import heading
-from pounding_risk.figures.style import QUIET, blank, plain
+from pounding_risk.figures.style import QUIET, blank, legend_below, plain, share_bar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,8 +71,7 @@ def plan_figure(
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
         picture = _panel(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
-    bar = figure.colorbar(picture, ax=axes, aspect=30, pad=0.01, label="share of the motions")
-    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+    share_bar(figure, picture, axes, "share of the motions")
     _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
     if titled:
         heading(figure, plan_finding(cases), cases, note)
@@ -194,4 +193,4 @@ def _legend(figure: Figure, alone: bool) -> None:
     ]
     if alone:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False)
+    legend_below(figure, handles, len(handles))

@@ -271,20 +271,19 @@ def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
 
 def roofs_of(run: xr.Dataset) -> np.ndarray:
     """Displacement of the roof of each building [m], (time, building); zero for a rigid one."""
-    moved = run["displacement"].transpose("time", "building", "storey").values
-    storeys = run["building_storeys"].values.astype(int)
-    roofs = np.zeros(moved.shape[:2])
-    for at, count in enumerate(storeys):
-        if count:
-            roofs[:, at] = moved[:, at, count - 1]
-    return roofs
+    return _of_roofs(run, run["displacement"].transpose("time", "building", "storey").values)
 
 
 def _peaks_of_roofs(run: xr.Dataset) -> np.ndarray:
     """Largest displacement of each roof [m], between the samples of its history too; zero for a rigid building."""
-    peaks = run["storey_displacement"].transpose("building", "storey").values
+    return _of_roofs(run, run["storey_displacement"].transpose("building", "storey").values)
+
+
+def _of_roofs(run: xr.Dataset, values: np.ndarray) -> np.ndarray:
+    """Values (..., building, storey) of the highest storey of each building; zero for a rigid one."""
     storeys = run["building_storeys"].values.astype(int)
-    return np.array([peak[count - 1] if count else 0.0 for peak, count in zip(peaks, storeys, strict=True)])
+    tops = values[..., np.arange(storeys.size), np.maximum(storeys - 1, 0)]
+    return np.where(storeys > 0, tops, 0.0)
 
 
 def row_run_finding(run: xr.Dataset) -> str:

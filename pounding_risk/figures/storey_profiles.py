@@ -12,7 +12,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import RowCase, any_of_building
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import heading
-from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, plain
+from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, legend_below, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -235,4 +235,4 @@ def _legend(figure: Figure) -> None:
         Line2D([], [], label="level of contact", **mark),
         Line2D([], [], label="never touched there", markerfacecolor="white", **mark),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    legend_below(figure, handles, 4)

@@ -229,6 +229,19 @@ def motion_words(facts: Mapping[Any, Any]) -> str:
     return f"{facts['record']} {facts['polarity']} at {facts['pga'] / STANDARD_GRAVITY:.4g} g"
 
 
+def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float = 30.0) -> None:
+    """A bar of the colours of shares, in per cent."""
+    bar = figure.colorbar(picture, ax=axes, aspect=aspect, pad=0.01, label=words)
+    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+
+
+def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str | None = None) -> None:
+    """A legend below all panels, without a frame."""
+    place: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
+    legend = figure.legend(handles=handles, fontsize=8, frameon=False, title=caption, **place)
+    legend.get_title().set_fontsize(8)
+
+
 def plain(text: str) -> str:
     """Words of a user, with dollar signs escaped, which would start a formula."""
     return text.replace("$", r"\$")

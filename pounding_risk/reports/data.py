@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.files import checksum
-from pounding_risk.assessment.assess import interfaces
+from pounding_risk.assessment.demands import interfaces, open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results, told
 from pounding_risk.results.own_case import scene_force, scene_model
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -175,13 +174,9 @@ def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
 
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
-    if not isinstance(results, str | Path):
-        results = with_axes(results)
-        _check(results, "the dataset")
-        return results, ""
-    dataset = open_results(results)
-    _check(dataset, str(results))
-    return dataset, checksum(Path(results))
+    dataset, source = open_dataset(results)
+    _check(dataset, source)
+    return dataset, checksum(Path(results)) if isinstance(results, str | Path) else ""
 
 
 def _check(dataset: xr.Dataset, whose: str) -> None:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import check_target, open_results
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +75,7 @@ def draw(
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
     if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
-    opened = [with_axes(open_results(dataset) if isinstance(dataset, str | Path) else dataset) for dataset in listed]
+    opened = [open_dataset(dataset)[0] for dataset in listed]
     written = () if moving is None else (_animated(opened[0], moving),)
     if not targets:
         return written

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STANDARD_GRAVITY
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import amplitude_words
-from pounding_risk.results.files import check_target, open_results
+from pounding_risk.results.files import check_target
 from pounding_risk.results.own_case import own_case
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import PGA, SHOWN, si
 
 if TYPE_CHECKING:
@@ -75,8 +75,7 @@ def view(
         where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
-    source = "the dataset" if not isinstance(results, str | Path) else str(results)
-    dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, source)
+    dataset, source = open_dataset(results)
     check_scan(dataset, source)
     amplitudes = [si(pga, PGA, "pgas") for pga in pgas]
     part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": amplitudes}, source)

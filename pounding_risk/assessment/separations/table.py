@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.assessment.demands import by_motion
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.assessment.separations.rules import (
@@ -256,14 +257,15 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
     """
     percentile = percentile_of(percentile)
     shown = _one_amplitude(_complete(with_axes(results)))
-    left, right = (_motions(at_contact(shown, side)) for side in (0, 1))
+    left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
-    closing = _motions(shown["peak_closing_free"])
+    closing = by_motion(shown["peak_closing_free"]).astype(float)
     periods, dampings = _both(shown, "period"), _both(shown, "damping")
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
     if not known.any():
         raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
     moved = known & (closing > 0.0)
+    names = [f"{record} {polarity}" for record in shown["record"].values for polarity in shown["polarity"].values]
     buildings = tuple(str(name) for name in shown["building"].values)
     medians = (_median(left[known]), _median(right[known]))
     case = Case((left[moved], right[moved]), periods, dampings, site)
@@ -282,7 +284,7 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
         demand=_percentile(closing[known], percentile),
         displacements=medians,
         correlation=_correlation(periods, dampings),
-        names=tuple(np.array(list(_names(shown)))[moved].tolist()),
+        names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
         asked={name: tuple(_asked(RULES[name], case).tolist()) for name in COMBINATIONS},
         rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
@@ -333,17 +335,6 @@ def _wave_passes(results: xr.Dataset) -> bool:
 def _one_amplitude(results: xr.Dataset) -> xr.Dataset:
     """The scene's own amplitude of a dataset that has several, or the largest."""
     return results.isel(pga=own_level(results)) if "pga" in results.dims else results
-
-
-def _motions(values: xr.DataArray) -> Array:
-    """One value a motion: by record, then by polarity."""
-    return np.asarray(values.transpose("record", "polarity").values, dtype=float).ravel()
-
-
-def _names(results: xr.Dataset) -> Iterable[str]:
-    for record in results["record"].values:
-        for polarity in results["polarity"].values:
-            yield f"{record} {polarity}"
 
 
 def _both(results: xr.Dataset, fact: str) -> tuple[float, float]:
