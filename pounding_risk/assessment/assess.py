@@ -53,7 +53,7 @@ __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 
 @dataclass(frozen=True, repr=False)
 class InterfaceAssessment(ShortRepr):
-    """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
+    """Assessment of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
     ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None where the grid
     has none; ``at`` says it in words), as is ``closing``, what each motion closes, in rising order. ``yielding`` is at
@@ -100,7 +100,7 @@ class InterfaceAssessment(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Assessment(ShortRepr):
-    """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
+    """Assessment of every interface of a dataset, with its criterion and the runs that it rests on.
 
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
     ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
@@ -295,13 +295,13 @@ def _interface(name: str, results: xr.Dataset, index: int, options: _Options) ->
 
 
 def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked_pga: float | None) -> Verdict:
-    """The verdict with which amplitude it is of, and with what the dataset notes of this interface."""
+    """The verdict, extended by which amplitude it is of and by the dataset's notes on this interface."""
     notes = [_amplitude_note(results) if asked_pga is None else "", told(results, "level_notes", {}).get(name, "")]
     return replace(verdict, evidence=(*verdict.evidence, *(str(note) for note in notes if note)))
 
 
 def _amplitude_note(results: xr.Dataset) -> str:
-    """Which of several amplitudes is assessed where none is asked for, and why."""
+    """Sentence on which of several amplitudes is assessed where none is asked for, and why."""
     if results.sizes.get("pga", 1) < 2:
         return ""
     levels = [own(float(pga), PGA) for pga in results["pga"].values]
@@ -310,7 +310,7 @@ def _amplitude_note(results: xr.Dataset) -> str:
 
 
 def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
-    """Place of the assessed amplitude; raises PoundingError for one that the grid has not."""
+    """Index of the assessed amplitude; raises PoundingError for one that the grid has not."""
     if asked is None:
         return own_level(results)
     for level, amplitude in enumerate(amplitudes):
@@ -348,7 +348,7 @@ def _models(results: xr.Dataset) -> tuple[str, ...]:
 
 
 def _logs(closing: Array) -> Array:
-    """Logarithms that tell motions alike or not; one that closes nothing counts as the least that does."""
+    """Logarithms of the closings; one that closes nothing counts as the least that does."""
     least = closing[closing > 0.0].min(initial=1.0)
     return np.log(np.maximum(closing, least))
 
@@ -377,7 +377,7 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
 
 
 def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
-    """The fragility of contact at every gap.
+    """Fragilities of contact at every gap.
 
     Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be
     known of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
@@ -401,7 +401,7 @@ def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options:
 
 
 def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.int64]) -> tuple[curves.Fit, float]:
-    """The curve of the intensities at which the motions close the gap once scaled, and by how much that scales them."""
+    """Fragility of the intensities at which scaled motions close the gap, and the factor of the nearest motions."""
     reach = np.divide(gap, closing, where=closing > 0.0, out=np.full(closing.shape, np.inf))
     fitted = curves.fit_capacities((ims * reach)[:, 0], recordings)
     if fitted.fault:
@@ -413,7 +413,7 @@ def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.i
 def _yield_curves(
     results: xr.Dataset, motions: Motions, at_gap: tuple[float, Array], options: _Options
 ) -> Iterator[Fragility]:
-    """The fragility of yielding at one gap, by contact model and finite F_E."""
+    """Fragilities of yielding at one gap, by contact model and finite F_E."""
     gap, yields = at_gap
     ims = data.intensities(results, options.intensity)
     who = np.repeat(motions.recordings, ims.shape[1])
@@ -431,7 +431,7 @@ def _yield_curves(
 
 
 def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Recordings without the numbers that no motion has."""
+    """Recordings numbered from 0 without gaps."""
     return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
 
 
@@ -440,7 +440,7 @@ def _method(motions: Motions, options: _Options) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Only what JSON knows: None for what is not a finite number."""
+    """The value as JSON holds it: None for what is not a finite number."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -118,7 +118,7 @@ def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
 
 
 def is_linear(results: xr.Dataset) -> bool:
-    """True where the closing without contact grows with the motion: under no effect that could spoil it."""
+    """True where the closing without contact is proportional to the motion, as no effect is nonlinear."""
     return set(tomllib.loads(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
 
 
@@ -176,7 +176,7 @@ def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
 
 
 def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
-    """Whether each record holds a motion; `scan` refuses one that does not, and did not always."""
+    """Whether each record holds a motion; datasets of older versions may have records that do not."""
     if "record_pga" not in results.coords:
         return np.ones(results.sizes["record"], dtype=bool)
     return np.asarray(results["record_pga"].values >= LEAST_SHAKING)
@@ -188,14 +188,14 @@ def is_of_row(results: xr.Dataset) -> bool:
 
 
 def _pushed(results: xr.Dataset) -> Array:
-    """The most that each motion closes where it touches at a gap that it leaves open alone; NaN where it never does."""
+    """Largest closing of each motion in runs that touch at a gap which it leaves open alone; NaN without such runs."""
     opened = results["peak_closing_free"] <= results["gap"]
     reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
     return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in ("record", "polarity", "pga")]))
 
 
 def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
-    """Who closes a gap of the grid alone and touches in no run at it: (motions, amplitudes).
+    """Motions that close a gap of the grid alone and touch in no run at it, (motions, amplitudes).
 
     So it is where contact elsewhere in the row holds the buildings apart. None is known to be so at a gap that the grid
     has not, nor where a run failed.
@@ -225,7 +225,7 @@ def _by_amplitude(values: xr.DataArray) -> Array:
 
 
 def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
-    """The grid's gap that is nearest, and who yields there: (motions, amplitudes, models, finite yield forces).
+    """Nearest gap of the grid, and whether each run yields there: (motions, amplitudes, models, finite yield forces).
 
     1 and 0; NaN where the run failed or yielding is not defined, as of an instant jump.
     """
@@ -244,7 +244,7 @@ def finite_forces(results: xr.Dataset) -> Array:
 
 
 def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
-    """Under which yield forces of the grid some contact may yield."""
+    """Yield forces of the grid under which some contact may yield, as a mask."""
     if not (is_of_row(results) and "contact_point_yield_force" in results.variables):
         return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
@@ -253,7 +253,7 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def intensities(results: xr.Dataset, intensity: str) -> Array:
-    """The intensity of every motion [m/s2], (motions, amplitudes).
+    """Intensities of the motions [m/s2], (motions, amplitudes).
 
     That is "pga", or "sa(left)", "sa(right)" or by name, or "sa(0.62 s)" at any period. Sa of a single mass is its
     pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest displacement without contact;
@@ -332,7 +332,7 @@ def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
 
 
 def _side(results: xr.Dataset, intensity: str) -> int | None:
-    """The building whose Sa is asked for; None where it is that of a period. Raises PoundingError for neither."""
+    """Index of the building whose Sa is asked for; None for the Sa at a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
     match = re.fullmatch(r"sa\((.+)\)", intensity)
     asked = match[1].strip() if match else ""
@@ -349,7 +349,7 @@ def _side(results: xr.Dataset, intensity: str) -> int | None:
 
 
 def run_counts(results: xr.Dataset) -> dict[str, int]:
-    """Cases, those simulated, failed, made again at a tighter tolerance, and sensitive among these."""
+    """Numbers of cases: all, simulated, failed, made again at a tighter tolerance, and sensitive among these."""
     status = results["status"]
     meanings = str(status.attrs["flag_meanings"]).split()
     complete = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]

@@ -36,7 +36,7 @@ ALONE = "one recording has no dispersion between recordings: give more records"
 
 @dataclass(frozen=True)
 class Stripe:
-    """How many of the motions of one intensity fail."""
+    """Number of motions at one intensity [m/s2], and how many of them fail."""
 
     im: float
     count: int
@@ -123,7 +123,7 @@ def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
 
 
 def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
-    """Median and dispersion from who fails at which intensity, by maximum likelihood.
+    """Median and dispersion by maximum likelihood from failures and their intensities.
 
     In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
     where all motions have one intensity, where the failures are all or none, or no survivor is stronger than one of
@@ -178,7 +178,7 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
 
 
 def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
-    """Why no curve can be fitted to who fails at which intensity; "" where one can."""
+    """Sentence on why no curve can be fitted; "" where one can."""
     if of_one_intensity(im):
         one = say(float(np.median(im)), PGA)
         repair = "scan the motions as recorded, or at several values of grid.pga"
@@ -197,7 +197,7 @@ def of_one_intensity(im: Array) -> bool:
 
 
 def not_carried(fitted: Fit, im: Array) -> str:
-    """Why the motions do not carry the fitted dispersion; "" where they do."""
+    """Sentence on why the motions do not determine the fitted dispersion; "" where they do."""
     error = max(fitted.se_dispersion, fitted.se_dispersion_recordings)
     if error * CARRIED < fitted.dispersion:
         return ""
@@ -208,7 +208,7 @@ def not_carried(fitted: Fit, im: Array) -> str:
 
 
 def outside(median: float, im: Array) -> str:
-    """Why a median [m/s2] is no finding of motions of these intensities; "" where it lies among them."""
+    """Sentence on why a median [m/s2] outside the tested intensities is refused; "" where it lies among them."""
     if im.min() <= median <= im.max():
         return ""
     side, repair = ("above", "stronger") if median > im.max() else ("below", "weaker")
@@ -219,7 +219,7 @@ def outside(median: float, im: Array) -> str:
 
 
 def out_of_scale(fitted: Fit, factors: Array) -> tuple[float, str]:
-    """By how much the nearest scanned motions are scaled to the median, and why that is too much; "" where it is not.
+    """Factor of the nearest scanned motions to the median, and a sentence on why it is too large or "".
 
     ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
     record that is scaled beyond the usual factors is no record of such an earthquake, and no building stays linear.

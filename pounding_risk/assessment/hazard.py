@@ -153,7 +153,7 @@ def _shown(text: str) -> str:
 
 
 def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:
-    """∫ Φ(ln(im/θ)/β) |dλ| over the table; an array of medians and dispersions gives one of rates.
+    """Annual rate of failure, ∫ Φ(ln(im/θ)/β) |dλ| over the table; arrays of θ and β give one rate each.
 
     Exact between two rows, where λ = A im^−k: [−λ Φ(z)] + A θ^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(im/θ)/β, each bracket
     its upper end less its lower one. Over all intensities that is Cornell's (1996) k₀ θ^−k exp(k²β²/2).
@@ -172,7 +172,7 @@ def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float
 
 
 def _log_between(low: Array, high: Array) -> Array:
-    """ln(Φ(high) − Φ(low)), in the tail where the difference keeps its digits."""
+    """ln(Φ(high) − Φ(low)), evaluated in the tail where the difference keeps its digits."""
     from scipy.special import log_ndtr
 
     upper = low + high > 0.0

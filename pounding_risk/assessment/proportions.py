@@ -22,7 +22,7 @@ LIKENESS_CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Share:
-    """How many of the motions fail at one gap [m]: by contact, or by yielding at one F_E [N] and contact model.
+    """Share of the motions that fail at one gap [m], by contact, or by yielding at one F_E [N] and contact model.
 
     ``low`` and ``high`` are exact for motions that are independent of each other, ``low_recordings`` and
     ``high_recordings`` for as many as they really stand for (see `independent_motions`). ``left_out`` are runs that
@@ -126,7 +126,7 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
 
 
 def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
-    """How many independent motions so many say as much as: N over the design effect 1 + (Σm²/N − 1) ρ.
+    """Effective number of independent motions: N over the design effect 1 + (Σm²/N − 1) ρ.
 
     ``values`` tell how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
     no, that follow from them are no more alike. Between the number of recordings and that of motions.

@@ -41,7 +41,7 @@ class RequiredGap:
 def required_gaps(
     closing: Array, independent: float, percentiles: tuple[float, ...], confidence: float
 ) -> tuple[RequiredGap, ...]:
-    """The gap at each percentile, in rising order; ``independent`` is what one motion counts for, at most 1.
+    """Required gap at each percentile, in rising order; one motion counts for ``independent``, at most 1.
 
     Percentiles of the sample are NumPy's "linear": between the order statistics at (i − 1)/(n − 1). Bounds are the gaps
     at which the exact bounds of the probability of contact pass what a percentile p leaves, 1 − p: at ``high`` the
@@ -69,7 +69,7 @@ def required_gaps(
 
 @dataclass(frozen=True)
 class ContactSteps:
-    """P(contact) against the gap as the motions give it: steps, each from one entry of ``gaps`` [m] to the next.
+    """P(contact) against the gap in steps, each from one entry of ``gaps`` [m] to the next.
 
     ``gaps`` are 0 and the closings in rising order; ``probability`` at a gap and up to the next one, with ``low`` and
     ``high``, its bounds by recording. Contact is a closing that is larger than the gap: at a closing itself the step is

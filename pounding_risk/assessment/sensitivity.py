@@ -121,7 +121,7 @@ class Influence:
 
 
 class Yielding(NamedTuple):
-    """Who yields: 1, 0 or NaN by (motions, models, forces), and what the axes are."""
+    """Yielding of the runs, 1, 0 or NaN by (motions, models, forces), and the labels of these axes."""
 
     failed: Array
     polarities: tuple[str, ...]  # by motion
@@ -150,7 +150,7 @@ def contact_influences(
 
 
 def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
-    """Influences on the probability that the force reaches F_E, at one gap and one F_E of ``found.forces`` [N]."""
+    """Influences on the probability that the force reaches F_E, at one gap and one F_E of the grid [N]."""
     kinds = np.array(yielding.polarities)
     failed = yielding.failed[:, :, yielding.forces.index(force)]
     by_model = [(name, _mean(failed[:, index])) for index, name in enumerate(yielding.models)]
@@ -179,7 +179,7 @@ def response_influences(responses: Sequence[Response], model: str, force: float)
 
 
 def _of_force(levels: Sequence[Response]) -> Influence:
-    """F_E on one output under one contact model."""
+    """Influence of F_E on one output under one contact model."""
     named = [(force_words(response.yield_force), response.median) for response in levels]
     one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
     end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
@@ -187,7 +187,7 @@ def _of_force(levels: Sequence[Response]) -> Influence:
 
 
 def _of_model(levels: Sequence[Response], force: float) -> Influence:
-    """The contact model on one output: without yielding where the grid has that, or at the scene's own F_E."""
+    """Influence of the contact model on one output: without yielding where the grid has that, or at the scene's F_E."""
     at = inf if any(response.yield_force == inf for response in levels) else force
     named = [(response.contact_model, response.median) for response in levels if response.yield_force == at]
     one = _influence("contact_model", f"median {levels[0].words}", named, nan, levels[0].unit)
@@ -224,7 +224,7 @@ def force_words(force: float) -> str:
 
 
 def _moves(influences: Sequence[Influence], key: str) -> str:
-    """What a key changes most of what the buildings feel, as a share of itself; "" where it has one level."""
+    """Sentence on which response of the buildings a key changes most; "" where it has one level."""
     levels = [
         influence
         for influence in influences
@@ -248,7 +248,7 @@ def _mean(values: Array) -> float:
 
 
 def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: float, unit: str = "1") -> Influence:
-    """``limit`` is what the values are held against: the target, or the gap; NaN where against nothing."""
+    """Influence of a key; ``limit`` is the target or the gap, NaN where the values are compared with neither."""
     known = [(name, value) for name, value in levels if not np.isnan(value)]
     if len(known) < 2:
         only = f"{known[0][0]} alone: scan several to see" if known else "not defined: no run has such a value"

@@ -268,7 +268,7 @@ def _percent(value: float) -> str:
 
 
 class Basis(NamedTuple):
-    """What a conclusion rests on: the motions, what they close, and what they are worth.
+    """Numbers that a conclusion rests on: motions, their closings, and how many independent motions they count for.
 
     ``contacts`` of the ``motions`` close the assessed gap; ``lost`` ones, not among them, have no finite response.
     ``required`` is the gap to provide, which ``still_closing`` of the motions, no more than the target, close all the
@@ -295,7 +295,7 @@ class Basis(NamedTuple):
 
 
 def recordings_to_settle(basis: Basis) -> int | None:
-    """Recordings in all after which the bounds leave the target on one side, were further ones like those there are.
+    """Number of recordings after which the bounds leave the target on one side, were further ones like those so far.
 
     The least number R for which, with n = w R independent motions, w the independent motions of a recording so far, and
     the shares of contact that are seen, either the upper bound of `exact_bounds` is no more than the target, lost
@@ -329,7 +329,7 @@ def recordings_to_settle(basis: Basis) -> int | None:
 
 
 def conclusion(basis: Basis, answer: bool | None) -> tuple[str, ...]:
-    """Sentences that an engineer can sign: whether the gap will do, what to provide, and what would settle it.
+    """Sentences of a conclusion: whether the gap is adequate, what to provide, and what would settle it.
 
     Parameters
     ----------
@@ -376,7 +376,7 @@ def _provide(basis: Basis, answer: bool | None) -> str:
 
 
 def _still(basis: Basis) -> str:
-    """How many of the motions close the required gap all the same."""
+    """Number of motions that close the required gap all the same, in words."""
     count = basis.still_closing
     if not count:
         return "none of the motions closes that gap"
@@ -385,7 +385,7 @@ def _still(basis: Basis) -> str:
 
 
 def _too_few(basis: Basis) -> str:
-    """That so few recordings keep no target at any gap, and how many could."""
+    """Sentence that so few recordings keep no target at any gap, and how many could."""
     target = percent_words(basis.criterion.target)
     needed = recordings_to_settle(basis._replace(contacts=0, lost=0))
     answer = f"{_recordings(basis.recordings)} cannot show that any gap keeps {target}"

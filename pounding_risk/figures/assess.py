@@ -68,7 +68,7 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
 
 
 def _counted(assessment: Assessment) -> str:
-    """How many gaps of a row have which verdict, and where contact is most likely."""
+    """Sentence on how many gaps of a row have which verdict, and where contact is most likely."""
     words = [one.verdict.word for one in assessment.interfaces]
     counts = ", ".join(f"{words.count(word)} {VERDICT_WORDS.get(word, word)}" for word in dict.fromkeys(words))
     worst = max(assessment.interfaces, key=lambda one: one.contact_at_gap().probability)
@@ -110,13 +110,13 @@ def _adequacy(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> No
 
 
 def _legend(axis: Any, columns: int) -> None:
-    """Below the axis, where it covers nothing."""
+    """Place the legend below the axis, where it covers nothing."""
     position = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": columns}
     axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **position)
 
 
 def _asked(one: InterfaceAssessment) -> dict[str, float]:
-    """What the combinations ask for [m], by their names."""
+    """Separations of the combinations [m], by their names."""
     rules = {
         comparison.row.rule: comparison.upper for comparison in one.separations if comparison.row.rule in COMBINATIONS
     }
@@ -124,14 +124,14 @@ def _asked(one: InterfaceAssessment) -> dict[str, float]:
 
 
 def _widest(one: InterfaceAssessment, asked: dict[str, float]) -> float:
-    """The end of the axis of gaps [m]: beyond all that motions and rules need, as far as the motions stay in sight."""
+    """End of the axis of gaps [m]: beyond all that motions and rules need, as far as the motions stay in sight."""
     motions = max(one.closing[-1], one.gap, 1e-6)
     rules = [upper for upper in asked.values() if upper <= MOST_EMPTY * motions]
     return ROOM * max([motions, *rules])
 
 
 def _rules(axis: Any, asked: dict[str, float], widest: float) -> None:
-    """What the combinations ask for, as marks along the top; an arrow at the end stands for one beyond the axis."""
+    """Draw the combinations as marks along the top; an arrow at the end stands for one beyond the axis."""
     for marker, (name, upper) in zip("v^D", asked.items(), strict=False):
         beyond = upper > widest
         label = f"{name.upper()}: {1e3 * upper:.3g} mm" + (", beyond the axis" if beyond else "")
@@ -163,14 +163,14 @@ def _fragilities(axis: Any, one: InterfaceAssessment, assessment: Assessment) ->
 
 
 def _yield_words(drawn: list[Fragility], one: InterfaceAssessment) -> str:
-    """The contact model whose curves of yielding are drawn, and how many there are in all where not all are."""
+    """Contact model of the drawn curves of yielding, and their number where not all are drawn."""
     whole = sum(curve.what == "yield" and not curve.fault for curve in one.fragility)
     some = f", {len(drawn)} of {whole} curves" if whole > len(drawn) else ""
     return f"yielding: {law_words(str(drawn[0].contact_model))}{some}"
 
 
 def _hazard(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
-    """The range of the hazard curve, and how likely contact is in 50 years by motions of that range."""
+    """Draw the range of the hazard curve, with the probability of contact in 50 years by motions of that range."""
     if not assessment.hazard_rows:
         return
     ends = [assessment.hazard_rows[end][0] / STANDARD_GRAVITY for end in (0, -1)]
@@ -185,7 +185,7 @@ def _hazard(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None
 
 
 def _some(yields: list[Fragility], model: str) -> list[Fragility]:
-    """Those of the scene's own contact model, or of the grid's last; a few F_E from the first to the last."""
+    """Some curves of yielding: of the scene's own contact model or the grid's last, from the first to the last F_E."""
     models = [str(curve.contact_model) for curve in yields]
     shown = model if model in models else models[-1] if models else ""
     same = [curve for curve in yields if curve.contact_model == shown]
@@ -194,7 +194,7 @@ def _some(yields: list[Fragility], model: str) -> list[Fragility]:
 
 
 def _curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> None:
-    """One fragility with the band of its standard errors, and the shares seen at its intensities."""
+    """Draw one fragility with the band of its standard errors, and the shares at its intensities."""
     colour, dash = look
     about = "contact" if curve.yield_force is None else f"$F_E$ {_force(curve.yield_force)}"
     about += f", gap {own(curve.gap, GAP)}"
@@ -212,7 +212,7 @@ def _curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> Non
 
 
 def _force(force: float) -> str:
-    """A yield force; where floors never yield, columns may, at their own."""
+    """Words for a yield force [N]; of a floor that never yields, those for columns."""
     return own(force, YIELD_FORCE) if np.isfinite(force) else "of columns"
 
 
@@ -227,7 +227,7 @@ def _band(im: Array, curve: Fragility) -> tuple[Array, Array]:
 
 
 def _capacities(axis: Any, one: InterfaceAssessment, contact: Fragility) -> None:
-    """Where the curve is from scaling: the intensity at which each motion closes the gap, as a step curve."""
+    """Draw the intensities at which scaled motions close the gap, as a step curve, where the curve is from scaling."""
     if contact.method != SCALED or contact.fault or contact.intensity != "pga" or one.amplitude is None:
         return
     reach = np.sort(one.amplitude * one.gap / np.array(one.closing)) / STANDARD_GRAVITY

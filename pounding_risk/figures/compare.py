@@ -73,7 +73,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 
 
 def _laws(dataset: xr.Dataset) -> Laws:
-    """The baseline first, then its like, then the other kinds; in the dataset's order within a kind."""
+    """Laws in the order of the figure: the baseline, then by kind, in the dataset's order within a kind."""
     baseline = str(dataset.attrs["baseline"])
     laws = []
     names = map(str, dataset["contact_model"].values)
@@ -90,7 +90,7 @@ def _terms(dataset: xr.Dataset) -> str:
 
 
 def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """Laws as tick labels, each with the restitution it achieves; the baseline in bold."""
+    """Write the laws as tick labels, each with the restitution it achieves; the baseline in bold."""
     achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
     labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
     axis.set_yticks(range(len(laws)), labels, fontsize=9)
@@ -106,7 +106,7 @@ def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
 
 
 def _limits(dataset: xr.Dataset) -> tuple[float, float]:
-    """Ends of the scale of ratios, within 0.1 to 10; what has terms of its own may lie beyond."""
+    """Ends of the scale of ratios, within 0.1 to 10; a law with terms of its own may lie beyond."""
     shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
     shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
     low = float(np.nanmin(shown["ratio_low"].values, initial=1.0 - 2.0 * NOTABLE))
@@ -115,7 +115,7 @@ def _limits(dataset: xr.Dataset) -> tuple[float, float]:
 
 
 def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:
-    """Median and range of the ratio of one output; of one known by building, the right one's below, open.
+    """Draw median and range of the ratios of one output; of one known by building, the right one's below, open.
 
     ``shown`` = (laws, ends of the scale); a median beyond them stands at the edge as a number.
     """
@@ -153,7 +153,7 @@ def _legend_below(axis: Any, rows: int) -> None:
 
 
 def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """The share of the cases in which a law leads to another conclusion than the baseline."""
+    """Draw the share of the cases in which a law leads to another conclusion than the baseline."""
     _rows(axis, laws, "conclusions that flip", "share of the cases [%]")
     names = [name for name, _ in laws]
     largest = 10.0
@@ -168,7 +168,7 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 
 def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """Spearman's correlation of the motions' ranks with the baseline's."""
+    """Draw Spearman's correlation of the motions' ranks with the baseline's."""
     _rows(axis, laws, "motions ranked alike", "Spearman's correlation [1]")
     for number, (output, words) in enumerate(RANKED):
         values = dataset["rank_agreement"].sel(output=output, contact_model=[name for name, _ in laws]).values
@@ -185,7 +185,7 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """The relative displacement of one case under every law, where they differ most; the baseline in black."""
+    """Draw the relative displacement of one case under every law, where they differ most; the baseline in black."""
     axis.grid(True, color="#dddddd", linewidth=0.6)
     history = dataset["history"]
     facts, baseline = history.attrs, place_of(dataset, str(dataset.attrs["baseline"]))
@@ -262,7 +262,7 @@ def _label(one: xr.Dataset, unit: str) -> str:
 
 
 def _reference_finding(dataset: xr.Dataset) -> str:
-    """What is the same, what is not, and the restitution achieved against the one asked for."""
+    """Sentence on what the laws have in common, where they differ, and the restitution achieved."""
     other = ("reference_peak_penetration", 1e3, "penetration", "mm")
     if dataset.attrs["same"] == "penetration":
         other = ("reference_peak_force", 1e-6, "peak force", "MN")

@@ -80,7 +80,7 @@ def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> n
 
 
 def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
-    """What a panel shows of its rows: all but the outermost hundredth of any, so that a few far cases leave room."""
+    """Ends of a panel: all values but the outermost hundredth of any row, so that a few far cases leave room."""
     full = [values for values in rows if values.size] or [np.zeros(1)]
     low = min(0.0, *(float(np.quantile(values, 0.01)) for values in full))
     high = max(0.0, *(float(np.quantile(values, 0.99)) for values in full))

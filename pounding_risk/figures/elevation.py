@@ -39,7 +39,7 @@ RAISED = STYLES[1][0]
 
 
 class _Line(NamedTuple):
-    """What one line of the figure holds: buildings ``first`` to ``last``, and their left walls [m]."""
+    """One line of the figure: buildings ``first`` to ``last``, and their left walls [m]."""
 
     first: int
     last: int
@@ -85,7 +85,7 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
 
 
 def heading(figure: Figure, finding: str, cases: Sequence[RowCase], note: str = "") -> None:
-    """The finding above a figure of one row or several, and below it the cell of the grid."""
+    """Title and caption of a figure of one row or several, with the cell of the grid."""
     every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
     what = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
     sentences = (finding, f"{what}: {where_words(every)}", note)
@@ -93,7 +93,7 @@ def heading(figure: Figure, finding: str, cases: Sequence[RowCase], note: str = 
 
 
 def elevation_finding(case: RowCase) -> str:
-    """Where contact is most likely, how hard, and whether it reaches F_E."""
+    """Sentence on where contact is most likely, with which force, and whether it reaches F_E."""
     shares = [touch.contact for touch in case.touches]
     if not any(touch.runs for touch in case.touches):
         return f"No run of {counted(case.motions, 'motion')} is complete"
@@ -116,7 +116,7 @@ def elevation_finding(case: RowCase) -> str:
 
 
 def where_words(case: RowCase) -> str:
-    """The cell of the grid in words."""
+    """Gap, yield force, contact model, motions and amplitude of the cell, in words."""
     one = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
     ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
@@ -134,7 +134,7 @@ def where_words(case: RowCase) -> str:
 
 
 def _column_words(one: xr.Dataset) -> str:
-    """What a column's F_E is, where columns are met and have another than the floors."""
+    """Words on the F_E of columns, where columns are met and have another than the floors."""
     if "contact_point_yield_force" not in one.variables:
         return ""
     own = one["contact_point_yield_force"].values[one["contact_point_kind"].values == "column"]
@@ -150,7 +150,7 @@ def between(interface: str) -> str:
 
 
 def _lines(case: RowCase) -> list[_Line]:
-    """The row cut into lines; a building at a cut stands at the end of one and at the start of the next."""
+    """Cut the row into lines; a building at a cut stands at the end of one and at the start of the next."""
     count = len(case.buildings)
     n_lines = max(1, -(-(count - 1) // (ON_A_LINE - 1)))
     cuts = np.round(np.linspace(0, count - 1, n_lines + 1)).astype(int)
@@ -198,7 +198,7 @@ def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
 
 
 def outline(axis: Any, building: BuildingShape, wall: float) -> None:
-    """Walls, floors and the name; a rigid building is hatched."""
+    """Draw walls, floors and the name of a building; a rigid one is hatched."""
     from matplotlib.patches import Rectangle
 
     look: dict[str, Any] = {"facecolor": "#f1f1f1", "edgecolor": "#333333", "linewidth": 1.1}
@@ -212,12 +212,12 @@ def outline(axis: Any, building: BuildingShape, wall: float) -> None:
 
 
 def _middle(case: RowCase, line: _Line, at: int) -> float:
-    """Where the middle of an interface's gap is drawn."""
+    """Middle of the gap of an interface on the drawing [m]."""
     return line.walls[at - line.first] + WIDTH + 0.5 * line.gap_scale * case.gaps[at]
 
 
 def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
-    """Numbers beside the contact points, and the gap with the interface's own share above the lower roof."""
+    """Write numbers beside the contact points, and the gap with the interface's own share above the lower roof."""
     middle = _middle(case, line, at)
     points = [point for point in case.points if point.interface == at]
     half = 0.5 * line.gap_scale * case.gaps[at]

@@ -99,7 +99,7 @@ def _histories(motion: Motion) -> tuple[History, History, History]:
 
 
 def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
-    """One quantity: both on the left, the later one alone on the right with its peak marked."""
+    """Draw one quantity: both motions on the left, the later one alone on the right with its peak marked."""
     (old_times, old), (times, new) = before, after
     together, alone = axes
     size, unit = new.size, new.unit
@@ -139,7 +139,7 @@ def _length(value: float) -> str:
 
 
 def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
-    """Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
+    """Draw Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
     centred = before.acceleration - before.acceleration.mean()
     new = fourier_amplitude(after.acceleration, after.dt)
     axis.plot(*fourier_amplitude(centred, before.dt), color=BEFORE, linewidth=2.2, label="before, less its mean")
@@ -312,7 +312,7 @@ def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of
 
 
 def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
-    """The target's line, and the scales of every panel of spectra."""
+    """Draw the target, and set the scales that every panel of spectra has."""
     if target is not None:
         shown = at_periods(target, periods) / STANDARD_GRAVITY
         axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
@@ -323,7 +323,7 @@ def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
 
 
 def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
-    """A line at the period up to which every record is usable, as far as they tell."""
+    """Draw a line at the period up to which every record is usable, as far as that is known."""
     limits = [limit for limit in map(longest_usable, motions) if limit is not None]
     if limits and min(limits) < axis.get_xlim()[1]:
         whose = "every record" if len(limits) == len(motions) else f"the {len(limits)} that tell"
@@ -379,7 +379,7 @@ def selection_figure(
 
 
 def _misfits(axis: Axes, selection: Selection) -> None:
-    """A bar for each candidate, closest first, with its factor."""
+    """Draw a bar for each candidate, closest first, with its factor."""
     rows = selection.rows
     for position, row in enumerate(rows):
         look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}

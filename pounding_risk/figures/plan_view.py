@@ -79,7 +79,7 @@ def plan_figure(
 
 
 def plan_finding(cases: Sequence[RowCase]) -> str:
-    """How many buildings touch a neighbour in more than half of the motions, and which is struck most."""
+    """Sentence on how many buildings touch in more than half of the motions, and which is struck most."""
     shares = {
         (number, building.name): share_of_building(case, "impact_count", at)
         for number, case in enumerate(cases)
@@ -113,7 +113,7 @@ def _of_rows(cases: Sequence[RowCase]) -> dict[Key, Rings]:
 
 
 def _checked(footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]], cases: Sequence[RowCase]) -> dict[Key, Rings]:
-    """The rings of every building by its row, the largest first; of those in none by `NO_ROW`."""
+    """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
     given = {str(name): _rings(str(name), corners) for name, corners in footprints.items()}
     inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
     missing = [name for _, name in inside if name not in given]
@@ -133,7 +133,7 @@ def _rings(name: str, corners: Any) -> Rings:
 
 
 def _size(span: Array, flat: bool) -> tuple[float, float]:
-    """Panels of the street's own shape, within a page."""
+    """Size of the figure: panels of the street's own shape, within a page."""
     ratio = float(np.clip(span[1] / max(span[0], 1e-9), 0.08, 4.0))
     if flat:
         width = float(np.clip(0.09 * span[0], 8.0, 20.0))

@@ -83,7 +83,7 @@ def window_figure(searched: xr.Dataset, window: tuple[float, float], note: str =
 
 
 def _within(lines: xr.Dataset, window: tuple[float, float]) -> str:
-    """What yielding does to the peak inside a window of F_E, polarity by polarity."""
+    """Sentence on how yielding changes the peak inside a window of F_E, polarity by polarity."""
     forces = lines["yield_force"].values
     inside = (forces >= window[0]) & (forces <= window[1])
     changes = []
@@ -103,7 +103,7 @@ def _without_yielding(results: xr.Dataset) -> int:
 
 
 def _one_law(results: xr.Dataset) -> xr.Dataset:
-    """The scene's own contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
+    """Dataset at the scene's own contact law and amplitude; gaps and yield forces in rising order.
 
     Of a row the interface whose gap alone the grid varies, or the largest of all.
     """
@@ -118,13 +118,13 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
 
 
 def _varied(results: xr.Dataset) -> int | None:
-    """Place of the interface of a row whose gap alone the grid varies; None where it varies all or none."""
+    """Index of the interface of a row whose gap alone the grid varies; None where it varies all or none."""
     varied = np.flatnonzero(np.ptp(own_gaps(results).values, axis=0) > 0.0)
     return int(varied[0]) if varied.size == 1 else None
 
 
 def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
-    """The title of a dataset, with the law where only one of several is shown, and the amplitude of its motions."""
+    """Title of a dataset, with the law where only one of several is shown, and the amplitude of its motions."""
     parts = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
         parts.append(law_words(str(shown["contact_model"].values)))
@@ -207,7 +207,7 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
 
 
 def _ratio_finding(ratio: xr.DataArray) -> str:
-    """What yielding does to the peak, over the cases that yield: the others are NaN."""
+    """Sentence on how yielding changes the peak, over the cases that yield: the others are NaN."""
     count = int(ratio.notnull().sum())
     if not count:
         return "No case yields"
@@ -219,7 +219,7 @@ def _ratio_finding(ratio: xr.DataArray) -> str:
 
 
 def _end_words(drawn: xr.Dataset) -> str:
-    """What the dashed line of a panel means, where any panel has one."""
+    """Words on the dashed line of a panel, where any panel has one."""
     touching = (drawn["impact_count"] > 0).any("yield_force").all("gap")
     return "" if bool(touching.all()) else "; right of the dashed line there is no contact"
 
@@ -281,7 +281,7 @@ def _headings(results: xr.Dataset) -> list[str]:
 
 
 def _gap_needed(results: xr.Dataset) -> str:
-    """From which gap on there is no contact, over the records and polarities of a scan."""
+    """Sentence on the gap from which on there is no contact, over the records and polarities of a scan."""
     others = [name for name in results["impact_count"].dims if name not in ("record", "polarity", "gap")]
     touching = (results["impact_count"] > 0).any(others)
     if bool(touching.isel(gap=-1).any()):

@@ -45,7 +45,7 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
 
 
 def _by_motion(axis: Any, table: CodeTable) -> None:
-    """Motions in the order of the gap they need."""
+    """Draw the motions in the order of the gap they need."""
     order = np.argsort(table.closing)
     positions = np.arange(order.size)
     for (mark, dash), name in zip(MARKS, COMBINATIONS, strict=True):
@@ -67,7 +67,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
 
 
 def _short(name: str) -> str:
-    """A motion's name as short as a tick's label has to be."""
+    """Name of a motion, shortened for a tick label."""
     return name.removesuffix(" as recorded").replace(" reversed", " rev.")
 
 
@@ -91,7 +91,7 @@ def _by_rule(axis: Any, drawn: list[Comparison], table: CodeTable) -> None:
 
 
 def _rule_words(comparison: Comparison) -> str:
-    """A rule's title, with what keeps its clause from being relied on."""
+    """Title of a rule, with what keeps its clause from being relied on."""
     row = comparison.row
     doubts = [] if row.verification in (DERIVED, READ) else [row.verification]
     doubts += ["superseded"] if row.superseded else []

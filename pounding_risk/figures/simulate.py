@@ -154,7 +154,7 @@ def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
 
 
 def _gap_and_contacts(axes: Axes, run: xr.Dataset) -> None:
-    """The gap as a line, every contact as a grey band."""
+    """Draw the gap as a line and every contact as a grey band."""
     gap = float(run["gap"]) * 1e3
     axes.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
@@ -330,7 +330,7 @@ def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[
 
 
 def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
-    """Buildings with the peak of their roofs, contact points with their largest force and number of contacts."""
+    """Draw buildings with the peak of their roofs, contact points with their largest force and number of contacts."""
     gaps = run["interface_gap"].values
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
@@ -354,7 +354,7 @@ def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
 
 
 def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
-    """Every contact point; of two too close for both numbers, the stronger one's are written."""
+    """Draw every contact point; of two too close for both numbers, the stronger one's are written."""
     peaks = np.nan_to_num(run[f"contact_point_{FORCE}"].values)
     written: list[tuple[int, float]] = []
     for at in np.argsort(-peaks, kind="stable"):
@@ -373,7 +373,7 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
 
 
 def _contact_point(axis: Any, one: xr.Dataset, position: tuple[float, float], share: float) -> None:
-    """A contact point in the colour of its share of the largest force; white and small where nothing touches."""
+    """Draw a contact point in the colour of its share of the largest force; small and white where nothing touches."""
     look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
     if share > 0.0:
         yields = int(one["contact_point_yield_exceedance"]) == 1

@@ -95,7 +95,7 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
 
 
 def profiles_finding(case: RowCase) -> str:
-    """What contact does to the largest storey drift, at the ends of the row and inside it."""
+    """Sentence on how contact changes the largest storey drift, at the ends of the row and inside it."""
     parts = []
     for position, where in (("end", "at the row's ends"), ("interior", "inside the row")):
         ratios = [
@@ -171,7 +171,7 @@ def _spread(values: Array) -> Array:
 
 
 def _storeys(case: RowCase, building: int) -> int:
-    """How many storeys a building has of which there are numbers; a rigid building has none."""
+    """Number of storeys that a building has numbers of; 0 for a rigid one."""
     return 0 if case.buildings[building].is_rigid else len(case.buildings[building].levels)
 
 
@@ -209,7 +209,7 @@ def _against_height(levels: Array, values: Array, of_storey: bool) -> tuple[Arra
 
 
 def _contacts(axis: Any, case: RowCase, building: int) -> None:
-    """A mark on the side of the neighbour, at each level of contact; full where a motion touches there."""
+    """Draw a mark on the side of the neighbour at each level of contact; full where a motion touches there."""
     for point in case.points:
         if building not in (point.interface, point.interface + 1):
             continue

@@ -98,7 +98,7 @@ def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
 
 
 def _in_two_lines(finding: str, letters: int) -> tuple[str, str]:
-    """As many clauses as two lines hold, the first always, and the others."""
+    """The first clauses, as many as two lines hold but at least one, and the others."""
     clauses = finding.replace("\n", " ").split("; ")
     count = 1
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
@@ -173,7 +173,7 @@ def styles(count: int) -> list[tuple[str, str]]:
 
 
 def rule_mark(verification: str) -> dict[str, Any]:
-    """How the mark of a rule is drawn, by how the text of its clause is known."""
+    """Look of a rule's mark, by how the text of its clause is known."""
     colour = MEANING["rule"]
     return {
         "color": colour,

@@ -114,7 +114,7 @@ def frames(run: xr.Dataset, rate: float) -> Frames:
 
 
 def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
-    """What the page holds; numbers of frames are differences to the frame before, packed."""
+    """The data of the page; numbers of frames are differences to the frame before, packed."""
     largest = float(np.abs(shown.displacement).max(initial=0.0)) or 1.0
     peak = float(shown.force.max(initial=0.0))
     steps = np.rint(shown.displacement / largest * STEPS).astype(np.int16)

@@ -23,7 +23,7 @@ KEPT = 12  # rows of a longer one that stay there; all of them stand in the appe
 
 
 def number(value: Any, unit: str = "1", digits: int = 4) -> Cell:
-    """A value in SI, as it is shown in the unit of `SHOWN`, and raw; what is not finite has no raw value."""
+    """A value in SI: its text in the unit of `SHOWN`, and the raw value, None where it is not finite."""
     value = float(value)
     return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
 
@@ -54,7 +54,7 @@ def milliseconds(seconds: float) -> Cell:
 
 
 def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
-    """Two ends of a range, as they are shown in the unit of the column's head."""
+    """Both ends of a range, in the unit of the column's head."""
     ends = [number(end, unit, digits) for end in (low, high)]
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
 
@@ -79,7 +79,7 @@ def middle(spread: tuple[float, float, float], unit: str) -> Cell:
 
 
 def head(words: str, unit: str) -> str:
-    """The head of a column of numbers: words, and the unit that they are shown in."""
+    """Head of a column of numbers: words, and the unit that they are shown in."""
     shown = SHOWN[unit][0]
     return f"{words} [{shown}]" if shown else words
 

@@ -53,7 +53,7 @@ NOT_SIGNED = Signature()
 
 
 class Pair(NamedTuple):
-    """One interface: its assessment, what codes ask there, and its part of the dataset."""
+    """One interface: its assessment, separations of codes, and its part of the dataset."""
 
     name: str
     anchor: str
@@ -209,7 +209,7 @@ def kind_of(dataset: xr.Dataset) -> str:
 
 
 def _with_origin(path: Path) -> xr.Dataset:
-    """A dataset from disk that knows its file and its checksum."""
+    """A dataset from disk with its file and checksum as attributes."""
     return open_results(path).assign_attrs(file=str(path), sha256=checksum(path))
 
 

@@ -147,7 +147,7 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
 
 
 def page_model(dataset: xr.Dataset) -> dict[str, Any]:
-    """What the page holds: axes with their labels, and every variable as a compressed array (see `packed`)."""
+    """The data of the page: axes with their labels, and every variable as a compressed array (see `packed`)."""
     dataset = _prepared(dataset)
     pickers = [str(dim) for dim in dataset["status"].dims if dim not in MAP]
     # Of a row the page shows one interface and the two buildings beside it.
@@ -202,7 +202,7 @@ def _floors(dataset: xr.Dataset) -> np.ndarray:
 
 
 def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
-    """How a run may end, by its code; older files have words without commas only."""
+    """Sentences on how a run may end, by its code; older files have words without commas only."""
     if "sentences" in status:
         return json.loads(status["sentences"])
     meanings = (words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split())
@@ -210,7 +210,7 @@ def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _prepared(dataset: xr.Dataset) -> xr.Dataset:
-    """With both axes of the map, and whether there was contact as an output of its own."""
+    """The dataset with both axes of the map, and whether there was contact as an output of its own."""
     dataset = dataset.expand_dims([dim for dim in MAP if dim not in dataset.dims])
     count = dataset["impact_count"]
     touched = count.where(count < 0, count > 0).astype(np.int8)
@@ -272,7 +272,7 @@ def label_words(axis: str, value: Any) -> str:
 
 
 def _facts(dataset: xr.Dataset) -> list[str]:
-    """Sentences at the head of the page: how many cases, how many failed and why, what was checked."""
+    """Sentences at the head of the page on cases, failures and checks."""
     status = dataset["status"]
     facts = [f"{status.size:,} cases."]
     if "pga" not in dataset.dims:

@@ -45,7 +45,7 @@ def words(text: str) -> Markup:
 
 
 def fit(text: str) -> str:
-    """The class of a cell that is never broken, such as a date, or anywhere, such as a checksum."""
+    """CSS class of a cell: never broken, such as a date, or broken anywhere, such as a checksum."""
     if len(text) <= SHORTEST_BROKEN:
         return " short"
     return " long" if max(map(len, text.split())) > LONGEST_WORD else ""

@@ -40,7 +40,7 @@ def document(model: Document) -> bytes:
 
 
 def _compiled(typst: Any, template: Path) -> bytes:
-    """The PDF, with fonts that come along; with those of the system where these lack a letter.
+    """Compile the PDF with the package's fonts, or with those of the system where these lack a letter.
 
     As PDF/UA: tagged, with the figures' texts, for those who have it read out. That refuses letters that no font has.
     """

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -238,3 +240,15 @@ def test_many_records_are_put_together(forces):
             "median",
             "84th percentile",
         ]
+
+
+def test_a_figure_is_a_function_of_a_module_of_its_folder():
+    """Every module but the shared style makes a figure, and every figure is a name of the package."""
+    names = set(dir(figures))
+    for file in Path(figures.__file__).parent.glob("[!_]*.py"):
+        module = import_module(f"{figures.__name__}.{file.stem}")
+        own = {name for name in vars(module) if name.endswith("_figure") and not name.startswith("_")}
+        assert own <= names
+        assert bool(own) is (file.stem != "style"), file.stem
+    with pytest.raises(AttributeError, match="no_figure"):
+        figures.no_figure

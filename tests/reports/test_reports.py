@@ -14,6 +14,7 @@ import sys
 import unicodedata
 from html import unescape
 from html.parser import HTMLParser
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports import pdf as document
+from pounding_risk.reports import sections
 from pounding_risk.reports.blocks import KEPT, LONG, number
 from pounding_risk.reports.data import ReportData, companions
 from pounding_risk.reports.sections import provenance
@@ -637,3 +639,13 @@ def test_a_damaged_attribute_is_told(made, tmp_path):
         "was written: take the one that scan wrote, or run the scan again"
     )
     assert not (tmp_path / "r.html").exists()
+
+
+def test_a_section_is_a_module_of_its_folder():
+    """Found by listing the folder, each with a title and a place of its own."""
+    names = {file.stem for file in Path(sections.__file__).parent.glob("[!_]*.py")}
+    assert set(model.SECTIONS) == names
+    modules = [import_module(f"{sections.__name__}.{name}") for name in model.SECTIONS]
+    orders = [module.ORDER for module in modules]
+    assert orders == sorted(set(orders))
+    assert len({section.title for section in model.SECTIONS.values()}) == len(names)

@@ -33,7 +33,7 @@ DERIVED, READ, QUOTED, MEMORY = VERIFICATIONS = ("derived", "clause read", "quot
 
 
 class Site(NamedTuple):
-    """What codes ask about two neighbours besides how they move; left and right in every pair."""
+    """What codes ask about two neighbours besides their displacements; left and right in every pair."""
 
     heights: tuple[float, float] | None = None  # m above the ground
     factors: tuple[float, float] = (1.0, 1.0)  # a code's design displacement over that of the linear model
@@ -46,7 +46,7 @@ class Site(NamedTuple):
 
 
 class Case(NamedTuple):
-    """Two buildings as a rule sees them; displacements [m] may be arrays, one value a motion."""
+    """Two buildings as a rule takes them; displacements [m] may be arrays, one value a motion."""
 
     displacements: Pair
     periods: Pair  # s
@@ -66,7 +66,7 @@ class Case(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """One rule; ``function`` gives the separation [m] of a `Case` that has what the rule ``needs``."""
+    """A separation rule; ``function`` gives the separation [m] of a `Case` that has what the rule ``needs``."""
 
     name: str
     title: str
@@ -100,13 +100,13 @@ def _china(case: Case) -> float:
 
 
 def _turkey(case: Case) -> Any:
-    """SRSS of the displacements that forces not reduced would cause, halved or quartered, and the least by height."""
+    """SRSS of the displacements under unreduced forces, times 0.5 or 0.25, and at least a minimum by height."""
     least = 0.03 + 0.01 * max(case.lower - 6.0, 0.0) / 3.0
     return np.maximum(least, (0.25 if case.site.aligned else 0.5) * srss(*case.design))
 
 
 def _capped(case: Case) -> Any:
-    """SRSS, and no more than 4 % of the height where contact is possible."""
+    """SRSS, at most 4 % of the height where contact is possible."""
     return np.minimum(srss(*case.design), 0.04 * case.lower)
 
 

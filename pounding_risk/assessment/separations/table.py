@@ -66,7 +66,7 @@ SAME = 1e-9  # a rule short of the demand by no more than this share is not exce
 
 @dataclass(frozen=True)
 class SeparationRow:
-    """What one rule asks for; ``separation`` [m] is None where it needs what was not given, as ``note`` says.
+    """Separation of one rule [m]; None where it needs what was not given, as ``note`` says.
 
     ``verification`` says how the text of the clause is known: "derived", "clause read", "quoted" or "from memory", by
     ``source``; ``superseded`` names later editions of it, "" where none is known here.
@@ -85,7 +85,7 @@ class SeparationRow:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One rule beside the motions.
+    """One rule beside the gaps that the motions need.
 
     ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
@@ -108,7 +108,7 @@ class Comparison:
 
 @dataclass(frozen=True, repr=False)
 class CodeTable(ShortRepr):
-    """Rules beside what the motions of a dataset ask for, at one amplitude."""
+    """Rules beside the gaps that the motions of a dataset need, at one amplitude."""
 
     buildings: tuple[str, str]
     amplitude: float | None  # m/s², PGA; None where the grid has none
@@ -126,7 +126,7 @@ class CodeTable(ShortRepr):
     rules: tuple[Comparison, ...]
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """What the motions need, and what the rules ask."""
+        """Buildings, motions, required gap and finding, as pairs of a name and words."""
         yield "between", " | ".join(self.buildings)
         yield "motions", f"{self.motions} {self.at}"
         yield f"gap of {self.percentile:g} % of the motions", say(self.demand, GAP)
@@ -134,7 +134,7 @@ class CodeTable(ShortRepr):
 
     @property
     def finding(self) -> str:
-        """In words: how the three combinations do in these motions."""
+        """Sentence on how often the three combinations fall short in these motions."""
         if not self.motions:
             return "No motion closes any gap between these buildings"
         first, *others = (
@@ -145,7 +145,7 @@ class CodeTable(ShortRepr):
         return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers, words and lists, for JSON."""
+        """The table as numbers, words and lists that JSON holds."""
         return asdict(self)
 
 
@@ -194,7 +194,7 @@ def _row(rule: Rule, case: Case) -> SeparationRow:
 
 
 def _doubts(rule: Rule) -> tuple[str, ...]:
-    """That the clause itself was not read, and that it is no longer the current one."""
+    """Notes that the clause itself was not read, and that it is superseded."""
     unread = {MEMORY: FROM_MEMORY, QUOTED: QUOTED_ONLY}.get(rule.verification, "")
     return unread, f"superseded by {rule.superseded}" if rule.superseded else ""
 
@@ -308,7 +308,7 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
 
 
 def _known_site(results: xr.Dataset, site: Site) -> Site:
-    """With the heights of both buildings and whether their floors are level, where the dataset tells."""
+    """The site with heights and alignment of floors from the dataset, where ``site`` gives none."""
     if "building_height" not in results.coords:
         return site
     left, right = (float(height) for height in results["building_height"].values)
@@ -338,7 +338,7 @@ def _one_amplitude(results: xr.Dataset) -> xr.Dataset:
 
 
 def _both(results: xr.Dataset, fact: str) -> tuple[float, float]:
-    """A fact of the left and of the right building."""
+    """Values of a property for the left and the right building."""
     left, right = results[f"building_{fact}"].values
     return float(left), float(right)
 
@@ -348,7 +348,7 @@ def _correlation(periods: tuple[float, float], dampings: tuple[float, float]) ->
 
 
 def _asked(rule: Rule, case: Case) -> Array:
-    """What a rule asks for, motion by motion; one that looks at no displacement asks the same of each."""
+    """Separations of a rule [m], one for each motion."""
     return np.broadcast_to(np.asarray(rule.function(case), dtype=float), np.shape(case.displacements[0]))
 
 
@@ -366,7 +366,7 @@ def _median(values: Array) -> float:
 
 
 def _percentile(values: Array, percentile: float) -> float:
-    """0 where there is no motion: nothing is asked for."""
+    """Percentile of the values; 0 where there are none."""
     return float(np.percentile(values, percentile)) if values.size else 0.0
 
 

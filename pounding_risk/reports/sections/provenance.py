@@ -79,7 +79,7 @@ def _target(scan: str) -> str:
 
 
 def _asked(data: ReportData) -> list[str]:
-    """The options of the report that are not the usual ones."""
+    """Options of the report that differ from the defaults."""
     asked, one = data.assessment, data.assessment.interfaces[0]
     options = []
     if one.gap != scene_gap(data.results, 0):
@@ -111,7 +111,7 @@ def _files(data: ReportData) -> Block:
 
 
 def _origins(data: ReportData) -> list[str]:
-    """Where records are from and on what terms; those from one place share a line."""
+    """Origin and terms of the records; those from one place share a line."""
     alike: dict[str, list[str]] = {}
     for name, one in data.records.items():
         origin = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
@@ -120,12 +120,12 @@ def _origins(data: ReportData) -> list[str]:
 
 
 def _who(names: list[str], data: ReportData) -> str:
-    """Records by name, or all of them."""
+    """Names of records, or "all records"."""
     return "all records" if len(names) == len(data.records) > 1 else ", ".join(names)
 
 
 def _steps(data: ReportData) -> list[str]:
-    """What was done to each record; records treated alike share a line."""
+    """Processing of each record; records treated alike share a line."""
     alike: dict[tuple[str, ...], list[str]] = {}
     for name, steps in data.facts("processing", {}).items():
         alike.setdefault(tuple(steps), []).append(name)

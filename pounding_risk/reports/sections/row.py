@@ -95,7 +95,7 @@ def _point(case: RowCase, point: ContactPoint) -> list[Cell | str]:
 
 
 def _storeys(case: RowCase, where: str) -> list[Block]:
-    """Profiles and what contact does to drift and acceleration, building by building, ends and interiors apart."""
+    """Profiles, and the change of drift and acceleration by contact, building by building, ends and interiors apart."""
     raised = [amplification(case, at) for at in range(len(case.buildings))]
     if not np.isfinite(raised).any():
         return [paragraph("No building with storeys touches a neighbour; the buildings move as if alone.")]

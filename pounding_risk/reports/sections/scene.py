@@ -65,7 +65,7 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _stature(data: ReportData, one: Any) -> list[Cell | str]:
-    """Storeys, height and place of a building in a row; nothing of a pair's."""
+    """Cells of storeys, height and position of a building in a row; none for a pair."""
     if not data.is_row:
         return []
     height = number(one["building_height"])
@@ -135,7 +135,7 @@ def _span(values: Any, unit: str) -> Cell:
 
 
 def _assumed(data: ReportData) -> list[str]:
-    """What else is taken for granted, as far as this scene's own keys tell."""
+    """Further assumptions that follow from the scene's own keys."""
     sentences = []
     effects = data.scene.get("effects", {})
     if "wave_passage" not in effects:
