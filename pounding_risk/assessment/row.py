@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.demands import check_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, si
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, say_in, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -217,7 +217,7 @@ def force_text(force: float) -> str:
     """A force in kN or MN with three digits; "no force" where it is not finite."""
     if not np.isfinite(force):
         return "no force"
-    return f"{force / 1e6:.3g} MN" if force >= 1e6 else f"{force / 1e3:.3g} kN"
+    return say_in(force, "MN" if force >= 1e6 else "kN", 3)
 
 
 def any_of_building(case: RowCase, name: str, building: int) -> Array:

@@ -11,9 +11,9 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.fragility import SCALED, Fragility, fragility_curve
 from pounding_risk.assessment.proportions import exact_bounds
 from pounding_risk.assessment.separations.table import COMBINATIONS
-from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, law_words, title
+from pounding_risk.figures.style import QUIET, STYLES, blank, law_words, title
 from pounding_risk.results.amplitudes import intensity_words, own
-from pounding_risk.units import GAP, YIELD_FORCE
+from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,7 +101,7 @@ def _adequacy(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> No
     axis.axhline(assessment.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {assessment.target:g}")
     axis.axvline(1e3 * one.gap, color="black", linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
     needed = next(required for required in one.required if required.percentile == assessment.percentile)
-    words = f"required by {needed.percentile:g} %: {1e3 * needed.gap:.3g} mm (bar: bounds)"
+    words = f"required by {needed.percentile:g} %: {say_in(needed.gap, 'mm', 3)} (bar: bounds)"
     axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=words)
     axis.plot([1e3 * needed.low, 1e3 * needed.high], [1.04, 1.04], color=ORANGE, linewidth=3.0, solid_capstyle="butt")
     _rules(axis, asked, widest)
@@ -134,7 +134,7 @@ def _rules(axis: Any, asked: dict[str, float], widest: float) -> None:
     """Draw the combinations as marks along the top; an arrow at the end stands for one beyond the axis."""
     for marker, (name, upper) in zip("v^D", asked.items(), strict=False):
         beyond = upper > widest
-        label = f"{name.upper()}: {1e3 * upper:.3g} mm" + (", beyond the axis" if beyond else "")
+        label = f"{name.upper()}: {say_in(upper, 'mm', 3)}" + (", beyond the axis" if beyond else "")
         position, shape = (widest, ">") if beyond else (upper, marker)
         axis.plot(1e3 * position, 1.08, shape, color=GREEN, markersize=6, clip_on=False, label=label)
 
@@ -198,7 +198,7 @@ def _curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> Non
     colour, dash = look
     about = "contact" if curve.yield_force is None else f"$F_E$ {_force(curve.yield_force)}"
     about += f", gap {own(curve.gap, GAP)}"
-    label = f"{about}: median {curve.median / STANDARD_GRAVITY:.3g} g, dispersion {curve.dispersion:.2f}"
+    label = f"{about}: median {say_in(curve.median, 'g', 3)}, dispersion {curve.dispersion:.2f}"
     label += f" ({SCALED}, times {curve.factor:.2g})" if curve.method == SCALED else ""
     axis.plot(im / STANDARD_GRAVITY, curve.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
     if curve.what == "contact":

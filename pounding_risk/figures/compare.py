@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
 from pounding_risk.studies.compare_findings import LOW, NOTABLE, flip_share, place_of, with_terms_of_its_own
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,7 +207,7 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     axis.axhline(facts["gap"] * 1e3, color=QUIET, linestyle=":", linewidth=1.2, label="gap")
     axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, min(start + SHOWN, time[-1])))
     peaks = np.nanmax(np.abs(values), axis=1)
-    case = f"gap {facts['gap'] * 1e3:g} mm, {force_words(facts['yield_force'])}, {motion_words(facts)}"
+    case = f"gap {say_in(facts['gap'], 'mm', 6)}, {force_words(facts['yield_force'])}, {motion_words(facts)}"
     words = (
         f"Peaks of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; where laws differ most"
     )
@@ -248,7 +249,7 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     axes[-1, 1].set_xlabel("penetration [mm]")
     without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
     without_force = f"{', '.join(without)}: no force against penetration" if without else ""
-    blow = f"{dataset.attrs['reduced_mass'] / 1e3:.4g} t against a wall, same {_terms(dataset)}, without yielding"
+    blow = f"{say_in(dataset.attrs['reduced_mass'], 't')} against a wall, same {_terms(dataset)}, without yielding"
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
     title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, without_force))), note)
     return figure

@@ -22,7 +22,7 @@ from pounding_risk.figures.style import (
     title,
 )
 from pounding_risk.results.amplitudes import own
-from pounding_risk.units import PGA
+from pounding_risk.units import PGA, say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -231,7 +231,7 @@ def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
             )  # fmt: skip
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     axis.annotate(
-        f"{1e3 * case.gaps[at]:.3g} mm\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
+        f"{say_in(case.gaps[at], 'mm', 3)}\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
         textcoords="offset points", ha="center", va="bottom", fontsize=8, fontweight="bold", color=QUIET,
     )  # fmt: skip
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.figures.style import STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.figures.style import STYLES, blank, title
 from pounding_risk.motions.source import lowest_usable
+from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,7 +126,7 @@ def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, Hi
 
 def _processing_finding(before: Motion, after: Motion, old: History, new: Sequence[History]) -> str:
     ground, fast, far = (float(np.abs(history.samples).max()) for history in new)
-    peaks = f"PGA {ground / STANDARD_GRAVITY:.3g} g, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
+    peaks = f"PGA {say_in(ground, 'g', 3)}, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
     if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
         return f"{after.name} is left as it is: {peaks}"
     was, now = (_length(float(history.samples[-1])) for history in (old, new[2]))
@@ -415,7 +416,7 @@ def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Targ
     who = f"{len(motions)} records: their median is" if many else f"{motions[0].name} is"
     if target is None:
         at = [int(np.abs(ensemble.periods - period).argmin()) for period in NAMED]
-        parts = [f"{ensemble.median[k] / STANDARD_GRAVITY:.3g} g at {ensemble.periods[k]:.2g} s" for k in at]
+        parts = [f"{say_in(ensemble.median[k], 'g', 3)} at {ensemble.periods[k]:.2g} s" for k in at]
         return f"{who if many else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
     ratio = ensemble.median / at_periods(target, ensemble.periods)
     if np.isnan(ratio).all():

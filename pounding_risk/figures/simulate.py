@@ -11,18 +11,8 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.figures.elevation import MARKERS, RAISED, WIDTH, between, gap_scale, outline
-from pounding_risk.figures.style import (
-    QUIET,
-    STANDARD_GRAVITY,
-    STYLES,
-    blank,
-    force_words,
-    law_words,
-    motion_words,
-    plain,
-    styles,
-    title,
-)
+from pounding_risk.figures.style import QUIET, STYLES, blank, force_words, law_words, motion_words, plain, styles, title
+from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,7 +138,7 @@ def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
         f"peak relative displacement {outputs['peak_relative_displacement'] * 1e3:.2f} mm"
     )
     effects = f", with {facts['effects']}" if facts.get("effects") else ""
-    where = f"gap {facts['gap'] * 1e3:g} mm, {motion_words(facts)}{effects}"
+    where = f"gap {say_in(facts['gap'], 'mm', 6)}, {motion_words(facts)}{effects}"
     title(figure, finding, f"{law_words(facts['contact_model'])}, {force_words(facts['yield_force'])}, {where}", note)
     return figure
 
@@ -195,7 +185,7 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
-    where = f"{first.attrs['title']}; gap {first.attrs['gap'] * 1e3:g} mm; {motion_words(first.attrs)}"
+    where = f"{first.attrs['title']}; gap {say_in(first.attrs['gap'], 'mm', 6)}; {motion_words(first.attrs)}"
     title(figure, _comparison_finding(runs, parted, [abs(value) * 1e3 for _, value in peaks]), where, note)
     return figure
 
@@ -291,7 +281,7 @@ def row_run_finding(run: xr.Dataset) -> str:
     counts = run["contact_point_impact_count"].values
     roofs = _peaks_of_roofs(run)
     at = int(roofs.argmax())
-    most = f"the roof of {run['building'].values[at]} moves most, {1e3 * roofs[at]:.3g} mm"
+    most = f"the roof of {run['building'].values[at]} moves most, {say_in(roofs[at], 'mm', 3)}"
     if run.attrs["status"] != "complete":
         return f"The run is not complete: {run.attrs['status']}"
     if not (counts > 0).any():

@@ -12,7 +12,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import RowCase, any_of_building
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import heading
-from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, legend_below, plain
+from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain
+from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.files import write_whole
-from pounding_risk.units import STANDARD_GRAVITY
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -226,7 +226,7 @@ def force_words(force: float) -> str:
 
 def motion_words(facts: Mapping[Any, Any]) -> str:
     """Record, polarity and amplitude of one run."""
-    return f"{facts['record']} {facts['polarity']} at {facts['pga'] / STANDARD_GRAVITY:.4g} g"
+    return f"{facts['record']} {facts['polarity']} at {say_in(facts['pga'], 'g')}"
 
 
 def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float = 30.0) -> None:

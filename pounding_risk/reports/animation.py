@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import STANDARD_GRAVITY, law_words
+from pounding_risk.figures.style import law_words
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results.files import check_target
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,7 +159,7 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     """Sentences on the run, and on the contacts that the animation shows."""
     facts = [law_words(str(run.attrs[name])) for name in HEAD_ATTRIBUTES if name in run.attrs]
     if "pga" in run.attrs:
-        facts.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
+        facts.append(f"{say_in(float(run.attrs['pga']), 'g')}")
     gaps = _gaps(run)
     widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
     facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")

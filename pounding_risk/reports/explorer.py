@@ -17,13 +17,12 @@ import numpy as np
 
 from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import STANDARD_GRAVITY
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import amplitude_words
 from pounding_risk.results.files import check_target
 from pounding_risk.results.own_case import own_case
-from pounding_risk.units import PGA, SHOWN, si
+from pounding_risk.units import PGA, SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -251,4 +251,4 @@ def test_a_figure_is_a_function_of_a_module_of_its_folder():
         assert own <= names
         assert bool(own) is (file.stem != "style"), file.stem
     with pytest.raises(AttributeError, match="no_figure"):
-        figures.no_figure
+        _ = figures.no_figure

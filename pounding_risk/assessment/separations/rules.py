@@ -240,7 +240,7 @@ _RULES = (
 )  # fmt: skip
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
-COMBINATIONS = ("abs", "srss", "cqc")
+COMBINATIONS = tuple(rule.name for rule in _RULES if rule.verification == DERIVED)
 
 # What a rule took for granted, where the user said nothing else.
 TAKEN = {

@@ -13,7 +13,6 @@ from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY,
 from pounding_risk.figures.style import (
     MEANING,
     RULE_MARKS_WORDS,
-    STANDARD_GRAVITY,
     blank,
     contact_styles,
     rule_mark,
@@ -43,6 +42,7 @@ from pounding_risk.reports.blocks import (
 )
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_words
+from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,7 +146,7 @@ def draw_contact(steps: ContactSteps, gap: float, target: float, required: Requi
 def _mark_required(axis: Axes, required: RequiredGap) -> None:
     """A line at the required gap, and a bar of its bounds that ends in an arrow where there is none from above."""
     colour = MEANING["required gap"]
-    words = f"required by {required.percentile:g} %, {1e3 * required.gap:.4g} mm"
+    words = f"required by {required.percentile:g} %, {say_in(required.gap, 'mm')}"
     axis.axvline(1e3 * required.gap, color=colour, linestyle="--", linewidth=1.5, label=words)
     words = "its bounds" if required.bounded else "its bounds, none above"
     bar, height = (1e3 * required.low, 1e3 * required.high), 105.0
@@ -156,7 +156,7 @@ def _mark_required(axis: Axes, required: RequiredGap) -> None:
 
 
 def _mark_gap(axis: Axes, gap: float) -> None:
-    axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"gap assessed, {gap * 1e3:.4g} mm")
+    axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"gap assessed, {say_in(gap, 'mm')}")
 
 
 def _share_cells(share: Share) -> list[Cell]:

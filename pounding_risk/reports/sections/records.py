@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import MEANING, STANDARD_GRAVITY, blank, plain, styles, svg_text
+from pounding_risk.figures.style import MEANING, blank, plain, styles, svg_text
 from pounding_risk.reports.blocks import (
     DRAWN,
     KEPT,
@@ -23,7 +23,7 @@ from pounding_risk.reports.blocks import (
     table,
 )
 from pounding_risk.reports.data import ReportData
-from pounding_risk.units import rounded
+from pounding_risk.units import STANDARD_GRAVITY, rounded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
