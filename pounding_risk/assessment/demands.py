@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an attribute
+OTHERS = {  # dimension or attribute by which a dataset of another command is recognised
     "time": "simulate",
     "setting": "accuracy",
     "baseline": "compare",

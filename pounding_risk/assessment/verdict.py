@@ -24,7 +24,7 @@ from pounding_risk.units import GAP, say
 
 ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
 GOVERNING = 3  # motions that are named
-NAMED_DOUBTS = 3  # doubts about records that are told
+NAMED_DOUBTS = 3  # doubts about records that are named
 LARGEST_TARGET = 0.3  # that anyone would accept
 MOST_RECORDINGS = 10_000  # that are looked for; nobody has more
 

@@ -28,7 +28,7 @@ MEANING = {
     "gap": "#000000",  # the gap that is judged
     "target": QUIET,  # the probability of contact that is accepted
     "required gap": "#D55E00",
-    "rule": "#009E73",  # what code rules ask; how the text of a clause is known is told by `RULE_MARKS`
+    "rule": "#009E73",  # what code rules ask; `RULE_MARKS` shows how the text of a clause is known
 }
 # How a mark is filled, by how the text of a rule's clause is known.
 RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
@@ -36,7 +36,7 @@ RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: fro
 LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
 CAPTION_SIZE = 8.5  # points
 LAW_WORDS = {"jankowski": "nonlinear viscoelastic", "viscous_elastoplastic": "viscous elastoplastic"}
-# What a file would tell of the day and the program that wrote it, by suffix.
+# Metadata of the day and of the program, which are left out, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None, "Creator": None},
@@ -152,7 +152,7 @@ def svg_text(figure: Figure) -> str:
     with rc_context({"svg.hashsalt": "pounding_risk", "svg.fonttype": "path"}):
         figure.savefig(stream, format="svg", metadata=NAMELESS[".svg"])
     text = stream.getvalue()
-    # What tells of the format and its vocabulary is for files that stand alone.
+    # Metadata of the format is for files that stand alone.
     return re.sub(r"\s*<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL).strip()
 
 
@@ -237,8 +237,8 @@ def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float
 
 def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str | None = None) -> None:
     """A legend below all panels, without a frame."""
-    place: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
-    legend = figure.legend(handles=handles, fontsize=8, frameon=False, title=caption, **place)
+    position: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
+    legend = figure.legend(handles=handles, fontsize=8, frameon=False, title=caption, **position)
     legend.get_title().set_fontsize(8)
 
 

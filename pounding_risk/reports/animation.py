@@ -29,7 +29,7 @@ LARGEST = 300_000  # bytes of a page
 STEPS = 16_000  # of a displacement, from zero to the largest; a difference of two still fits 16 bits
 FORCES = 32_000  # of a contact force
 NEEDED = ("displacement", "contact_force")
-HEAD_ATTRIBUTES = ("record", "polarity", "contact_model")  # attributes that a page's head tells as they are
+HEAD_ATTRIBUTES = ("record", "polarity", "contact_model")  # attributes that stand in the head of the page
 
 
 class Frames(NamedTuple):

@@ -130,7 +130,7 @@ def _caveats(data: ReportData) -> list[str]:
         sentences.append("Some files that the scene names were left out; they stand with the records.")
     if data.facts("unused_keys", []):
         sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
-    rules = [each.row for pair in data.pairs for each in pair.codes.rules]
+    rules = [rule.row for pair in data.pairs for rule in pair.codes.rules]
     if any(row.verification in (MEMORY, QUOTED) for row in rules):
         sentences.append(
             "Some rules of codes are quoted by others or from memory: their clauses were not read; see there."
