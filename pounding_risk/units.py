@@ -82,6 +82,21 @@ USUAL: dict[str, tuple[tuple[str, float], ...]] = {
     "J": (("MJ", 1e6), ("kJ", 1e3), ("J", 1.0)),
     "N s": (("kN s", 1e3), ("N s", 1.0)),
 }
+# The unit in which tables, figures and pages show a value whatever its size, by the SI unit as datasets write it, and
+# what the value is multiplied by.
+SHOWN: dict[str, tuple[str, float]] = {
+    "m": ("mm", 1e3),
+    "N": ("kN", 1e-3),
+    "N s": ("kN s", 1e-3),
+    "J": ("kJ", 1e-3),
+    "kg": ("t", 1e-3),
+    "m/s2": ("g", 1.0 / STANDARD_GRAVITY),
+    "%": ("%", 1e2),
+    "s": ("s", 1.0),
+    "m/s": ("m/s", 1.0),
+    "1": ("", 1.0),
+}
+MISSING = "–"  # where there is no number
 # The trade says 450 kN and 1300 kN, 350 mm and 0.007 s: a unit is left below this many of it.
 FEWEST = {"m": 1.0, "mm": 0.01, "s": 0.001, "MN": 10.0, "GN/m": 10.0, "kN/m^1.5": 0.01, "g": 0.0}
 
@@ -322,6 +337,15 @@ def shown(value: Any) -> str:
         text = str(value)
     text = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text[:61])
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def rounded(value: float, digits: int = 4) -> str:
+    """Significant digits without a padded exponent; whole numbers up to 99999 in full; – for NaN, ∞ for inf."""
+    if isnan(value):
+        return MISSING
+    if not isfinite(value):
+        return "∞" if value > 0.0 else "-∞"
+    return _digits(value + 0.0, digits)  # adding zero takes the sign from −0
 
 
 def _digits(value: float, digits: int) -> str:

@@ -6,12 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from generation.markdown import docstring, plain
-from pounding_risk.assessment import assess as assessment
-from pounding_risk.assessment import fragility, hazard, proportions
-from pounding_risk.assessment import required_gap as required_gaps
-from pounding_risk.assessment import response as assessed_response
-from pounding_risk.assessment import sensitivity as influences
-from pounding_risk.assessment import verdict as verdicts
+from pounding_risk.assessment import assess, fragility, hazard, proportions, required_gap, sensitivity, verdict
 from pounding_risk.assessment.separations import table as separations
 
 HEAD = """# Assessment
@@ -21,17 +16,17 @@ tables of these fields, with null where there is no number. [How they are found]
 
 """
 PARTS = (
-    assessment.Assessment,
-    assessment.InterfaceAssessment,
-    verdicts.Verdict,
-    verdicts.Governing,
+    assess.Assessment,
+    assess.InterfaceAssessment,
+    verdict.Verdict,
+    verdict.Governing,
     proportions.Share,
-    assessed_response.Response,
-    required_gaps.RequiredGap,
+    sensitivity.Response,
+    required_gap.RequiredGap,
     fragility.Fragility,
     fragility.Stripe,
     hazard.Rate,
-    influences.Influence,
+    sensitivity.Influence,
     separations.Comparison,
     separations.SeparationRow,
     separations.CodeTable,
@@ -41,11 +36,11 @@ PARTS = (
 def assessment_page() -> str:
     """Every class of an assessment, and the rule of its verdict."""
     return (
-        f"{HEAD}## The verdict's rule\n\n{docstring(verdicts)}\n{''.join(map(_part, PARTS))}"
+        f"{HEAD}## The verdict's rule\n\n{docstring(verdict)}\n{''.join(map(_part, PARTS))}"
         f"## Standard errors\n\n{docstring(fragility.Fit)}"
     )
 
 
 def _part(kind: Any) -> str:
-    told = ", ".join(f"`{each.name}` {plain(str(each.type))}" for each in fields(kind))
-    return f"## {kind.__name__}\n\n{docstring(kind)}\nFields: {told}.\n\n"
+    listed = ", ".join(f"`{field.name}` {plain(str(field.type))}" for field in fields(kind))
+    return f"## {kind.__name__}\n\n{docstring(kind)}\nFields: {listed}.\n\n"

@@ -1,7 +1,7 @@
-"""Is this gap enough, and what gap would be? Probabilities, required gaps, fragilities and a verdict from a scan.
+"""Assessment of gaps from a dataset of `scan`: probabilities of contact, required gaps, fragilities and a verdict.
 
-Everything follows from a dataset of `scan`, on disk or not; nothing is run. Whether a motion brings contact is known
-at every gap, not only at those of the grid, from its closing without contact.
+Nothing is run. Whether a motion brings contact is known at every gap, not only at those of the grid, from its closing
+without contact.
 """
 
 from __future__ import annotations
@@ -24,16 +24,23 @@ from pounding_risk.assessment.hazard import Hazard, Rate, rate_of, read_hazard
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.proportions import Share, independent_motions, labels, shares
 from pounding_risk.assessment.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
-from pounding_risk.assessment.response import Response, responses_of
-from pounding_risk.assessment.sensitivity import Influence, Yielding, of_contact, of_response, of_yielding, ranked
+from pounding_risk.assessment.sensitivity import (
+    Influence,
+    Response,
+    Yielding,
+    contact_influences,
+    response_influences,
+    responses_at,
+    what_matters,
+    yield_influences,
+)
 from pounding_risk.assessment.separations.table import Comparison, code_table
-from pounding_risk.assessment.verdict import Asked, Seen, Verdict, judge
+from pounding_risk.assessment.verdict import AssessedGap, Observations, Verdict, judge
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import amplitude_words, own, usual_intensity
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import told
 from pounding_risk.results.own_case import own_amplitude, own_level, scene_force, scene_gap, scene_model
-from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.units import GAP, PGA, say, si
 
 if TYPE_CHECKING:
@@ -46,7 +53,7 @@ __all__ = ["Assessment", "InterfaceAssessment", "assess", "interfaces"]
 
 @dataclass(frozen=True, repr=False)
 class InterfaceAssessment(ShortRepr):
-    """What the motions say of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
+    """Assessment of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
     ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid (None where the grid
     has none; ``at`` says it in words), as is ``closing``, what each motion closes, in rising order. ``yielding`` is at
@@ -77,10 +84,10 @@ class InterfaceAssessment(ShortRepr):
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] that was asked for, 50, 84 or 95."""
-        return next(each for each in self.required if each.percentile == percentile)
+        return next(required for required in self.required if required.percentile == percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """The verdict, and what it rests on first."""
+        """Names of the buildings, verdict, and required gaps, as pairs of a name and words."""
         yield "between", self.name
         yield "verdict", self.verdict.sentence
         for required in self.required:
@@ -93,7 +100,7 @@ class InterfaceAssessment(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Assessment(ShortRepr):
-    """An assessment of every interface of a dataset, with what it was asked and the runs behind it.
+    """Assessment of every interface of a dataset, with its criterion and the runs that it rests on.
 
     ``confidence`` and ``target`` are fractions, ``percentile`` is in %; ``asked`` says in words how they were read.
     ``hazard`` names the hazard curve; ``hazard_rows`` are its rows, intensity [m/s2] and annual rate [1/year].
@@ -118,7 +125,7 @@ class Assessment(ShortRepr):
     unused_keys: tuple[str, ...] = ()
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """The verdict on each gap."""
+        """Study, cases, and the verdict on each gap, as pairs of a name and words."""
         yield "study", self.title
         yield "cases", f"{self.cases}, {self.simulated} of them simulated, {self.failed} failed"
         for interface in self.interfaces:
@@ -128,26 +135,20 @@ class Assessment(ShortRepr):
 
     @property
     def criterion(self) -> Criterion:
-        """What the gaps are held against."""
+        """Target, percentile and confidence, as the gaps were held against them."""
         return Criterion(self.target, self.percentile, self.confidence)
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it as tables and lists that JSON holds; what is not a finite number is None."""
+        """The assessment as tables and lists that JSON holds; None for what is not a finite number."""
         return _plain(asdict(self))
 
 
 class _Options(NamedTuple):
     gap: float | None
     hazard: Hazard | None
-    confidence: float
-    percentile: float
+    criterion: Criterion
     intensity: str
-    target: float
     pga: float | None
-
-    @property
-    def criterion(self) -> Criterion:
-        return Criterion(self.target, self.percentile, self.confidence)
 
 
 def assess(
@@ -161,36 +162,55 @@ def assess(
     target: float | str | None = None,
     pga: float | str | None = None,
 ) -> Assessment:
-    """Assess the gaps of a dataset of `scan`, or of the file it is in.
+    """Assess the gaps of a dataset of `scan`: probabilities of contact, gaps required, fragilities and a verdict.
 
-    ``gap`` [m, or text with a unit] is the scene's own by default, at every interface. The verdict holds P(contact)
-    there against ``target`` with bounds of ``confidence`` (`verdicts` states the rule); ``percentile`` of the motions,
-    beside 50, 84 and 95, have their required gap told. Each of these three may be written 0.84, 84 or "84 %". A target
-    asks for the percentile that leaves it, 90 % of 0.1, and a percentile leaves a target, 0.16 of 84 %, which it is by
-    default; where both are given the verdict uses the target. Of a dataset with several amplitudes the assessed one is
-    ``pga`` [m/s2], by default the scene's own where the grid has it, else the largest. Fragilities are against
-    ``intensity``: "pga", or "sa(left)", "sa(right)", "sa(NAME)", the pseudo-spectral acceleration at a building's
-    period, or "sa(0.62 s)" at any; by default the one that the scene scales its motions to, or PGA. ``hazard``, a
-    curve or its CSV file, adds annual rates.
+    A share, such as 84 %, may be written 0.84, 84 or "84 %". A target asks for the percentile that leaves it, 90 % of
+    0.1, and a percentile leaves a target, 0.16 of 84 %; where both are given the verdict uses the target.
 
-    Raises PoundingError for a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    gap : float or str, optional
+        The gap to assess [m, or text with a unit], at every interface; the scene's own by default.
+    hazard : Hazard, str or Path, optional
+        A hazard curve or its CSV file, from which annual rates follow.
+    confidence : float or str
+        Confidence of all bounds, above 50 %.
+    percentile : float or str, optional
+        Share of the motions, beside 50, 84 and 95 %, whose required gap is given; what the target asks for, or 84 %,
+        by default.
+    intensity : str, optional
+        Intensity of the fragilities: "pga"; "sa(left)", "sa(right)" or "sa(NAME)", the pseudo-spectral acceleration at
+        a building's period; or "sa(0.62 s)" at any period. By default the one that the scene scales its motions to, or
+        PGA.
+    target : float or str, optional
+        Accepted probability of contact, against which the verdict holds P(contact) with its bounds (`verdict` states
+        the rule); what the percentile leaves by default.
+    pga : float or str, optional
+        Amplitude of the grid to assess [m/s2, or text with a unit]; the scene's own by default where the grid has it,
+        else the largest.
+
+    Returns
+    -------
+    Assessment
+        The assessment of every interface, and what it was asked.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of `scan`, for an option out of its range, and as `read_hazard`.
     """
-    if isinstance(results, str | Path):
-        from pounding_risk.results.files import open_results
-
-        whose, results = str(results), open_results(results)
-    else:
-        whose = "the dataset"
-    results = with_axes(results, whose)
+    results, whose = data.open_dataset(results)
     gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     pga = None if pga is None else si(pga, PGA, "pga")
     data.check_dataset(results, whose)
     curve = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     criterion = read_criterion(target, percentile, confidence)
     intensity = usual_intensity(results) if intensity is None else intensity
-    options = _Options(gap, curve, criterion.confidence, criterion.percentile, intensity, criterion.target, pga)
+    options = _Options(gap, curve, criterion, intensity, pga)
     counts = data.run_counts(results)
-    found = tuple(_interface(name, one, place, options) for place, (name, one) in enumerate(interfaces(results)))
+    assessed = tuple(_interface(name, part, index, options) for index, (name, part) in enumerate(interfaces(results)))
     return Assessment(
         title=str(results.attrs.get("title", "")),
         **counts,
@@ -201,14 +221,15 @@ def assess(
         intensity=intensity,
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
-        interfaces=found,
+        interfaces=assessed,
         notes=of_results(results),
         unused_keys=tuple(map(str, data.told(results, "unused_keys", []))),
     )
 
 
-def _interface(name: str, results: xr.Dataset, place: int, options: _Options) -> InterfaceAssessment:
-    gap = scene_gap(results, place) if options.gap is None else options.gap
+def _interface(name: str, results: xr.Dataset, index: int, options: _Options) -> InterfaceAssessment:
+    gap = scene_gap(results, index) if options.gap is None else options.gap
+    criterion = options.criterion
     if options.hazard is not None:
         data.check_intensity(results, options.intensity, options.hazard.name)
     every = data.motions_of(results)
@@ -217,28 +238,31 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
     independent = independent_motions(_logs(motions.closing[:, 0]), motions.recordings)
     weight = independent / len(motions.records)
     gaps = np.unique([*map(float, results["gap"].values), gap])
-    contact = _contact_shares(motions.closing[:, 0], gaps, weight, options.confidence)
-    percentiles = (*USUAL_PERCENTILES, options.percentile, options.criterion.target_percentile)
-    required = required_gaps(motions.closing[:, 0], weight, percentiles, options.confidence)
+    contact = _contact_shares(motions.closing[:, 0], gaps, weight, criterion.confidence)
+    percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
+    required = {
+        one.percentile: one for one in required_gaps(motions.closing[:, 0], weight, percentiles, criterion.confidence)
+    }
     yield_gap, yields = data.yields_of(results, gap)
     about = Yielding(yields[:, level], every.polarities, _models(results), tuple(data.finite_forces(results)))
-    asked = (options.percentile, options.target)
-    sensitivity = of_contact(motions.closing[:, 0], motions.polarities, gap, asked, motions.alone is not None)
+    sensitivity = contact_influences(
+        motions.closing[:, 0], motions.polarities, gap, criterion, motions.alone is not None
+    )
     own_force, own_model = scene_force(results), scene_model(results)
-    sensitivity += of_yielding(about, own_force, options.target) if own_force in about.forces else ()
-    response = responses_of(_one_amplitude(results, level), yield_gap)
-    sensitivity += of_response(response, own_model, own_force)
+    sensitivity += yield_influences(about, own_force, criterion.target) if own_force in about.forces else ()
+    response = responses_at(_one_amplitude(results, level), yield_gap)
+    sensitivity += response_influences(response, own_model, own_force)
     at = amplitude_words(results, every.amplitudes[level])
     fragility = (
         *_contact_curves(results, every, gaps, options),
         *_yield_curves(results, every, (yield_gap, yields), options),
     )
-    seen = Seen(
+    observed = Observations(
         motions,
         at,
         next(share for share in contact if share.gap == gap),
-        next(each for each in required if each.percentile == options.percentile),
-        next(each for each in required if each.percentile == options.criterion.target_percentile),
+        required[criterion.percentile],
+        required[criterion.target_percentile],
         independent,
         int((~every.finite).sum()),
         sensitivity[0],
@@ -246,9 +270,8 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         int(data.held_apart(results, gap)[every.finite, level].sum()),
         data.record_doubts(results),
     )
-    rates = (
-        () if options.hazard is None else tuple(rate_of(options.hazard, each, options.confidence) for each in fragility)
-    )
+    hazard = options.hazard
+    rates = () if hazard is None else tuple(rate_of(hazard, curve, criterion.confidence) for curve in fragility)
     return InterfaceAssessment(
         name=name,
         gap=gap,
@@ -259,26 +282,26 @@ def _interface(name: str, results: xr.Dataset, place: int, options: _Options) ->
         own_model=own_model,
         closing=tuple(np.sort(motions.closing[:, 0]).tolist()),
         contact=contact,
-        yielding=_yield_shares(results, level, weight, options.confidence),
+        yielding=_yield_shares(results, level, weight, criterion.confidence),
         response=response,
-        required=required,
+        required=tuple(required.values()),
         fragility=fragility,
         rates=rates,
         sensitivity=sensitivity,
-        what_matters=ranked(sensitivity),
-        separations=code_table(_one_amplitude(results, level), options.percentile).rules,
-        verdict=_with_notes(judge(Asked(gap, options.criterion), seen), results, name, options.pga),
+        what_matters=what_matters(sensitivity),
+        separations=code_table(_one_amplitude(results, level), criterion.percentile).rules,
+        verdict=_with_notes(judge(AssessedGap(gap, criterion), observed), results, name, options.pga),
     )
 
 
 def _with_notes(verdict: Verdict, results: xr.Dataset, name: str, asked_pga: float | None) -> Verdict:
-    """The verdict with which amplitude it is of, and with what the dataset notes of this interface."""
+    """The verdict, extended by which amplitude it is of and by the dataset's notes on this interface."""
     notes = [_amplitude_note(results) if asked_pga is None else "", told(results, "level_notes", {}).get(name, "")]
     return replace(verdict, evidence=(*verdict.evidence, *(str(note) for note in notes if note)))
 
 
 def _amplitude_note(results: xr.Dataset) -> str:
-    """Which of several amplitudes is assessed where none is asked for, and why."""
+    """Sentence on which of several amplitudes is assessed where none is asked for, and why."""
     if results.sizes.get("pga", 1) < 2:
         return ""
     levels = [own(float(pga), PGA) for pga in results["pga"].values]
@@ -287,14 +310,14 @@ def _amplitude_note(results: xr.Dataset) -> str:
 
 
 def _level(results: xr.Dataset, amplitudes: tuple[float | None, ...], asked: float | None) -> int:
-    """Place of the assessed amplitude; raises PoundingError for one that the grid has not."""
+    """Index of the assessed amplitude; raises PoundingError for one that the grid has not."""
     if asked is None:
         return own_level(results)
-    for place, amplitude in enumerate(amplitudes):
+    for level, amplitude in enumerate(amplitudes):
         if amplitude is not None and abs(amplitude - asked) <= 1e-9 * amplitude:
-            return place
+            return level
     known = (
-        ", ".join(own(each, PGA) for each in amplitudes if each is not None)
+        ", ".join(own(known_pga, PGA) for known_pga in amplitudes if known_pga is not None)
         or "none: its motions have no amplitudes of a grid"
     )
     raise PoundingError(f"pga {own(asked, PGA)} is not in the dataset, which has {known}")
@@ -306,17 +329,17 @@ def _one_amplitude(results: xr.Dataset, level: int) -> xr.Dataset:
 
 def _at_level(motions: Motions, level: int) -> Motions:
     """The motions with a finite response, at one amplitude; raises PoundingError where there are none."""
-    kept = np.flatnonzero(motions.finite)
-    if not kept.size:
+    finite = np.flatnonzero(motions.finite)
+    if not finite.size:
         raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
     return Motions(
-        tuple(motions.records[place] for place in kept),
-        tuple(motions.polarities[place] for place in kept),
-        labels(list(motions.recordings[kept])),
+        tuple(motions.records[index] for index in finite),
+        tuple(motions.polarities[index] for index in finite),
+        labels(list(motions.recordings[finite])),
         (motions.amplitudes[level],),
-        motions.closing[kept, level : level + 1],
-        motions.finite[kept],
-        None if motions.alone is None else motions.alone[kept, level : level + 1],
+        motions.closing[finite, level : level + 1],
+        motions.finite[finite],
+        None if motions.alone is None else motions.alone[finite, level : level + 1],
     )
 
 
@@ -325,7 +348,7 @@ def _models(results: xr.Dataset) -> tuple[str, ...]:
 
 
 def _logs(closing: Array) -> Array:
-    """Logarithms that tell motions alike or not; one that closes nothing counts as the least that does."""
+    """Logarithms of the closings; one that closes nothing counts as the least that does."""
     least = closing[closing > 0.0].min(initial=1.0)
     return np.log(np.maximum(closing, least))
 
@@ -340,7 +363,7 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
 
     The motions of a recording are taken to be as alike in their forces as in what they close.
     """
-    found: list[Share] = []
+    yielding: list[Share] = []
     forces, models = data.finite_forces(results), _models(results)
     if not forces.size:
         return ()
@@ -349,12 +372,12 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
         about = [
             {"gap": gap, "contact_model": model, "yield_force": float(force)} for model in models for force in forces
         ]
-        found.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
-    return tuple(found)
+        yielding.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
+    return tuple(yielding)
 
 
 def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options: _Options) -> Iterator[Fragility]:
-    """The fragility of contact at every gap.
+    """Fragilities of contact at every gap.
 
     Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be
     known of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
@@ -367,36 +390,36 @@ def _contact_curves(results: xr.Dataset, motions: Motions, gaps: Array, options:
     linear = data.is_linear(results) and not pushed
     for gap in map(float, gaps):
         touching = (closing > gap).ravel()
-        found, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
+        curve, method, note, factor = curves.fit(im, touching, who), _method(motions, options), "", np.nan
         if linear:
             scaled, times = _by_scaling(ims, closing, gap, recordings)
-            if found.fault or not scaled.fault:
-                found, method, note, factor = scaled, curves.SCALED, found.fault, times
+            if curve.fault or not scaled.fault:
+                curve, method, note, factor = scaled, curves.SCALED, curve.fault, times
         about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
         about |= {"intensity": options.intensity, "method": method, "note": note, "factor": factor}
-        yield Fragility(**about, **asdict(found), stripes=curves.stripes_of(im, touching))
+        yield Fragility(**about, **asdict(curve), stripes=curves.stripes_of(im, touching))
 
 
 def _by_scaling(ims: Array, closing: Array, gap: float, recordings: NDArray[np.int64]) -> tuple[curves.Fit, float]:
-    """The curve of the intensities at which the motions close the gap once scaled, and by how much that scales them."""
+    """Fragility of the intensities at which scaled motions close the gap, and the factor of the nearest motions."""
     reach = np.divide(gap, closing, where=closing > 0.0, out=np.full(closing.shape, np.inf))
-    found = curves.fit_capacities((ims * reach)[:, 0], recordings)
-    if found.fault:
-        return found, np.nan
-    factor, fault = curves.out_of_scale(found, np.exp(np.log(reach).mean(axis=0)))
-    return (curves.Fit(fault=fault), np.nan) if fault else (found, factor)
+    fitted = curves.fit_capacities((ims * reach)[:, 0], recordings)
+    if fitted.fault:
+        return fitted, np.nan
+    factor, fault = curves.out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)))
+    return (curves.Fit(fault=fault), np.nan) if fault else (fitted, factor)
 
 
 def _yield_curves(
-    results: xr.Dataset, motions: Motions, found: tuple[float, Array], options: _Options
+    results: xr.Dataset, motions: Motions, at_gap: tuple[float, Array], options: _Options
 ) -> Iterator[Fragility]:
-    """The fragility of yielding at one gap, by contact model and finite F_E."""
-    gap, yields = found
+    """Fragilities of yielding at one gap, by contact model and finite F_E."""
+    gap, yields = at_gap
     ims = data.intensities(results, options.intensity)
     who = np.repeat(motions.recordings, ims.shape[1])
-    for place, model in enumerate(_models(results)):
-        for number, force in enumerate(data.finite_forces(results)):
-            failed = yields[:, :, place, number].ravel()
+    for column, model in enumerate(_models(results)):
+        for row, force in enumerate(data.finite_forces(results)):
+            failed = yields[:, :, column, row].ravel()
             known = ~np.isnan(failed)
             if not known.any():
                 continue
@@ -408,7 +431,7 @@ def _yield_curves(
 
 
 def _numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Recordings without the numbers that no motion has."""
+    """Recordings numbered from 0 without gaps."""
     return np.unique(recordings, return_inverse=True)[1].astype(np.int64)
 
 
@@ -417,9 +440,9 @@ def _method(motions: Motions, options: _Options) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Only what JSON knows: None for what is not a finite number."""
+    """The value as JSON holds it: None for what is not a finite number."""
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value

@@ -1,4 +1,4 @@
-"""What an assessment reads from a dataset of `scan`: motions and what they close, who yields, the scene's gap.
+"""Demands of the motions, read from a dataset of `scan`: closing without contact, yielding, intensities.
 
 Nothing here runs a case; a dataset on disk is enough.
 """
@@ -10,6 +10,7 @@ import shlex
 import tomllib
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,15 +29,16 @@ from pounding_risk.results.amplitudes import (
     spectral_range,
 )
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.files import told
+from pounding_risk.results.files import open_results, told
 from pounding_risk.results.own_case import own_gaps, scene_place
+from pounding_risk.results.selected_axes import with_axes
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
 
-OTHERS = {  # what tells a dataset that is none of `scan`: a dimension or an attribute
+OTHERS = {  # dimension or attribute by which a dataset of another command is recognised
     "time": "simulate",
     "setting": "accuracy",
     "baseline": "compare",
@@ -51,7 +53,7 @@ UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no forc
 
 
 class Motions(NamedTuple):
-    """The motions of an ensemble, and what each closes without contact."""
+    """The motions of an ensemble, and how far each closes the gap without contact."""
 
     records: tuple[str, ...]  # by motion
     polarities: tuple[str, ...]
@@ -60,6 +62,12 @@ class Motions(NamedTuple):
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
     alone: Array | None = None  # of a row: what the motion closes without contact anywhere, at most ``closing``
+
+
+def open_dataset(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
+    """A dataset, or that of a file, with the axes of its cases, and the name by which errors call it."""
+    source = str(results) if isinstance(results, str | Path) else "the dataset"
+    return with_axes(open_results(results) if isinstance(results, str | Path) else results, source), source
 
 
 def check_dataset(results: xr.Dataset, whose: str = "the dataset") -> None:
@@ -110,7 +118,7 @@ def _one_interface(results: xr.Dataset, at: int) -> xr.Dataset:
 
 
 def is_linear(results: xr.Dataset) -> bool:
-    """True where the closing without contact grows with the motion: under no effect that could spoil it."""
+    """True where the closing without contact is proportional to the motion, as no effect is nonlinear."""
     return set(tomllib.loads(results.attrs["scene_resolved"]).get("effects", {})) <= LINEAR
 
 
@@ -140,15 +148,15 @@ def motions_of(results: xr.Dataset) -> Motions:
 
 def _recordings(results: xr.Dataset, records: Sequence[str]) -> NDArray[np.int64]:
     """The number of each record's recording; records whose motion is the same to the last bit are of one."""
-    facts = {each.get("name"): each for each in told(results, "records", [])}
+    facts = {entry.get("name"): entry for entry in told(results, "records", [])}
     shared = [_hashable(recording(facts.get(name, {}), name)) for name in records]
     digests = told(results, "motions_sha256", {})
     first: dict[Any, Any] = {}
-    for place, name in enumerate(records):
-        key, original = shared[place], first.setdefault(digests.get(name, name), shared[place])
+    for index, name in enumerate(records):
+        key, original = shared[index], first.setdefault(digests.get(name, name), shared[index])
         if key != original:
-            shared = [original if each == key else each for each in shared]
-            first = {digest: original if each == key else each for digest, each in first.items()}
+            shared = [original if entry == key else entry for entry in shared]
+            first = {digest: original if entry == key else entry for digest, entry in first.items()}
     return labels(shared)
 
 
@@ -168,7 +176,7 @@ def record_doubts(results: xr.Dataset) -> tuple[str, ...]:
 
 
 def _is_shaking(results: xr.Dataset) -> NDArray[np.bool_]:
-    """Whether each record holds a motion; `scan` refuses one that does not, and did not always."""
+    """Whether each record holds a motion; datasets of older versions may have records that do not."""
     if "record_pga" not in results.coords:
         return np.ones(results.sizes["record"], dtype=bool)
     return np.asarray(results["record_pga"].values >= LEAST_SHAKING)
@@ -180,14 +188,14 @@ def is_of_row(results: xr.Dataset) -> bool:
 
 
 def _pushed(results: xr.Dataset) -> Array:
-    """The most that each motion closes where it touches at a gap that it leaves open alone; NaN where it never does."""
+    """Largest closing of each motion in runs that touch at a gap which it leaves open alone; NaN without such runs."""
     opened = results["peak_closing_free"] <= results["gap"]
     reach = results["peak_closing"].where((results["impact_count"] > 0) & opened)
     return _by_amplitude(reach.max([axis for axis in reach.dims if axis not in ("record", "polarity", "pga")]))
 
 
 def held_apart(results: xr.Dataset, gap: float) -> NDArray[np.bool_]:
-    """Who closes a gap of the grid alone and touches in no run at it: (motions, amplitudes).
+    """Motions that close a gap of the grid alone and touch in no run at it, (motions, amplitudes).
 
     So it is where contact elsewhere in the row holds the buildings apart. None is known to be so at a gap that the grid
     has not, nor where a run failed.
@@ -204,7 +212,7 @@ def _hashable(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
+def by_motion(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
     """Values as (motions, ...), the axes ``rest`` in this order."""
     ordered = values.transpose("record", "polarity", *rest).values
     return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))
@@ -212,12 +220,12 @@ def by_motion(values: xr.DataArray, rest: Sequence[str]) -> Array:
 
 def _by_amplitude(values: xr.DataArray) -> Array:
     """Values as (motions, amplitudes), whether or not there is an axis of amplitudes."""
-    found = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
-    return found.reshape(len(found), values.sizes.get("pga", 1))
+    flat = by_motion(values, [axis for axis in ("pga",) if axis in values.dims])
+    return flat.reshape(len(flat), values.sizes.get("pga", 1))
 
 
 def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
-    """The grid's gap that is nearest, and who yields there: (motions, amplitudes, models, finite yield forces).
+    """Nearest gap of the grid, and whether each run yields there: (motions, amplitudes, models, finite yield forces).
 
     1 and 0; NaN where the run failed or yielding is not defined, as of an instant jump.
     """
@@ -236,7 +244,7 @@ def finite_forces(results: xr.Dataset) -> Array:
 
 
 def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
-    """Under which yield forces of the grid some contact may yield."""
+    """Yield forces of the grid under which some contact may yield, as a mask."""
     if not (is_of_row(results) and "contact_point_yield_force" in results.variables):
         return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
@@ -245,7 +253,7 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def intensities(results: xr.Dataset, intensity: str) -> Array:
-    """The intensity of every motion [m/s2], (motions, amplitudes).
+    """Intensities of the motions [m/s2], (motions, amplitudes).
 
     That is "pga", or "sa(left)", "sa(right)" or by name, or "sa(0.62 s)" at any period. Sa of a single mass is its
     pseudo-spectral acceleration at its own period and damping, (2π/T)² times its largest displacement without contact;
@@ -275,12 +283,12 @@ def _of_records(results: xr.Dataset, asked: Spectral, intensity: str) -> Array:
         return np.full((results.sizes["record"] * results.sizes["polarity"], 1), known.value)
     if not has_spectrum_at(results, asked):
         span = spectral_range(results)
-        told = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
+        known_range = f"of 5 % damping from {span[0]:.3g} s to {span[1]:.3g} s" if span else "at no period"
         raise PoundingError(
-            f"intensity {intensity!r}: the dataset has spectra {told}; write a period among them, or pga"
+            f"intensity {intensity!r}: the dataset has spectra {known_range}; write a period among them, or pga"
         )
     spectra, periods = results["record_spectral_acceleration"].transpose("record", "period").values, results["period"]
-    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(each))) for each in spectra]
+    at = [np.exp(np.interp(np.log(asked.period), np.log(periods.values), np.log(spectrum))) for spectrum in spectra]
     scaled = np.array(at)[:, None] / results["record_pga"].values[:, None]
     peaks = np.repeat(scaled, results.sizes["polarity"], axis=0)
     return np.asarray(peaks * intensities(results, "pga"))
@@ -324,10 +332,10 @@ def check_intensity(results: xr.Dataset, intensity: str, curve: str) -> None:
 
 
 def _side(results: xr.Dataset, intensity: str) -> int | None:
-    """The building whose Sa is asked for; None where it is that of a period. Raises PoundingError for neither."""
+    """Index of the building whose Sa is asked for; None for the Sa at a period. Raises PoundingError for neither."""
     names = [str(name) for name in results["building"].values]
-    found = re.fullmatch(r"sa\((.+)\)", intensity)
-    asked = found[1].strip() if found else ""
+    match = re.fullmatch(r"sa\((.+)\)", intensity)
+    asked = match[1].strip() if match else ""
     for known in (["left", "right"], names):
         if asked in known:
             return known.index(asked)
@@ -341,7 +349,7 @@ def _side(results: xr.Dataset, intensity: str) -> int | None:
 
 
 def run_counts(results: xr.Dataset) -> dict[str, int]:
-    """Cases, those simulated, failed, made again at a tighter tolerance, and sensitive among these."""
+    """Numbers of cases: all, simulated, failed, made again at a tighter tolerance, and sensitive among these."""
     status = results["status"]
     meanings = str(status.attrs["flag_meanings"]).split()
     complete = np.atleast_1d(status.attrs["flag_values"])[meanings.index("complete")]

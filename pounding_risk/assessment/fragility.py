@@ -1,11 +1,12 @@
 """Lognormal fragility by maximum likelihood: P(failure | im) = Φ(ln(im/θ)/β), θ the median, β the dispersion.
 
-Each motion is a witness at its own intensity, or many stand at the same few intensities (multiple stripes); the
+Each motion is observed at its own intensity, or many stand at the same few intensities (multiple stripes); the
 likelihood is the same, that of Baker, Earthquake Spectra 31 (2015). Of contact between linear buildings more is
 known: a motion closes the gap once scaled by gap over closing, so that the curve is that of these intensities.
 
-What the motions cannot carry is refused in words, and no annual rate follows from it: a curve from one intensity, one
-whose dispersion is not told from none by its own error, and one whose median lies where no motion was.
+A curve that the motions do not determine is refused with a sentence, and no annual rate follows from it: a curve from
+one intensity, one whose dispersion does not differ from zero by its own error, and one whose median lies outside the
+intensities of the motions.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ ALONE = "one recording has no dispersion between recordings: give more records"
 
 @dataclass(frozen=True)
 class Stripe:
-    """How many of the motions of one intensity fail."""
+    """Number of motions at one intensity [m/s2], and how many of them fail."""
 
     im: float
     count: int
@@ -102,7 +103,7 @@ class Fragility:
 
 
 def fragility_curve(im: Array, median: Array | float, dispersion: Array | float) -> Array:
-    """Φ(ln(im/θ)/β).
+    """Probability of failure at an intensity, Φ(ln(im/θ)/β), θ the median and β the dispersion.
 
     >>> float(fragility_curve(np.array(2.0), 2.0, 0.4))
     0.5
@@ -122,7 +123,7 @@ def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
 
 
 def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
-    """Median and dispersion from who fails at which intensity, by maximum likelihood.
+    """Median and dispersion by maximum likelihood from failures and their intensities.
 
     In ln im this is a probit regression, whose likelihood is concave: Newton's steps find its one maximum. It has none
     where all motions have one intensity, where the failures are all or none, or no survivor is stronger than one of
@@ -151,8 +152,8 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels) -> Fit:
     # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
     turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
     inverse = turn @ np.linalg.inv(curvature)
-    found = _told(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
-    return _refused(found, not_carried(found, im) or outside(found.median, im))
+    fitted = _fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ _by_recording(scores, recordings))
+    return _unless(fitted, not_carried(fitted, im) or outside(fitted.median, im))
 
 
 def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
@@ -173,11 +174,11 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
     z = (logs - middle) / spread
     scores = np.stack([z, z**2 - 1.0], axis=1) / spread
     inverse = np.diag([spread**2, 0.5 * spread**2]) / logs.size
-    return _told(middle, spread, inverse, inverse @ _by_recording(scores, recordings))
+    return _fit_of(middle, spread, inverse, inverse @ _by_recording(scores, recordings))
 
 
 def unfit(im: Array, failed: NDArray[np.bool_]) -> str:
-    """Why no curve can be fitted to who fails at which intensity; "" where one can."""
+    """Sentence on why no curve can be fitted; "" where one can."""
     if of_one_intensity(im):
         one = say(float(np.median(im)), PGA)
         repair = "scan the motions as recorded, or at several values of grid.pga"
@@ -195,19 +196,19 @@ def of_one_intensity(im: Array) -> bool:
     return bool(np.ptp(im) <= ALIKE * im.max(initial=0.0))
 
 
-def not_carried(found: Fit, im: Array) -> str:
-    """Why the motions do not carry the fitted dispersion; "" where they do."""
-    error = max(found.se_dispersion, found.se_dispersion_recordings)
-    if error * CARRIED < found.dispersion:
+def not_carried(fitted: Fit, im: Array) -> str:
+    """Sentence on why the motions do not determine the fitted dispersion; "" where they do."""
+    error = max(fitted.se_dispersion, fitted.se_dispersion_recordings)
+    if error * CARRIED < fitted.dispersion:
         return ""
     return (
-        f"so few motions, between {_span(im)}, carry no dispersion: it would be {found.dispersion:.2g} with a standard "
-        f"error of {error:.2g}; scan more records, or amplitudes further apart"
+        f"so few motions, between {_span(im)}, carry no dispersion: it would be {fitted.dispersion:.2g} with a "
+        f"standard error of {error:.2g}; scan more records, or amplitudes further apart"
     )
 
 
 def outside(median: float, im: Array) -> str:
-    """Why a median [m/s2] is no finding of motions of these intensities; "" where it lies among them."""
+    """Sentence on why a median [m/s2] outside the tested intensities is refused; "" where it lies among them."""
     if im.min() <= median <= im.max():
         return ""
     side, repair = ("above", "stronger") if median > im.max() else ("below", "weaker")
@@ -217,8 +218,8 @@ def outside(median: float, im: Array) -> str:
     )
 
 
-def out_of_scale(found: Fit, factors: Array) -> tuple[float, str]:
-    """By how much the nearest scanned motions are scaled to the median, and why that is too much; "" where it is not.
+def out_of_scale(fitted: Fit, factors: Array) -> tuple[float, str]:
+    """Factor of the nearest scanned motions to the median, and a sentence on why it is too large or "".
 
     ``factors`` (amplitudes,) are those from each scanned amplitude to the median. Linear buildings scale exactly; a
     record that is scaled beyond the usual factors is no record of such an earthquake, and no building stays linear.
@@ -232,39 +233,39 @@ def out_of_scale(found: Fit, factors: Array) -> tuple[float, str]:
         return nearest, ""
     repair = "stronger" if nearest > high else "weaker"
     return nearest, (
-        f"the median by scaling, {say(found.median, PGA, 3)}, takes the motions that were tested times {nearest:.3g}, "
+        f"the median by scaling, {say(fitted.median, PGA, 3)}, takes the motions that were tested times {nearest:.3g}, "
         f"outside {low:g} to {high:g}: scan {repair} motions"
     )
 
 
 def _span(im: Array) -> str:
-    """The range of intensities in words."""
+    """Lowest and highest intensity, in words."""
     return f"{say(float(im.min()), PGA, 3)} and {say(float(im.max()), PGA, 3)}"
 
 
-def _refused(found: Fit, fault: str) -> Fit:
-    """The fit, or none where there is a fault."""
-    return Fit(fault=fault) if fault else found
+def _unless(fitted: Fit, fault: str) -> Fit:
+    """The fit, or an empty one that carries the fault where there is one."""
+    return Fit(fault=fault) if fault else fitted
 
 
 def _probit(x: Array, sign: Array) -> tuple[Array, Array, Array]:
     """Coefficients of P = Φ(x b), observed information, and scores by motion; ``sign`` is 1 or −1."""
     from scipy.special import log_ndtr
 
-    found = np.zeros(x.shape[1])
-    value = float(log_ndtr(sign * (x @ found)).sum())
+    coefficients = np.zeros(x.shape[1])
+    value = float(log_ndtr(sign * (x @ coefficients)).sum())
     for _ in range(STEPS):
-        scores, curvature = _slopes(x, sign, found)
+        scores, curvature = _slopes(x, sign, coefficients)
         step = np.linalg.solve(curvature, scores.sum(axis=0))
         gain = float(scores.sum(axis=0) @ step)
         size = 1.0
-        while (new := float(log_ndtr(sign * (x @ (found + size * step))).sum())) < value and size > 1e-9:
+        while (new := float(log_ndtr(sign * (x @ (coefficients + size * step))).sum())) < value and size > 1e-9:
             size *= 0.5
-        found, value = found + size * step, new
+        coefficients, value = coefficients + size * step, new
         if gain < CLOSE:
             break
-    scores, curvature = _slopes(x, sign, found)
-    return found, curvature, scores
+    scores, curvature = _slopes(x, sign, coefficients)
+    return coefficients, curvature, scores
 
 
 def _slopes(x: Array, sign: Array, at: Array) -> tuple[Array, Array]:
@@ -284,7 +285,7 @@ def _by_recording(scores: Array, recordings: Labels) -> Array:
     return sums * np.sqrt(groups / (groups - 1.0))
 
 
-def _told(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
+def _fit_of(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
     """A fit from its two estimates, their covariance, and the root of that by recording."""
     plain = np.sqrt(np.diag(covariance))
     clustered = root @ root.T

@@ -1,4 +1,4 @@
-"""How often the ground shakes how strongly, from a table, and how often that means contact.
+"""Hazard curves from a table, and the annual rate of contact or yielding that follows with a fragility.
 
 The annual rate of failure is ∫ P(failure | im) |dλ(im)|, λ the annual rate at which an intensity is exceeded; in 50
 years the probability is 1 − exp(−50 λ_f), events being independent of each other (Poisson).
@@ -69,10 +69,26 @@ class Rate:
 
 
 def read_hazard(path: str | Path) -> Hazard:
-    """The hazard curve of a CSV file: a head that names the intensity and its unit, then rows im, annual rate.
+    """Read a hazard curve from a CSV file.
 
-    Lines that start with # are left out. Raises PoundingError that names the line for what is no such table, where the
-    second column is no annual rate, and where intensities do not rise or rates do not fall.
+    The head names the intensity with its unit and the annual rate; each row below has an intensity and its rate. Lines
+    that start with # are left out.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, such as ``pga [g],annual rate [1/year]`` above rows like ``0.1,0.02``.
+
+    Returns
+    -------
+    Hazard
+        Intensities [m/s2] in rising order and annual rates [1/year].
+
+    Raises
+    ------
+    PoundingError
+        With the line, for what is no such table, where the second column is no annual rate, and where intensities do
+        not rise or rates do not fall.
     """
     source = Path(path)
     try:
@@ -87,27 +103,27 @@ def read_hazard(path: str | Path) -> Hazard:
         raise PoundingError(f"{source}: has {max(len(rows) - 1, 0)} rows below its head, two are the least; {HEAD}")
     name, unit = _head(source, *rows[0])
     table = np.array([_row(source, at, line, unit) for at, line in rows[1:]])
-    for place in range(1, len(table)):
-        if not (table[place, 0] > table[place - 1, 0] and table[place, 1] < table[place - 1, 1]):
+    for row in range(1, len(table)):
+        if not (table[row, 0] > table[row - 1, 0] and table[row, 1] < table[row - 1, 1]):
             raise PoundingError(
-                f"{source}, line {rows[place + 1][0]}: intensities must rise and annual rates fall from row to row; "
+                f"{source}, line {rows[row + 1][0]}: intensities must rise and annual rates fall from row to row; "
                 "sort the table, and leave out rows that repeat one"
             )
     return Hazard(name, table[:, 0], table[:, 1], source.name)
 
 
 def _head(source: Path, at: int, line: str) -> tuple[str, str]:
-    """Name and unit of the intensity."""
+    """Name and unit of the intensity, from the head of a table."""
     cells = _cells(line)
-    found = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
-    if len(cells) != 2 or found is None:
+    match = re.fullmatch(r"\s*(.+?)\s*\[(.+)\]\s*", cells[0])
+    if len(cells) != 2 or match is None:
         raise PoundingError(f"{source}, line {at}: {_shown(line)} names no intensity with its unit; {HEAD}")
     if not re.fullmatch(A_YEAR, cells[1].strip(), re.IGNORECASE):
         raise PoundingError(
             f"{source}, line {at}: the second column is {_shown(cells[1])}; it must be an annual rate or frequency. "
             "A probability p in t years is a rate of -ln(1 - p) / t, a return period T one of 1 / T"
         )
-    return found[1].lower(), found[2]
+    return match[1].lower(), match[2]
 
 
 def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
@@ -126,18 +142,18 @@ def _row(source: Path, at: int, line: str, unit: str) -> tuple[float, float]:
 
 
 def _cells(line: str) -> list[str]:
-    """The cells of a line, which is no longer than the reader of tables takes."""
+    """The cells of one line."""
     return next(csv.reader([line]))
 
 
 def _shown(text: str) -> str:
-    """Text of a table, shortened."""
+    """Text of a table for an error, at most 60 letters of it."""
     text = text.strip()
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float) -> Array:
-    """∫ Φ(ln(im/θ)/β) |dλ| over the table; an array of medians and dispersions gives one of rates.
+    """Annual rate of failure, ∫ Φ(ln(im/θ)/β) |dλ| over the table; arrays of θ and β give one rate each.
 
     Exact between two rows, where λ = A im^−k: [−λ Φ(z)] + A θ^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(im/θ)/β, each bracket
     its upper end less its lower one. Over all intensities that is Cornell's (1996) k₀ θ^−k exp(k²β²/2).
@@ -156,7 +172,7 @@ def annual_rate(hazard: Hazard, median: Array | float, dispersion: Array | float
 
 
 def _log_between(low: Array, high: Array) -> Array:
-    """ln(Φ(high) − Φ(low)), in the tail where the difference keeps its digits."""
+    """ln(Φ(high) − Φ(low)), evaluated in the tail where the difference keeps its digits."""
     from scipy.special import log_ndtr
 
     upper = low + high > 0.0

@@ -1,8 +1,8 @@
-"""What a gap is held against: the target, the percentile of the gap required, and the confidence of bounds.
+"""The criterion of an assessment: target probability, percentile of the required gap, and confidence of bounds.
 
-A share may be written 0.84, 84 or "84 %", with one meaning; what could not be meant is refused, so that no verdict
-follows from a slip. A percentile leaves a target, 16 % of 84 %, and a target asks for a percentile: of the two the one
-that is not given follows from the other.
+A share may be written 0.84, 84 or "84 %", with one meaning; an ambiguous one is refused, so that no verdict follows
+from a slip. A percentile leaves a target, 16 % of 84 %, and a target asks for a percentile: of the two the one that is
+not given follows from the other.
 
     >>> from pounding_risk.assessment.options import read_criterion
     >>> read_criterion(target="10 %")
@@ -24,7 +24,7 @@ DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
 
 
 class Criterion(NamedTuple):
-    """The accepted probability of contact, the percentile [%] whose gap is told, and the confidence of all bounds.
+    """Accepted probability of contact, percentile [%] of the required gap, and confidence of all bounds.
 
     The verdict uses ``target``, whether or not ``percentile`` leaves the same.
     """
@@ -35,7 +35,7 @@ class Criterion(NamedTuple):
 
     @property
     def agrees(self) -> bool:
-        """Whether the percentile leaves just the target."""
+        """Whether the percentile leaves exactly the target."""
         return abs(target_left_by(self.percentile) - self.target) < SAME
 
     @property
@@ -45,7 +45,7 @@ class Criterion(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What the gap is held against, as it was read, in a sentence."""
+        """Sentence on the target, percentile and confidence as they were read."""
         target, confidence = percent_words(self.target), percent_words(self.confidence)
         gap = f"the gap required is that of {self.percentile:g} % of the motions"
         if not self.agrees:
@@ -59,7 +59,7 @@ def read_criterion(
     confidence: float | str = USUAL_CONFIDENCE,
     prefix: str = "",
 ) -> Criterion:
-    """What a gap is held against, from what the user gave.
+    """Criterion from the shares that the user gave.
 
     Parameters
     ----------

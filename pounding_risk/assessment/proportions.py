@@ -1,9 +1,9 @@
-"""Shares of few motions, and how far the motions of one recording say the same thing twice.
+"""Shares of few motions with exact bounds, for motions of one recording that are not independent.
 
 Components and polarities of one recording are not independent: one strong recording closes a gap in several of them.
-Bounds that take every motion for a witness of its own are then too narrow. The design effect (Kish 1965) says how
-many motions stand for one independent motion; with the count of independent motions the exact binomial bounds of
-Clopper and Pearson (1934) are those of Korn and Graubard (1998).
+Bounds that count every motion as independent are then too narrow. The design effect (Kish 1965) says how many motions
+stand for one independent motion; with the count of independent motions the exact binomial bounds of Clopper and
+Pearson (1934) are those of Korn and Graubard (1998).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LIKENESS_CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Share:
-    """How many of the motions fail at one gap [m]: by contact, or by yielding at one F_E [N] and contact model.
+    """Share of the motions that fail at one gap [m], by contact, or by yielding at one F_E [N] and contact model.
 
     ``low`` and ``high`` are exact for motions that are independent of each other, ``low_recordings`` and
     ``high_recordings`` for as many as they really stand for (see `independent_motions`). ``left_out`` are runs that
@@ -51,8 +51,8 @@ def shares(failed: Array, about: Sequence[dict[str, Any]], independent: float, c
     runs, counts = known.sum(axis=0), np.where(known, failed, 0.0).sum(axis=0)
     low, high = exact_bounds(counts, runs, confidence)
     low_fewer, high_fewer = exact_bounds(counts * independent, runs * independent, confidence)
-    found = counts / np.where(runs > 0, runs, np.nan)
-    columns = zip(about, counts, runs, found, low, high, low_fewer, high_fewer, strict=True)
+    probabilities = counts / np.where(runs > 0, runs, np.nan)
+    columns = zip(about, counts, runs, probabilities, low, high, low_fewer, high_fewer, strict=True)
     return tuple(
         Share(
             count=int(count),
@@ -126,7 +126,7 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
 
 
 def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
-    """How many independent motions so many say as much as: N over the design effect 1 + (Σm²/N − 1) ρ.
+    """Effective number of independent motions: N over the design effect 1 + (Σm²/N − 1) ρ.
 
     ``values`` tell how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
     no, that follow from them are no more alike. Between the number of recordings and that of motions.

@@ -1,4 +1,4 @@
-"""The gap that a share of the motions needs: percentiles of the closing without contact, with bounds.
+"""Required gaps: percentiles of the closing without contact, with bounds.
 
 A motion closes a gap if and only if its closing without contact is larger, whatever the contact model or F_E: the
 percentiles need no contact run.
@@ -41,7 +41,7 @@ class RequiredGap:
 def required_gaps(
     closing: Array, independent: float, percentiles: tuple[float, ...], confidence: float
 ) -> tuple[RequiredGap, ...]:
-    """The gap at each percentile, in rising order; ``independent`` is what one motion counts for, at most 1.
+    """Required gap at each percentile, in rising order; one motion counts for ``independent``, at most 1.
 
     Percentiles of the sample are NumPy's "linear": between the order statistics at (i − 1)/(n − 1). Bounds are the gaps
     at which the exact bounds of the probability of contact pass what a percentile p leaves, 1 − p: at ``high`` the
@@ -51,25 +51,25 @@ def required_gaps(
     """
     asked = np.array(sorted(set(percentiles)))
     gaps, fitted = np.percentile(closing, asked), lognormal_percentiles(closing, asked)
-    found = np.unique(closing)
+    levels = np.unique(closing)
     rising, runs = np.sort(closing), closing.size * independent
-    past = closing.size - np.searchsorted(rising, found, "right")  # motions that close a gap of so much
-    short = closing.size - np.searchsorted(rising, found, "left")  # and one that is a little less
+    past = closing.size - np.searchsorted(rising, levels, "right")  # motions that close a gap of so much
+    short = closing.size - np.searchsorted(rising, levels, "left")  # and one that is a little less
     _, high = exact_bounds(past * independent, runs, confidence)
     low, _ = exact_bounds(short * independent, runs, confidence)
-    told = []
+    gaps_required = []
     for percentile, gap, fit in zip(asked.tolist(), gaps.tolist(), fitted.tolist(), strict=True):
         left = target_left_by(percentile)
-        enough, too_little = found[high <= left], found[low > left]
+        enough, too_little = levels[high <= left], levels[low > left]
         least = float(too_little[-1]) if too_little.size else 0.0
-        most = float(enough[0] if enough.size else found[-1])
-        told.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
-    return tuple(told)
+        most = float(enough[0] if enough.size else levels[-1])
+        gaps_required.append(RequiredGap(percentile, gap, least, most, bool(enough.size), fit))
+    return tuple(gaps_required)
 
 
 @dataclass(frozen=True)
 class ContactSteps:
-    """P(contact) against the gap as the motions give it: steps, each from one entry of ``gaps`` [m] to the next.
+    """P(contact) against the gap in steps, each from one entry of ``gaps`` [m] to the next.
 
     ``gaps`` are 0 and the closings in rising order; ``probability`` at a gap and up to the next one, with ``low`` and
     ``high``, its bounds by recording. Contact is a closing that is larger than the gap: at a closing itself the step is

@@ -1,6 +1,6 @@
-"""One cell of a row's grid: what stands where, and what the motions do at each interface, contact point and building.
+"""One cell of a row's grid: buildings and contact points, and contact, force and yielding over the motions at each.
 
-From a dataset of `scan` alone, on disk or not; nothing here runs a case. Lengths in m, forces in N.
+Read from a dataset of `scan`; nothing here runs a case. Lengths in m, forces in N.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.demands import check_dataset
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.own_case import own_gaps, own_level, scene_force, scene_model, scene_place
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, si
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, say_in, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,8 +23,8 @@ UNDEFINED = -1  # counts and flags of a failed run
 STOREY_HEIGHT = 3.0  # m, of a building of which no height is known
 
 
-class Standing(NamedTuple):
-    """A building as it is drawn."""
+class BuildingShape(NamedTuple):
+    """Name, floor levels and position of a building, as figures draw it."""
 
     name: str
     levels: tuple[float, ...]  # m above the ground, of each floor; of a rigid building the top alone
@@ -38,7 +38,7 @@ class Standing(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the motions do at one contact point or interface; shares are of the runs that are complete."""
+    """Contact over the motions at one contact point or interface; shares are of the runs that are complete."""
 
     runs: int
     contact: float  # share with contact; NaN where no run is complete
@@ -47,8 +47,8 @@ class Touch(NamedTuple):
     force: float  # N, median of the peak force, where there is contact
 
 
-class Place(NamedTuple):
-    """One contact point."""
+class ContactPoint(NamedTuple):
+    """One contact point of a row: floors, kind and level, and the contact there."""
 
     interface: int
     left_floor: float
@@ -62,19 +62,19 @@ class RowCase(NamedTuple):
     """One gap, contact model, yield force and amplitude of a row, over all records and polarities."""
 
     results: xr.Dataset  # dimensions record and polarity, and the row's own
-    buildings: tuple[Standing, ...]
+    buildings: tuple[BuildingShape, ...]
     gaps: tuple[float, ...]  # m, by interface
-    places: tuple[Place, ...]
+    points: tuple[ContactPoint, ...]
     touches: tuple[Touch, ...]  # by interface
 
     @property
     def motions(self) -> int:
-        """Records times polarities."""
+        """Number of motions: records times polarities."""
         return self.results.sizes["record"] * self.results.sizes["polarity"]
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Their names, "left | right"."""
+        """Names of the interfaces, "left | right"."""
         return tuple(map(str, self.results["interface"].values))
 
 
@@ -96,16 +96,36 @@ def row_case(
     yield_force: float | str | None = None,
     pga: float | str | None = None,
 ) -> RowCase:
-    """The cell of the grid that is nearest to what is asked; by default the scene's own.
+    """One cell of the grid of a row: the nearest to what is asked, by default the scene's own.
 
-    ``gap`` [m], ``yield_force`` [N] and ``pga`` [m/s²] are numbers in SI, or text with a unit. Raises PoundingError for
-    what is no row's dataset and for a contact model that the grid has not.
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`, of a row.
+    gap : float or str, optional
+        Gap [m, or text with a unit].
+    contact_model : str, optional
+        Name of a contact model of the grid.
+    yield_force : float or str, optional
+        Yield force F_E [N, or text with a unit].
+    pga : float or str, optional
+        Amplitude of the motions [m/s2, or text with a unit].
+
+    Returns
+    -------
+    RowCase
+        Buildings, gaps, contact points, and what the motions do at each.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset that is none of a row, and for a contact model that the grid has not.
     """
     check_row(results)
     gap = None if gap is None else si(gap, GAP, "gap")
     yield_force = None if yield_force is None else si(yield_force, YIELD_FORCE, "yield_force")
     pga = None if pga is None else si(pga, PGA, "pga")
-    place = {
+    cell = {
         "gap": scene_place(results) if gap is None else _nearest(results["gap"].values, gap),
         "yield_force": _nearest(
             results["yield_force"].values, scene_force(results) if yield_force is None else yield_force
@@ -114,10 +134,10 @@ def row_case(
     }
     if "pga" in results.dims:
         amplitudes = results["pga"].values
-        place["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
-    gaps = own_gaps(results).isel(gap=place["gap"]).values
-    shown = results.isel(place)
-    return RowCase(shown, standing(shown), tuple(gaps.tolist()), _places(shown), _touches(shown))
+        cell["pga"] = own_level(results) if pga is None else _nearest(amplitudes, pga)
+    gaps = own_gaps(results).isel(gap=cell["gap"]).values
+    shown = results.isel(cell)
+    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown), _touches(shown))
 
 
 def _nearest(values: Array, wanted: float) -> int:
@@ -134,12 +154,12 @@ def _model(results: xr.Dataset, asked: str | None) -> int:
     return known.index(asked)
 
 
-def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
+def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
     """Every building of a row's dataset; one without a height is as tall as its taller neighbour."""
     heights = shown["building_height"].values.astype(float)
     levels = shown["floor_level"].transpose("building", "storey").values
     storeys = shown["building_storeys"].values
-    found = []
+    shapes = []
     for at, name in enumerate(map(str, shown["building"].values)):
         floors = levels[at][np.isfinite(levels[at])]
         if not floors.size:
@@ -148,22 +168,22 @@ def standing(shown: xr.Dataset) -> tuple[Standing, ...]:
             height = heights[at] if np.isfinite(heights[at]) else max(beside, default=STOREY_HEIGHT * count)
             floors = height * np.arange(1, count + 1) / count
         position = str(shown["building_position"].values[at])
-        found.append(Standing(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
-    return tuple(found)
+        shapes.append(BuildingShape(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
+    return tuple(shapes)
 
 
-def _places(shown: xr.Dataset) -> tuple[Place, ...]:
-    buildings = standing(shown)
+def _points(shown: xr.Dataset) -> tuple[ContactPoint, ...]:
+    buildings = building_shapes(shown)
     columns = [shown[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
-    found = []
+    points = []
     for at, (interface, left, right, kind) in enumerate(zip(*columns, strict=True)):
         level = float(shown["contact_point_level"].values[at])
         if not np.isfinite(level):
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
         touch = _touch(shown.isel(contact_point=at), "contact_point_")
-        found.append(Place(int(interface), float(left), float(right), str(kind), level, touch))
-    return tuple(found)
+        points.append(ContactPoint(int(interface), float(left), float(right), str(kind), level, touch))
+    return tuple(points)
 
 
 def _touches(shown: xr.Dataset) -> tuple[Touch, ...]:
@@ -193,11 +213,11 @@ def _median(values: Array) -> float:
     return float(np.median(known)) if known.size else float("nan")
 
 
-def force_told(force: float) -> str:
-    """A force in kN or MN; of none, that there is none."""
+def force_text(force: float) -> str:
+    """A force in kN or MN with three digits; "no force" where it is not finite."""
     if not np.isfinite(force):
         return "no force"
-    return f"{force / 1e6:.3g} MN" if force >= 1e6 else f"{force / 1e3:.3g} kN"
+    return say_in(force, "MN" if force >= 1e6 else "kN", 3)
 
 
 def any_of_building(case: RowCase, name: str, building: int) -> Array:
@@ -208,11 +228,11 @@ def any_of_building(case: RowCase, name: str, building: int) -> Array:
     beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
     values = case.results[name].isel(interface=beside).transpose("interface", "record", "polarity").values
     flat = values.reshape(len(beside), -1)
-    told = np.where((flat > 0).any(axis=0), 1.0, 0.0)
-    return np.where((flat == UNDEFINED).all(axis=0), np.nan, told)
+    answers = np.where((flat > 0).any(axis=0), 1.0, 0.0)
+    return np.where((flat == UNDEFINED).all(axis=0), np.nan, answers)
 
 
 def share_of_building(case: RowCase, name: str, building: int) -> float:
     """The share of the motions with a known answer in which `any_of_building` is 1; NaN where there is none."""
-    found = any_of_building(case, name, building)
-    return _mean(found[np.isfinite(found)])
+    answers = any_of_building(case, name, building)
+    return _mean(answers[np.isfinite(answers)])

@@ -1,11 +1,11 @@
-"""What an assessment's numbers depend on: the yield force F_E, the contact model, the polarity.
+"""Sensitivity of an assessment to the yield force F_E, the contact model and the polarity.
 
 An influence is how far a number moves from one level of a key to another. Whether there is contact does not depend on
-F_E or the contact model at all: the motion up to the first touch is the free one. In a row that is so of the first
-touch of all; what pounding elsewhere then closes is not told apart by them. That a force reaches F_E depends on F_E by
-what the words say: F_E is held against the response instead, and P(yield) is told at the scene's own F_E. Contact
-models are held against each other without yielding where the grid has that: what differs by the cap alone is an
-influence of F_E and not of the model.
+F_E or the contact model: the motion up to the first touch is the free one. In a row that holds for the first touch of
+all; what pounding elsewhere then closes is not attributed to them. That a force reaches F_E depends on F_E by
+definition: F_E is held against the response instead, and P(yield) is given at the scene's own F_E. Contact models are
+compared without yielding where the grid has that: what differs by the cap alone is an influence of F_E and not of the
+model. The response is the largest value of an output over the motions with contact.
 """
 
 from __future__ import annotations
@@ -14,14 +14,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from math import inf, isfinite, nan
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.response import Response
+from pounding_risk.assessment.demands import by_motion
+from pounding_risk.assessment.options import Criterion
 from pounding_risk.results.amplitudes import own
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -31,6 +35,64 @@ NEVER = "no yielding"  # an infinite F_E in words
 CAPPED = "peak_contact_force"  # F_E is its upper end: that it follows F_E is no finding
 OF_BUILDINGS = ("peak_relative_displacement", "peak_floor_acceleration", "storey_ductility")
 NOTABLE = 0.01  # a median that moves by less than this share of itself is called unchanged
+# Outputs of a dataset as far as it has them: what they are called, and their unit. Of two buildings or several storeys
+# the largest counts.
+OUTPUTS = {
+    "peak_relative_displacement": ("peak relative displacement", "m"),
+    "peak_floor_acceleration": ("peak floor acceleration", "m/s2"),
+    "peak_contact_force": ("peak contact force", "N"),
+    "peak_penetration": ("peak penetration", "m"),
+    "storey_ductility": ("storey ductility", "1"),
+}
+LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0
+CASES = ("contact_model", "yield_force")
+
+
+@dataclass(frozen=True)
+class Response:
+    """One output at one gap [m], contact model and F_E [N], over the motions with contact: 16, 50 and 84 %.
+
+    ``output`` is the dataset's variable, the larger of both buildings' where each has its own; values are NaN where no
+    motion brings contact or the contact model has no such output.
+    """
+
+    output: str
+    words: str
+    unit: str
+    gap: float
+    contact_model: str
+    yield_force: float
+    low: float
+    median: float
+    high: float
+    motions: int
+
+
+def responses_at(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
+    """Every output of `OUTPUTS` that a dataset of one interface and amplitude has, by contact model and F_E.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        One interface of what `scan` writes, at one amplitude.
+    gap : float
+        One of the grid's gaps [m].
+    """
+    one = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
+    touching = by_motion(one["impact_count"], CASES) > 0
+    responses = []
+    for output, (words, unit) in OUTPUTS.items():
+        if output not in one:
+            continue
+        inside = [axis for axis in one[output].dims if axis not in ("record", "polarity", *CASES)]
+        values = np.where(touching, by_motion(one[output].max(inside), CASES), np.nan)
+        for model, force in np.ndindex(values.shape[1:]):
+            known = values[np.isfinite(values[:, model, force]), model, force]
+            spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)
+            about = (str(one["contact_model"].values[model]), float(one["yield_force"].values[force]))
+            low, median, high = map(float, spread)
+            responses.append(Response(output, words, unit, gap, *about, low, median, high, known.size))
+    return tuple(responses)
 
 
 @dataclass(frozen=True)
@@ -59,7 +121,7 @@ class Influence:
 
 
 class Yielding(NamedTuple):
-    """Who yields: 1, 0 or NaN by (motions, models, forces), and what the axes are."""
+    """Yielding of the runs, 1, 0 or NaN by (motions, models, forces), and the labels of these axes."""
 
     failed: Array
     polarities: tuple[str, ...]  # by motion
@@ -67,11 +129,11 @@ class Yielding(NamedTuple):
     forces: tuple[float, ...]  # N
 
 
-def of_contact(
-    closing: Array, polarities: tuple[str, ...], gap: float, asked: tuple[float, float], in_row: bool = False
+def contact_influences(
+    closing: Array, polarities: tuple[str, ...], gap: float, criterion: Criterion, in_row: bool = False
 ) -> tuple[Influence, ...]:
-    """Influences on the probability of contact and on the required gap; ``asked`` = (percentile, target)."""
-    percentile, target = asked
+    """Influences on the probability of contact and on the required gap."""
+    percentile, target = criterion.percentile, criterion.target
     names, kinds = list(dict.fromkeys(polarities)), np.array(polarities)
     shares = [(name, float((closing[kinds == name] > gap).mean())) for name in names]
     gaps = [(name, float(np.percentile(closing[kinds == name], percentile))) for name in names]
@@ -87,19 +149,19 @@ def of_contact(
     )
 
 
-def of_yielding(found: Yielding, force: float, target: float) -> tuple[Influence, ...]:
-    """Influences on the probability that the force reaches F_E, at one gap and one F_E of ``found.forces`` [N]."""
-    kinds = np.array(found.polarities)
-    failed = found.failed[:, :, found.forces.index(force)]
-    by_model = [(name, _mean(failed[:, place])) for place, name in enumerate(found.models)]
-    by_polarity = [(name, _mean(failed[kinds == name])) for name in dict.fromkeys(found.polarities)]
+def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
+    """Influences on the probability that the force reaches F_E, at one gap and one F_E of the grid [N]."""
+    kinds = np.array(yielding.polarities)
+    failed = yielding.failed[:, :, yielding.forces.index(force)]
+    by_model = [(name, _mean(failed[:, index])) for index, name in enumerate(yielding.models)]
+    by_polarity = [(name, _mean(failed[kinds == name])) for name in dict.fromkeys(yielding.polarities)]
     at = f"{YIELD} at {force_words(force) if isfinite(force) else 'the F_E of columns'}"
     keys = (("contact_model", by_model), ("polarity", by_polarity))
     listed = [_influence(key, at, levels, target) for key, levels in keys]
-    return tuple(sorted(listed, key=lambda each: -np.nan_to_num(each.spread, nan=-1.0)))
+    return tuple(sorted(listed, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
 
 
-def of_response(found: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
+def response_influences(responses: Sequence[Response], model: str, force: float) -> tuple[Influence, ...]:
     """Influences of F_E and of the contact model on the median of each output.
 
     Parameters
@@ -111,62 +173,66 @@ def of_response(found: Sequence[Response], model: str, force: float) -> tuple[In
     force : float
         The scene's own F_E [N], at which contact models are compared where the grid has no case without yielding.
     """
-    outputs = [list(levels) for _, levels in groupby(found, key=lambda each: each.output)]
-    by_force = [_of_force([each for each in levels if each.contact_model == model]) for levels in outputs]
+    outputs = [list(levels) for _, levels in groupby(responses, key=lambda response: response.output)]
+    by_force = [_of_force([response for response in levels if response.contact_model == model]) for levels in outputs]
     return (*by_force, *(_of_model(levels, force) for levels in outputs))
 
 
 def _of_force(levels: Sequence[Response]) -> Influence:
-    """F_E on one output under one contact model."""
-    named = [(force_words(each.yield_force), each.median) for each in levels]
+    """Influence of F_E on one output under one contact model."""
+    named = [(force_words(response.yield_force), response.median) for response in levels]
     one = _influence("yield_force", f"median {levels[0].words}", named, nan, levels[0].unit)
     end = "; F_E is its upper end under a law that yields" if levels[0].output == CAPPED and one.spread > 0.0 else ""
     return replace(one, words=one.words + end, output=levels[0].output)
 
 
 def _of_model(levels: Sequence[Response], force: float) -> Influence:
-    """The contact model on one output: without yielding where the grid has that, or at the scene's own F_E."""
-    at = inf if any(each.yield_force == inf for each in levels) else force
-    named = [(each.contact_model, each.median) for each in levels if each.yield_force == at]
+    """Influence of the contact model on one output: without yielding where the grid has that, or at the scene's F_E."""
+    at = inf if any(response.yield_force == inf for response in levels) else force
+    named = [(response.contact_model, response.median) for response in levels if response.yield_force == at]
     one = _influence("contact_model", f"median {levels[0].words}", named, nan, levels[0].unit)
     one = replace(one, output=levels[0].output)
     if not one.spread > 0.0:
         return one
     if at == inf:
         return replace(one, words=f"{one.words}, without yielding")
-    told = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
-    return replace(one, words=f"{one.words}; {told}", spread=nan)
+    condition = f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force parts them'
+    return replace(one, words=f"{one.words}; {condition}", spread=nan)
 
 
-def ranked(influences: Sequence[Influence]) -> str:
-    """In words, what F_E and the contact model change most, and what yielding and contact depend on."""
-    told = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
-    yielding = [each for each in influences if each.what.startswith(YIELD) and each.spread > 0.0]
+def what_matters(influences: Sequence[Influence]) -> str:
+    """Sentences on what F_E and the contact model change most, and on what yielding and contact depend."""
+    sentences = [words for key in ("yield_force", "contact_model") if (words := _moves(influences, key))]
+    yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]
     if yielding:
         at = yielding[0].what.partition(" at ")[2]
-        told.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
-    contact = {each.key: each.spread for each in influences if each.what == CONTACT}
+        sentences.append(f"whether {at} is reached depends on {' and '.join(map(_spread, yielding))}")
+    contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
     moved = f"by {contact['polarity']:.2f}" if contact["polarity"] > 0.0 else "by nothing here"
     never = contact["yield_force"] == contact["contact_model"] == 0.0
     if not np.isnan(contact["polarity"]):
         also = ", F_E and the contact model never do" if never else ""
-        told.append(f"the polarity moves P(contact) {moved}{also}")
+        sentences.append(f"the polarity moves P(contact) {moved}{also}")
     elif never:
-        told.append("F_E and the contact model never change whether there is contact")
-    return "; ".join(told) or "one level of each key was scanned, which tells nothing of what matters"
+        sentences.append("F_E and the contact model never change whether there is contact")
+    return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"
 
 
 def force_words(force: float) -> str:
-    """A level of F_E in words."""
+    """A yield force F_E in words; "no yielding" where it is infinite."""
     return f"F_E {own(force, YIELD_FORCE)}" if isfinite(force) else NEVER
 
 
 def _moves(influences: Sequence[Influence], key: str) -> str:
-    """What a key changes most of what the buildings feel, as a share of itself; "" where it has one level."""
-    levels = [each for each in influences if each.key == key and each.output in OF_BUILDINGS and isfinite(each.spread)]
+    """Sentence on which response of the buildings a key changes most; "" where it has one level."""
+    levels = [
+        influence
+        for influence in influences
+        if influence.key == key and influence.output in OF_BUILDINGS and isfinite(influence.spread)
+    ]
     if not levels:
         return ""
-    most = max(levels, key=lambda each: each.share)
+    most = max(levels, key=lambda influence: influence.share)
     if most.share < NOTABLE:
         return f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more"
     return f"{WORDS[key]} changes the {most.what} most, {most.words}"
@@ -182,12 +248,12 @@ def _mean(values: Array) -> float:
 
 
 def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: float, unit: str = "1") -> Influence:
-    """``limit`` is what the values are held against: the target, or the gap; NaN where against nothing."""
+    """Influence of a key; ``limit`` is the target or the gap, NaN where the values are compared with neither."""
     known = [(name, value) for name, value in levels if not np.isnan(value)]
     if len(known) < 2:
         only = f"{known[0][0]} alone: scan several to see" if known else "not defined: no run has such a value"
         return Influence(key, what, nan, unit, tuple(known), False, only)
-    least, most = min(known, key=lambda each: each[1]), max(known, key=lambda each: each[1])
+    least, most = min(known, key=lambda level: level[1]), max(known, key=lambda level: level[1])
     turns = least[1] <= limit < most[1]
     is_share = unit == "1" and isfinite(limit)
     words = f"{_said(least[1], unit, is_share)} ({least[0]}) to {_said(most[1], unit, is_share)} ({most[0]})"

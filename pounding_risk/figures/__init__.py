@@ -1,30 +1,39 @@
-"""Figures from results alone: no solver, no scene. Titles state the finding with numbers taken from the data."""
+"""Figures from datasets alone: no solver runs. Each title states the finding, with numbers taken from the data.
+
+A kind of figure is one module of this folder, and every function of these modules whose name ends in ``_figure`` is a
+name of this package: ``figures.scan_figure(dataset)``. Modules are imported when a name is first asked for. `write`
+saves a figure.
+"""
 
 from __future__ import annotations
 
-from pounding_risk.figures.accuracy import accuracy_figure
-from pounding_risk.figures.compare import agreement_figure, reference_figure
-from pounding_risk.figures.effects import effects_figure
-from pounding_risk.figures.motions import processing_figure, selection_figure, spectra_figure
-from pounding_risk.figures.scan import ratio_figure, scan_figure, window_figure
-from pounding_risk.figures.simulate import comparison_figure, impact_figure, parting, plateau, simulation_figure
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
 from pounding_risk.figures.style import write
 
-__all__ = [
-    "accuracy_figure",
-    "agreement_figure",
-    "comparison_figure",
-    "effects_figure",
-    "impact_figure",
-    "parting",
-    "plateau",
-    "processing_figure",
-    "ratio_figure",
-    "reference_figure",
-    "scan_figure",
-    "selection_figure",
-    "simulation_figure",
-    "spectra_figure",
-    "window_figure",
-    "write",
-]
+__all__ = ["write"]  # and what `__dir__` finds
+
+
+def _find_figures() -> dict[str, Any]:
+    """Every public function of the folder that makes a figure, by its name."""
+    modules = [import_module(f"{__name__}.{found.name}") for found in iter_modules(__path__)]
+    return {
+        name: value
+        for module in modules
+        for name, value in vars(module).items()
+        if name.endswith("_figure") and not name.startswith("_") and value.__module__ == module.__name__
+    }
+
+
+def __getattr__(name: str) -> Any:
+    if name.endswith("_figure"):
+        globals().update(_find_figures())
+    if name not in globals():
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_find_figures()})

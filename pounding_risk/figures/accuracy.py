@@ -21,11 +21,24 @@ WHOLE = ("impact_count", "yield_exceedance")
 
 
 def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Median error over the cases (lines) and largest (dotted) against processor time per run, as `accuracy` found."""
+    """Errors of every method and setting against processor time per run: medians (lines) and largest (dotted).
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `accuracy`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each output.
+    """
     figure, axes = blank(2, 3, size=(12.0, 7.6))
     solvers = [str(name) for name in dataset["solver"].values]
-    for place, (output, words) in enumerate(OUTPUTS.items()):
-        axis = axes.flat[place]
+    for index, (output, words) in enumerate(OUTPUTS.items()):
+        axis = axes.flat[index]
         for number, solver in enumerate(solvers):
             _draw(axis, dataset, (solver, output), (COLOURS[number], MARKERS[number]))
         _frame(axis, words, dataset.sel(output=output))
@@ -41,9 +54,9 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:
     solver, output = which
     colour, marker = style
-    mine = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
-    times = mine["time"].values
-    middle, worst = np.array([summed_up(error) for error in mine["error"].values]).T
+    settings = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
+    times = settings["time"].values
+    middle, worst = np.array([summed_up(error) for error in settings["error"].values]).T
     if output in WHOLE:
         middle = worst  # right or wrong: what counts is whether every case is right
     known = ~np.isnan(middle) & (middle < WORST)
@@ -58,19 +71,19 @@ def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[s
         errors = np.maximum(middle[some], FLOOR)
         axis.plot(times[some], errors, marker, color=colour, markerfacecolor=face, markersize=5, zorder=5)
     if output == "peak_relative_displacement" and solver in (EVENT, "Runge-Kutta 4"):
-        _name_settings(axis, mine, middle, known)
+        _name_settings(axis, settings, middle, known)
 
 
-def _name_settings(axis: Any, mine: xr.Dataset, middle: np.ndarray, known: np.ndarray) -> None:
+def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, known: np.ndarray) -> None:
     """Write the setting beside a few markers of the first panel."""
-    values = mine["parameter"].values
-    tolerance = "rtol" in str(mine["setting"].values[0])
+    values = settings["parameter"].values
+    tolerance = "rtol" in str(settings["setting"].values[0])
     for wanted in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
-        place = int(np.argmin(np.abs(np.log(values / wanted))))
-        if known[place] and np.isclose(values[place], wanted):
+        index = int(np.argmin(np.abs(np.log(values / wanted))))
+        if known[index] and np.isclose(values[index], wanted):
             axis.annotate(
-                str(mine["setting"].values[place]).split(", ")[1],
-                (mine["time"].values[place], max(middle[place], FLOOR)),
+                str(settings["setting"].values[index]).split(", ")[1],
+                (settings["time"].values[index], max(middle[index], FLOOR)),
                 xytext=(-6, -3) if tolerance else (6, 2),
                 textcoords="offset points",
                 ha="right" if tolerance else "left",

@@ -11,9 +11,9 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.fragility import SCALED, Fragility, fragility_curve
 from pounding_risk.assessment.proportions import exact_bounds
 from pounding_risk.assessment.separations.table import COMBINATIONS
-from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, law_words, title
+from pounding_risk.figures.style import QUIET, STYLES, blank, law_words, title
 from pounding_risk.results.amplitudes import intensity_words, own
-from pounding_risk.units import GAP, YIELD_FORCE
+from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,33 +28,50 @@ ROOM = 1.15  # of the axis of gaps, beyond what is drawn on it
 MOST_EMPTY = 2.0  # times what the motions need: a rule that asks for more stands beyond the axis
 BAND = "one standard error to either side"
 MOST_YIELD_CURVES = 4
-MOST_TOLD = 2  # interfaces whose findings stand in the title
-SAID = {"depends": "not settled"}
+MOST_NAMED = 2  # interfaces whose findings stand in the title
+VERDICT_WORDS = {"depends": "not settled"}
 
 
-def assessment_figure(found: Assessment, note: str = "") -> Figure:
-    """One row an interface: P(contact) against the gap on the left, fragilities at the gap on the right."""
-    rows = len(found.interfaces)
+def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
+    """P(contact) against the gap on the left, and fragilities at the gap on the right; one row for each interface.
+
+    Parameters
+    ----------
+    assessment : Assessment
+        As `assess` gives it.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels for each interface.
+    """
+    rows = len(assessment.interfaces)
     figure, axes = blank(rows, 2, (13.0, 1.0 + 5.0 * rows))
-    for row, one in enumerate(found.interfaces):
-        _adequacy(axes[row, 0], one, found)
-        _fragilities(axes[row, 1], one, found)
+    for row, one in enumerate(assessment.interfaces):
+        _adequacy(axes[row, 0], one, assessment)
+        _fragilities(axes[row, 1], one, assessment)
         if rows > 1:
             axes[row, 0].set_title(one.name, fontsize=10, loc="left")
-    first = found.interfaces[0]
-    told = "; ".join(_finding(one, rows > 1) for one in found.interfaces) if rows <= MOST_TOLD else _counted(found)
+    first = assessment.interfaces[0]
+    finding = (
+        "; ".join(_finding(one, rows > 1) for one in assessment.interfaces)
+        if rows <= MOST_NAMED
+        else _counted(assessment)
+    )
     motions = (
         f"{counted(first.verdict.motions, 'motion')} of {counted(first.verdict.recordings, 'recording')} {first.at}"
     )
-    title(figure, told, f"{found.title}: {motions}", note)
+    title(figure, finding, f"{assessment.title}: {motions}", note)
     return figure
 
 
-def _counted(found: Assessment) -> str:
-    """How many gaps of a row have which verdict, and where contact is most likely."""
-    words = [one.verdict.word for one in found.interfaces]
-    counts = ", ".join(f"{words.count(word)} {SAID.get(word, word)}" for word in dict.fromkeys(words))
-    worst = max(found.interfaces, key=lambda one: one.contact_at_gap().probability)
+def _counted(assessment: Assessment) -> str:
+    """Sentence on how many gaps of a row have which verdict, and where contact is most likely."""
+    words = [one.verdict.word for one in assessment.interfaces]
+    counts = ", ".join(f"{words.count(word)} {VERDICT_WORDS.get(word, word)}" for word in dict.fromkeys(words))
+    worst = max(assessment.interfaces, key=lambda one: one.contact_at_gap().probability)
     share = worst.contact_at_gap()
     return (
         f"Of {len(words)} gaps {counts}; most contact at {worst.name}: {share.count} of {counted(share.runs, 'motion')}"
@@ -63,29 +80,29 @@ def _counted(found: Assessment) -> str:
 
 def _finding(one: InterfaceAssessment, named: bool) -> str:
     share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
-    word = SAID.get(one.verdict.word, one.verdict.word)
+    word = VERDICT_WORDS.get(one.verdict.word, one.verdict.word)
     return f"{name}{own(one.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it"
 
 
-def _adequacy(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
-    """The exact share of the motions that close each gap, bounds, the target, the gap, required gaps, code rules."""
+def _adequacy(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
+    """Draw the exact share of the motions that close each gap, its bounds, target, gap, required gap and code rules."""
     closing = np.array(one.closing)
     asked = _asked(one)
     widest = _widest(one, asked)
     gaps = np.linspace(0.0, widest, POINTS)
     count = (closing[:, None] > gaps).sum(axis=0)
     weight = one.verdict.independent / closing.size
-    low, high = exact_bounds(weight * count, weight * np.full(POINTS, closing.size), found.confidence)
+    low, high = exact_bounds(weight * count, weight * np.full(POINTS, closing.size), assessment.confidence)
     # The step curve falls at each motion's own closing.
     steps, heights = np.concatenate([[0.0], closing, [widest]]), 1.0 - np.arange(closing.size + 1) / closing.size
-    bounds = f"{100 * found.confidence:g} % bounds, {one.verdict.independent:.0f} independent motions"
+    bounds = f"{100 * assessment.confidence:g} % bounds, {one.verdict.independent:.0f} independent motions"
     axis.fill_between(1e3 * gaps, low, high, color=BLUE, alpha=0.15, linewidth=0.0, label=bounds)
     axis.stairs(heights, 1e3 * steps, baseline=None, color=BLUE, linewidth=1.8, label="motions that close the gap")
-    axis.axhline(found.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {found.target:g}")
+    axis.axhline(assessment.target, color=QUIET, linestyle=":", linewidth=1.2, label=f"target {assessment.target:g}")
     axis.axvline(1e3 * one.gap, color="black", linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
-    needed = next(each for each in one.required if each.percentile == found.percentile)
-    told = f"required by {needed.percentile:g} %: {1e3 * needed.gap:.3g} mm (bar: bounds)"
-    axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=told)
+    needed = next(required for required in one.required if required.percentile == assessment.percentile)
+    words = f"required by {needed.percentile:g} %: {say_in(needed.gap, 'mm', 3)} (bar: bounds)"
+    axis.axvline(1e3 * needed.gap, color=ORANGE, linestyle="--", linewidth=1.4, label=words)
     axis.plot([1e3 * needed.low, 1e3 * needed.high], [1.04, 1.04], color=ORANGE, linewidth=3.0, solid_capstyle="butt")
     _rules(axis, asked, widest)
     axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.12))
@@ -93,122 +110,124 @@ def _adequacy(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
 
 
 def _legend(axis: Any, columns: int) -> None:
-    """Below the axis, where it covers nothing."""
-    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": columns}
-    axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **place)
+    """Place the legend below the axis, where it covers nothing."""
+    position = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": columns}
+    axis.legend(fontsize=8, frameon=False, handlelength=2.6, columnspacing=1.2, **position)
 
 
 def _asked(one: InterfaceAssessment) -> dict[str, float]:
-    """What the combinations ask for [m], by their names."""
-    rules = {each.row.rule: each.upper for each in one.separations if each.row.rule in COMBINATIONS}
+    """Separations of the combinations [m], by their names."""
+    rules = {
+        comparison.row.rule: comparison.upper for comparison in one.separations if comparison.row.rule in COMBINATIONS
+    }
     return {name: upper for name in COMBINATIONS if (upper := rules.get(name)) is not None}
 
 
 def _widest(one: InterfaceAssessment, asked: dict[str, float]) -> float:
-    """The end of the axis of gaps [m]: beyond all that motions and rules need, as far as the motions stay in sight."""
+    """End of the axis of gaps [m]: beyond all that motions and rules need, as far as the motions stay in sight."""
     motions = max(one.closing[-1], one.gap, 1e-6)
     rules = [upper for upper in asked.values() if upper <= MOST_EMPTY * motions]
     return ROOM * max([motions, *rules])
 
 
 def _rules(axis: Any, asked: dict[str, float], widest: float) -> None:
-    """What the combinations ask for, as marks along the top; an arrow at the end stands for one beyond the axis."""
+    """Draw the combinations as marks along the top; an arrow at the end stands for one beyond the axis."""
     for marker, (name, upper) in zip("v^D", asked.items(), strict=False):
         beyond = upper > widest
-        label = f"{name.upper()}: {1e3 * upper:.3g} mm" + (", beyond the axis" if beyond else "")
-        place, shape = (widest, ">") if beyond else (upper, marker)
-        axis.plot(1e3 * place, 1.08, shape, color=GREEN, markersize=6, clip_on=False, label=label)
+        label = f"{name.upper()}: {say_in(upper, 'mm', 3)}" + (", beyond the axis" if beyond else "")
+        position, shape = (widest, ">") if beyond else (upper, marker)
+        axis.plot(1e3 * position, 1.08, shape, color=GREEN, markersize=6, clip_on=False, label=label)
 
 
-def _fragilities(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
-    contact = next(each for each in one.fragility if each.what == "contact" and each.gap == one.gap)
-    yields = _some([each for each in one.fragility if each.what == "yield" and not each.fault], one.own_model)
+def _fragilities(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
+    contact = next(curve for curve in one.fragility if curve.what == "contact" and curve.gap == one.gap)
+    yields = _some([curve for curve in one.fragility if curve.what == "yield" and not curve.fault], one.own_model)
     if yields:
         axis.set_title(_yield_words(yields, one), fontsize=9.5)
-    drawn = [each for each in (contact, *yields) if not each.fault]
-    axis.set(xlabel=f"{intensity_words(found.intensity)} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
+    drawn = [curve for curve in (contact, *yields) if not curve.fault]
+    axis.set(xlabel=f"{intensity_words(assessment.intensity)} [g]", ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
     if not drawn:
         from textwrap import fill
 
         words = fill(f"No fragility at this gap: {contact.fault}", 46)
         axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=9.5, color=QUIET)
         return
-    most = max(max(each.median * np.exp(2.2 * each.dispersion), each.stripes[-1].im) for each in drawn)
+    most = max(max(curve.median * np.exp(2.2 * curve.dispersion), curve.stripes[-1].im) for curve in drawn)
     im = np.linspace(most / POINTS, most, POINTS)
-    for (colour, dash), each in zip(STYLES, drawn, strict=False):
-        _curve(axis, im, each, (colour, dash))
+    for (colour, dash), curve in zip(STYLES, drawn, strict=False):
+        _curve(axis, im, curve, (colour, dash))
     _capacities(axis, one, contact)
-    _hazard(axis, one, found)
+    _hazard(axis, one, assessment)
     axis.set_xlim(0.0, most / STANDARD_GRAVITY)
     _legend(axis, 1)
 
 
 def _yield_words(drawn: list[Fragility], one: InterfaceAssessment) -> str:
-    """The contact model whose curves of yielding are drawn, and how many there are in all where not all are."""
-    whole = sum(each.what == "yield" and not each.fault for each in one.fragility)
+    """Contact model of the drawn curves of yielding, and their number where not all are drawn."""
+    whole = sum(curve.what == "yield" and not curve.fault for curve in one.fragility)
     some = f", {len(drawn)} of {whole} curves" if whole > len(drawn) else ""
     return f"yielding: {law_words(str(drawn[0].contact_model))}{some}"
 
 
-def _hazard(axis: Any, one: InterfaceAssessment, found: Assessment) -> None:
-    """The range of the hazard curve, and how likely contact is in 50 years by motions of that range."""
-    if not found.hazard_rows:
+def _hazard(axis: Any, one: InterfaceAssessment, assessment: Assessment) -> None:
+    """Draw the range of the hazard curve, with the probability of contact in 50 years by motions of that range."""
+    if not assessment.hazard_rows:
         return
-    ends = [found.hazard_rows[place][0] / STANDARD_GRAVITY for place in (0, -1)]
+    ends = [assessment.hazard_rows[end][0] / STANDARD_GRAVITY for end in (0, -1)]
     pairs = zip(one.fragility, one.rates, strict=True)
-    here = [rate for each, rate in pairs if each.what == "contact" and each.gap == one.gap and not rate.fault]
-    told = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} g"
+    here = [rate for curve, rate in pairs if curve.what == "contact" and curve.gap == one.gap and not rate.fault]
+    words = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} g"
     for rate in here:
         least = "at least " if rate.at_least else ""
-        told += f": contact in 50 years {least}{100.0 * rate.fifty_years:.2g} %"
-        told += f", about {100.0 * rate.missing:.0f} % of failures beyond it" if rate.at_least else ""
-    axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=QUIET, alpha=0.6, linewidth=0.0, label=told)
+        words += f": contact in 50 years {least}{100.0 * rate.fifty_years:.2g} %"
+        words += f", about {100.0 * rate.missing:.0f} % of failures beyond it" if rate.at_least else ""
+    axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=QUIET, alpha=0.6, linewidth=0.0, label=words)
 
 
 def _some(yields: list[Fragility], model: str) -> list[Fragility]:
-    """Those of the scene's own contact model, or of the grid's last; a few F_E from the first to the last."""
-    models = [str(each.contact_model) for each in yields]
+    """Some curves of yielding: of the scene's own contact model or the grid's last, from the first to the last F_E."""
+    models = [str(curve.contact_model) for curve in yields]
     shown = model if model in models else models[-1] if models else ""
-    same = [each for each in yields if each.contact_model == shown]
-    places = np.linspace(0, len(same) - 1, min(MOST_YIELD_CURVES, len(same))).round().astype(int)
-    return [same[place] for place in places]
+    same = [curve for curve in yields if curve.contact_model == shown]
+    indices = np.linspace(0, len(same) - 1, min(MOST_YIELD_CURVES, len(same))).round().astype(int)
+    return [same[index] for index in indices]
 
 
-def _curve(axis: Any, im: Array, each: Fragility, look: tuple[str, str]) -> None:
-    """One fragility with the band of its standard errors, and the shares seen at its intensities."""
+def _curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> None:
+    """Draw one fragility with the band of its standard errors, and the shares at its intensities."""
     colour, dash = look
-    about = "contact" if each.yield_force is None else f"$F_E$ {_force(each.yield_force)}"
-    about += f", gap {own(each.gap, GAP)}"
-    label = f"{about}: median {each.median / STANDARD_GRAVITY:.3g} g, dispersion {each.dispersion:.2f}"
-    label += f" ({SCALED}, times {each.factor:.2g})" if each.method == SCALED else ""
-    axis.plot(im / STANDARD_GRAVITY, each.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
-    if each.what == "contact":
-        low, high = _band(im, each)
+    about = "contact" if curve.yield_force is None else f"$F_E$ {_force(curve.yield_force)}"
+    about += f", gap {own(curve.gap, GAP)}"
+    label = f"{about}: median {say_in(curve.median, 'g', 3)}, dispersion {curve.dispersion:.2f}"
+    label += f" ({SCALED}, times {curve.factor:.2g})" if curve.method == SCALED else ""
+    axis.plot(im / STANDARD_GRAVITY, curve.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
+    if curve.what == "contact":
+        low, high = _band(im, curve)
         axis.fill_between(im / STANDARD_GRAVITY, low, high, color=colour, alpha=0.15, linewidth=0.0, label=BAND)
-    if each.method != SCALED:
-        where = [stripe.im / STANDARD_GRAVITY for stripe in each.stripes]
-        shares = [stripe.count / stripe.runs for stripe in each.stripes]
-        sizes = [12.0 + 40.0 * stripe.runs / max(other.runs for other in each.stripes) for stripe in each.stripes]
+    if curve.method != SCALED:
+        where = [stripe.im / STANDARD_GRAVITY for stripe in curve.stripes]
+        shares = [stripe.count / stripe.runs for stripe in curve.stripes]
+        sizes = [12.0 + 40.0 * stripe.runs / max(other.runs for other in curve.stripes) for stripe in curve.stripes]
         axis.scatter(where, shares, sizes, color=colour, alpha=0.55, linewidths=0.0, zorder=3)
 
 
 def _force(force: float) -> str:
-    """A yield force; where floors never yield, columns may, at their own."""
+    """Words for a yield force [N]; of a floor that never yields, those for columns."""
     return own(force, YIELD_FORCE) if np.isfinite(force) else "of columns"
 
 
-def _band(im: Array, each: Fragility) -> tuple[Array, Array]:
+def _band(im: Array, curve: Fragility) -> tuple[Array, Array]:
     """One standard error to either side, in the argument of the curve (delta method)."""
-    argument = np.log(im / each.median) / each.dispersion
-    first, second = each.errors[0], each.errors[1] * argument
-    variance = first**2 + second**2 + 2.0 * each.correlation * first * second
-    spread = np.sqrt(np.maximum(variance, 0.0)) / each.dispersion
+    argument = np.log(im / curve.median) / curve.dispersion
+    first, second = curve.errors[0], curve.errors[1] * argument
+    variance = first**2 + second**2 + 2.0 * curve.correlation * first * second
+    spread = np.sqrt(np.maximum(variance, 0.0)) / curve.dispersion
     low, high = (fragility_curve(np.exp(argument + side * spread), 1.0, 1.0) for side in (-1.0, 1.0))
     return low, high
 
 
 def _capacities(axis: Any, one: InterfaceAssessment, contact: Fragility) -> None:
-    """Where the curve is from scaling: the intensity at which each motion closes the gap, as a step curve."""
+    """Draw the intensities at which scaled motions close the gap, as a step curve, where the curve is from scaling."""
     if contact.method != SCALED or contact.fault or contact.intensity != "pga" or one.amplitude is None:
         return
     reach = np.sort(one.amplitude * one.gap / np.array(one.closing)) / STANDARD_GRAVITY

@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk.figures.style import QUIET, blank, force_words, motion_words, styles, title
 from pounding_risk.studies.compare_findings import LOW, NOTABLE, flip_share, place_of, with_terms_of_its_own
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +31,20 @@ FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
 
 
 def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Each law against the baseline: ratios of the outputs, ranks, conclusions that flip, and one typical history."""
+    """Contact models against the baseline: ratios of outputs, changed conclusions, ranks, and one typical history.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `compare`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels of ratios, one of conclusions, one of ranks; the history below.
+    """
     laws = _laws(dataset)
     figure, axes = blank(2, 6, (15.0, 3.6 + 0.36 * len(laws)), height_ratios=(0.36 * len(laws), 2.4))
     limits = _limits(dataset)
@@ -60,15 +74,15 @@ def agreement_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 
 
 def _laws(dataset: xr.Dataset) -> Laws:
-    """The baseline first, then its like, then the other kinds; in the dataset's order within a kind."""
+    """Laws in the order of the figure: the baseline, then by kind, in the dataset's order within a kind."""
     baseline = str(dataset.attrs["baseline"])
-    found = []
+    laws = []
     names = map(str, dataset["contact_model"].values)
     facts = dataset["dissipates"].values, dataset["capped"].values, with_terms_of_its_own(dataset)
     for name, damped, capped, own in zip(names, *facts, strict=True):
         kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
-        found.append((name, "e and force its own" if own else kind))
-    return sorted(found, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
+        laws.append((name, "e and force its own" if own else kind))
+    return sorted(laws, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
 
 
 def _terms(dataset: xr.Dataset) -> str:
@@ -77,7 +91,7 @@ def _terms(dataset: xr.Dataset) -> str:
 
 
 def _name_laws(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """Laws as tick labels, each with the restitution it achieves; the baseline in bold."""
+    """Write the laws as tick labels, each with the restitution it achieves; the baseline in bold."""
     achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
     labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
     axis.set_yticks(range(len(laws)), labels, fontsize=9)
@@ -93,7 +107,7 @@ def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
 
 
 def _limits(dataset: xr.Dataset) -> tuple[float, float]:
-    """Ends of the scale of ratios, within 0.1 to 10; what has terms of its own may lie beyond."""
+    """Ends of the scale of ratios, within 0.1 to 10; a law with terms of its own may lie beyond."""
     shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
     shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
     low = float(np.nanmin(shown["ratio_low"].values, initial=1.0 - 2.0 * NOTABLE))
@@ -102,7 +116,7 @@ def _limits(dataset: xr.Dataset) -> tuple[float, float]:
 
 
 def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:
-    """Median and range of the ratio of one output; of one known by building, the right one's below, open.
+    """Draw median and range of the ratios of one output; of one known by building, the right one's below, open.
 
     ``shown`` = (laws, ends of the scale); a median beyond them stands at the edge as a number.
     """
@@ -135,12 +149,12 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
 
 def _legend_below(axis: Any, rows: int) -> None:
     """A legend that covers no law, below the axis' words: as far below as 1.6 of its rows are high."""
-    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
-    axis.legend(fontsize=8, frameon=False, **place)
+    position = {"loc": "upper center", "bbox_to_anchor": (0.5, -1.6 / rows), "borderpad": 0.3, "handlelength": 1.2}
+    axis.legend(fontsize=8, frameon=False, **position)
 
 
 def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """The share of the cases in which a law leads to another conclusion than the baseline."""
+    """Draw the share of the cases in which a law leads to another conclusion than the baseline."""
     _rows(axis, laws, "conclusions that flip", "share of the cases [%]")
     names = [name for name, _ in laws]
     largest = 10.0
@@ -155,7 +169,7 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 
 def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """Spearman's correlation of the motions' ranks with the baseline's."""
+    """Draw Spearman's correlation of the motions' ranks with the baseline's."""
     _rows(axis, laws, "motions ranked alike", "Spearman's correlation [1]")
     for number, (output, words) in enumerate(RANKED):
         values = dataset["rank_agreement"].sel(output=output, contact_model=[name for name, _ in laws]).values
@@ -172,7 +186,7 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
-    """The relative displacement of one case under every law, where they differ most; the baseline in black."""
+    """Draw the relative displacement of one case under every law, where they differ most; the baseline in black."""
     axis.grid(True, color="#dddddd", linewidth=0.6)
     history = dataset["history"]
     facts, baseline = history.attrs, place_of(dataset, str(dataset.attrs["baseline"]))
@@ -193,7 +207,7 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     axis.axhline(facts["gap"] * 1e3, color=QUIET, linestyle=":", linewidth=1.2, label="gap")
     axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, min(start + SHOWN, time[-1])))
     peaks = np.nanmax(np.abs(values), axis=1)
-    case = f"gap {facts['gap'] * 1e3:g} mm, {force_words(facts['yield_force'])}, {motion_words(facts)}"
+    case = f"gap {say_in(facts['gap'], 'mm', 6)}, {force_words(facts['yield_force'])}, {motion_words(facts)}"
     words = (
         f"Peaks of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}; where laws differ most"
     )
@@ -202,15 +216,28 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 
 def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Force against time and against penetration of the reference impact, one row for each unit of stiffness."""
+    """Force against time and against penetration of the reference impact, one row for each unit of stiffness.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `compare`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels a row.
+    """
     names = [str(name) for name in dataset["contact_model"].values]
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
     figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
     for row, unit in enumerate(units):
-        drawn = [place for place in range(len(names)) if dataset["stiffness_unit"].values[place] == unit]
+        drawn = [index for index in range(len(names)) if dataset["stiffness_unit"].values[index] == unit]
         widths = np.linspace(3.2, 1.4, len(drawn))  # lines that lie on one another show: the first is the widest
-        for place, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
-            one = dataset.isel(contact_model=place)
+        for index, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
+            one = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
             force = one["impact_force"].values / 1e6
             axes[row, 0].plot(one["impact_time"].values * 1e3, force, label=_label(one, unit), **look)
@@ -221,10 +248,10 @@ def reference_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     axes[-1, 0].set_xlabel("time since the touch [ms]")
     axes[-1, 1].set_xlabel("penetration [mm]")
     without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
-    told = f"{', '.join(without)}: no force against penetration" if without else ""
-    blow = f"{dataset.attrs['reduced_mass'] / 1e3:.4g} t against a wall, same {_terms(dataset)}, without yielding"
+    without_force = f"{', '.join(without)}: no force against penetration" if without else ""
+    blow = f"{say_in(dataset.attrs['reduced_mass'], 't')} against a wall, same {_terms(dataset)}, without yielding"
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
-    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, told))), note)
+    title(figure, _reference_finding(curves), "; ".join(filter(None, (blow, without_force))), note)
     return figure
 
 
@@ -236,17 +263,17 @@ def _label(one: xr.Dataset, unit: str) -> str:
 
 
 def _reference_finding(dataset: xr.Dataset) -> str:
-    """What is the same, what is not, and the restitution achieved against the one asked for."""
+    """Sentence on what the laws have in common, where they differ, and the restitution achieved."""
     other = ("reference_peak_penetration", 1e3, "penetration", "mm")
     if dataset.attrs["same"] == "penetration":
         other = ("reference_peak_force", 1e-6, "peak force", "MN")
     damped = dataset.isel(contact_model=np.flatnonzero(dataset["dissipates"].values))
     name, scale, words, unit = other
     low, high = (scale * float(dataset[name].reduce(edge)) for edge in (np.nanmin, np.nanmax))
-    told = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
+    finding = f"Same {dataset.attrs['same']}, but {words} from {low:.3g} to {high:.3g} {unit}"
     if not damped.sizes["contact_model"]:
-        return told
+        return finding
     e, asked = damped["reference_restitution"].values, float(damped["reference_restitution_asked"].max())
     if np.nanmax(np.abs(e - asked)) < 5e-4:
-        return f"{told}; e {asked:.3g}, as asked for, of all laws that take one"
-    return f"{told}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"
+        return f"{finding}; e {asked:.3g}, as asked for, of all laws that take one"
+    return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {asked:.3g} is asked for"

@@ -1,4 +1,4 @@
-"""What effects change and cost: a panel for each output, a line for each combination of effects, and the time."""
+"""Figure of effects: what each combination changes in every output, and the time it costs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,20 @@ BASE = "none"
 
 
 def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
-    """Change of each output over the cases that the effects act on: every case, median, and the middle two thirds."""
+    """Changes of outputs by effects over the cases that they act on, and the time of a run.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A dataset of `effects`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each output, with every case, the median and the middle two thirds; the last one for the time.
+    """
     figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
     names = [str(name) for name in dataset["effects"].values]
     reached = dataset["yield_exceedance"].sel(effects=BASE) == 1
@@ -36,8 +49,8 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
             acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
             rows.append(_values(dataset, name, output, acted))
         edges = _edges(rows)
-        for place, values in enumerate(rows, 1):
-            _spread(axis, place, values, edges, STYLES[place % len(STYLES)][0])
+        for row, values in enumerate(rows, 1):
+            _spread(axis, row, values, edges, STYLES[row % len(STYLES)][0])
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(words, fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
@@ -67,7 +80,7 @@ def _values(dataset: xr.Dataset, name: str, output: str, acted: np.ndarray) -> n
 
 
 def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
-    """What a panel shows of its rows: all but the outermost hundredth of any, so that a few far cases leave room."""
+    """Ends of a panel: all values but the outermost hundredth of any row, so that a few far cases leave room."""
     full = [values for values in rows if values.size] or [np.zeros(1)]
     low = min(0.0, *(float(np.quantile(values, 0.01)) for values in full))
     high = max(0.0, *(float(np.quantile(values, 0.99)) for values in full))
@@ -75,30 +88,28 @@ def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _spread(axis: Any, place: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
+def _spread(axis: Any, row: int, values: np.ndarray, edges: tuple[float, float], colour: str) -> None:
     axis.set_xlim(*edges)
     if not values.size:
         return
     # Points side by side at random, the same on any day.
-    shifts = np.random.default_rng(place).uniform(-0.18, 0.18, values.size)
-    axis.plot(values, place + shifts, ".", color=colour, markersize=4, alpha=0.5)
+    shifts = np.random.default_rng(row).uniform(-0.18, 0.18, values.size)
+    axis.plot(values, row + shifts, ".", color=colour, markersize=4, alpha=0.5)
     low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
-    axis.plot([low, high], [place, place], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
-    axis.plot([middle, middle], [place - 0.28, place + 0.28], color="black", linewidth=2)
+    axis.plot([low, high], [row, row], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
+    axis.plot([middle, middle], [row - 0.28, row + 0.28], color="black", linewidth=2)
     for edge, beyond, side in ((edges[0], values < edges[0], "left"), (edges[1], values > edges[1], "right")):
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
             words = f"{beyond.sum()} beyond, to {far:+.0f}"
-            axis.annotate(words, (edge, place + 0.42), ha=side, va="center", fontsize=8, color="black")
+            axis.annotate(words, (edge, row + 0.42), ha=side, va="center", fontsize=8, color="black")
 
 
 def _costs(axis: Any, dataset: xr.Dataset) -> None:
     ratios = dataset["time_ratio"].values
-    for place in range(1, len(ratios)):
-        axis.barh(place, ratios[place], height=0.5, color=STYLES[place % len(STYLES)][0])
-        axis.annotate(
-            f"{ratios[place]:.2f}", (ratios[place], place), xytext=(4, 0), textcoords="offset points", va="center"
-        )
+    for row in range(1, len(ratios)):
+        axis.barh(row, ratios[row], height=0.5, color=STYLES[row % len(STYLES)][0])
+        axis.annotate(f"{ratios[row]:.2f}", (ratios[row], row), xytext=(4, 0), textcoords="offset points", va="center")
     axis.axvline(1.0, color=QUIET, linewidth=0.8)
     axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
     axis.set_title("time of a run", fontsize=10)

@@ -1,4 +1,4 @@
-"""A row in elevation: buildings to scale, gaps, contact points, and what the motions do at each."""
+"""Figure of a row in elevation: buildings to scale, gaps, contact points, and contact at each over the motions."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.row import RowCase, Standing, Touch, force_told
+from pounding_risk.assessment.row import BuildingShape, RowCase, Touch, force_text
 from pounding_risk.figures.style import (
     QUIET,
     STYLES,
     blank,
     force_words,
     law_words,
+    legend_below,
     plain,
+    share_bar,
     title,
 )
 from pounding_risk.results.amplitudes import own
-from pounding_risk.units import PGA
+from pounding_risk.units import PGA, say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +39,7 @@ RAISED = STYLES[1][0]
 
 
 class _Line(NamedTuple):
-    """What one line of the figure holds: buildings ``first`` to ``last``, and their left walls [m]."""
+    """One line of the figure: buildings ``first`` to ``last``, and their left walls [m]."""
 
     first: int
     last: int
@@ -46,11 +48,25 @@ class _Line(NamedTuple):
 
 
 def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> Figure:
-    """The row of `row_case` in elevation.
+    """A row in elevation, with the share of the motions that bring contact at each contact point.
 
     Heights are to scale, widths are nominal and gaps drawn larger by the factor that is stated. At each contact point
     the colour is the share of the motions with contact, and beside it stand this share and the median of the peak
     force where there is contact; below, where the force reaches F_E, the share that does.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid, from `row_case`.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether the finding and its conditions are written; a report has them beside the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A long row stands in several lines.
     """
     lines = _lines(case)
     tallest = max(building.height for building in case.buildings)
@@ -60,9 +76,8 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
     picture: Any = None
     for axis, line in zip(axes[:, 0], lines, strict=True):
         picture = _draw(axis, case, line, tallest)
-        axis.set_xlim(-1.0, max(each.walls[-1] for each in lines) + WIDTH + 1.0)
-    bar = figure.colorbar(picture, ax=axes, aspect=30 * len(lines), pad=0.01, label="share of the motions with contact")
-    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+        axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
+    share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
     _legend(figure, case)
     if titled:
         heading(figure, elevation_finding(case), [case], note)
@@ -70,45 +85,45 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
 
 
 def heading(figure: Figure, finding: str, cases: Sequence[RowCase], note: str = "") -> None:
-    """The finding above a figure of one row or several, and below it the cell of the grid."""
+    """Title and caption of a figure of one row or several, with the cell of the grid."""
     every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
     what = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
-    said = (finding, f"{what}: {where_words(every)}", note)
-    title(figure, *(plain(words).replace("F_E", "$F_E$") for words in said))
+    sentences = (finding, f"{what}: {where_words(every)}", note)
+    title(figure, *(plain(words).replace("F_E", "$F_E$") for words in sentences))
 
 
 def elevation_finding(case: RowCase) -> str:
-    """Where contact is most likely, how hard, and whether it reaches F_E."""
-    shares = [each.contact for each in case.touches]
-    if not any(each.runs for each in case.touches):
+    """Sentence on where contact is most likely, with which force, and whether it reaches F_E."""
+    shares = [touch.contact for touch in case.touches]
+    if not any(touch.runs for touch in case.touches):
         return f"No run of {counted(case.motions, 'motion')} is complete"
     if not np.nanmax(shares) > 0.0:
         return f"No contact in {counted(case.motions, 'motion')}"
     # Of several that touch as often, the one that is struck hardest.
     at = max(
-        range(len(shares)), key=lambda place: (np.nan_to_num(shares[place]), np.nan_to_num(case.touches[place].force))
+        range(len(shares)), key=lambda index: (np.nan_to_num(shares[index]), np.nan_to_num(case.touches[index].force))
     )
     most = case.touches[at]
     touched = sum(share > 0.0 for share in shares)
     where = f"{touched} of {counted(len(shares), 'interface')}, most often between {between(case.interfaces[at])}"
     motions = f"{round(most.contact * most.runs)} of {counted(most.runs, 'motion')}"
-    told = f"Contact at {where}: {motions}, {force_told(most.force)} in the median"
-    yields = [each.yielding for each in case.touches]
+    finding = f"Contact at {where}: {motions}, {force_text(most.force)} in the median"
+    yields = [touch.yielding for touch in case.touches]
     if max(np.nan_to_num(yields)) > 0.0:
-        place = int(np.nanargmax(yields))
-        told += f"; F_E reached in up to {100 * yields[place]:.0f} % ({between(case.interfaces[place])})"
-    return told
+        index = int(np.nanargmax(yields))
+        finding += f"; F_E reached in up to {100 * yields[index]:.0f} % ({between(case.interfaces[index])})"
+    return finding
 
 
 def where_words(case: RowCase) -> str:
-    """The cell of the grid in words."""
+    """Gap, yield force, contact model, motions and amplitude of the cell, in words."""
     one = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
     ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
-    told = f"gap{'s' * (len(gaps) > 1)} {ends} mm"
+    gap_words = f"gap{'s' * (len(gaps) > 1)} {ends} mm"
     force = force_words(float(one["yield_force"])).replace("$F_E$", "F_E")
     words = [
-        told,
+        gap_words,
         f"{force}{_column_words(one)}",
         law_words(str(one["contact_model"].values)),
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
@@ -119,56 +134,56 @@ def where_words(case: RowCase) -> str:
 
 
 def _column_words(one: xr.Dataset) -> str:
-    """What a column's F_E is, where columns are met and have another than the floors."""
+    """Words on the F_E of columns, where columns are met and have another than the floors."""
     if "contact_point_yield_force" not in one.variables:
         return ""
     own = one["contact_point_yield_force"].values[one["contact_point_kind"].values == "column"]
-    found = sorted({round(force / 1e3) for force in own[np.isfinite(own) & (own != float(one["yield_force"]))]})
-    if not found:
+    forces = sorted({round(force / 1e3) for force in own[np.isfinite(own) & (own != float(one["yield_force"]))]})
+    if not forces:
         return ""
-    return f" (of columns {found[0]}{f' to {found[-1]}' if len(found) > 1 else ''} kN)"
+    return f" (of columns {forces[0]}{f' to {forces[-1]}' if len(forces) > 1 else ''} kN)"
 
 
 def between(interface: str) -> str:
-    """Both buildings of an interface, as a sentence has them."""
+    """Both buildings of an interface, joined by "and"."""
     return interface.replace(" | ", " and ")
 
 
 def _lines(case: RowCase) -> list[_Line]:
-    """The row cut into lines; a building at a cut stands at the end of one and at the start of the next."""
+    """Cut the row into lines; a building at a cut stands at the end of one and at the start of the next."""
     count = len(case.buildings)
-    lines = max(1, -(-(count - 1) // (ON_A_LINE - 1)))
-    cuts = np.round(np.linspace(0, count - 1, lines + 1)).astype(int)
+    n_lines = max(1, -(-(count - 1) // (ON_A_LINE - 1)))
+    cuts = np.round(np.linspace(0, count - 1, n_lines + 1)).astype(int)
     scale = gap_scale(case.gaps)
-    found = []
+    lines = []
     for first, last in pairwise(cuts):
         steps = [WIDTH + scale * case.gaps[at] for at in range(first, last)]
         walls = np.concatenate([[0.0], np.cumsum(steps)])
-        found.append(_Line(int(first), int(last), tuple(walls.tolist()), scale))
-    return found
+        lines.append(_Line(int(first), int(last), tuple(walls.tolist()), scale))
+    return lines
 
 
 def gap_scale(gaps: Sequence[float]) -> float:
     """The largest round factor that keeps the widest gap within `WIDEST_GAP`."""
     widest = max(gaps, default=0.0)
-    return float(max((each for each in ROUND if each * widest <= WIDEST_GAP), default=1))
+    return float(max((factor for factor in ROUND if factor * widest <= WIDEST_GAP), default=1))
 
 
 def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     for wall, at in zip(line.walls, range(line.first, line.last + 1), strict=True):
         outline(axis, case.buildings[at], wall)
-    inside = [place for place in case.places if line.first <= place.interface < line.last]
-    middles = [_middle(case, line, place.interface) for place in inside]
+    inside = [point for point in case.points if line.first <= point.interface < line.last]
+    middles = [_middle(case, line, point.interface) for point in inside]
     for at in range(line.first, line.last):
         _interface(axis, case, line, at)
-    shares = np.array([place.touch.contact for place in inside])
+    shares = np.array([point.touch.contact for point in inside])
     picture: Any = None
     for kind, marker in MARKERS.items():
-        mine = [number for number, place in enumerate(inside) if place.kind == kind]
-        edges = [RAISED if inside[number].touch.yielding > 0.0 else "black" for number in mine]
+        same_kind = [number for number, point in enumerate(inside) if point.kind == kind]
+        edges = [RAISED if inside[number].touch.yielding > 0.0 else "black" for number in same_kind]
         picture = axis.scatter(
-            [middles[number] for number in mine], [inside[number].level for number in mine], 52.0,
-            c=shares[mine], marker=marker, cmap="cividis_r", vmin=0.0, vmax=1.0, zorder=5, edgecolors=edges,
+            [middles[number] for number in same_kind], [inside[number].level for number in same_kind], 52.0,
+            c=shares[same_kind], marker=marker, cmap="cividis_r", vmin=0.0, vmax=1.0, zorder=5, edgecolors=edges,
             linewidths=[2.2 if edge == RAISED else 0.9 for edge in edges], plotnonfinite=True,
         )  # fmt: skip
     axis.axhline(0.0, color="black", linewidth=1.4)
@@ -182,8 +197,8 @@ def _draw(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     return picture
 
 
-def outline(axis: Any, building: Standing, wall: float) -> None:
-    """Walls, floors and the name; a rigid building is hatched."""
+def outline(axis: Any, building: BuildingShape, wall: float) -> None:
+    """Draw walls, floors and the name of a building; a rigid one is hatched."""
     from matplotlib.patches import Rectangle
 
     look: dict[str, Any] = {"facecolor": "#f1f1f1", "edgecolor": "#333333", "linewidth": 1.1}
@@ -191,52 +206,52 @@ def outline(axis: Any, building: Standing, wall: float) -> None:
     axis.add_patch(Rectangle((wall, 0.0), WIDTH, building.height, **look))
     for level in building.levels[:-1]:
         axis.plot([wall, wall + WIDTH], [level, level], color="#9a9a9a", linewidth=0.9)
-    said = f"{building.name}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
+    label = f"{building.name}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
     below: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points", "ha": "center", "va": "top"}
-    axis.annotate(plain(said), (wall + WIDTH / 2, 0.0), fontsize=8, **below)
+    axis.annotate(plain(label), (wall + WIDTH / 2, 0.0), fontsize=8, **below)
 
 
 def _middle(case: RowCase, line: _Line, at: int) -> float:
-    """Where the middle of an interface's gap is drawn."""
+    """Middle of the gap of an interface on the drawing [m]."""
     return line.walls[at - line.first] + WIDTH + 0.5 * line.gap_scale * case.gaps[at]
 
 
 def _interface(axis: Any, case: RowCase, line: _Line, at: int) -> None:
-    """Numbers beside the contact points, and the gap with the interface's own share above the lower roof."""
+    """Write numbers beside the contact points, and the gap with the interface's own share above the lower roof."""
     middle = _middle(case, line, at)
-    places = [place for place in case.places if place.interface == at]
+    points = [point for point in case.points if point.interface == at]
     half = 0.5 * line.gap_scale * case.gaps[at]
-    for place in _told(places):
-        left, right = _numbers(place.touch)
+    for point in _with_numbers(points):
+        left, right = _numbers(point.touch)
         for words, sign, side in ((left, -1.0, "right"), (right, 1.0, "left")):
             axis.annotate(
-                words, (middle + sign * half, place.level), xytext=(7 * sign, 0), textcoords="offset points", ha=side,
-                va="center", fontsize=6.8, zorder=6, color=RAISED if sign > 0 and place.touch.yielding > 0 else "black",
+                words, (middle + sign * half, point.level), xytext=(7 * sign, 0), textcoords="offset points", ha=side,
+                va="center", fontsize=6.8, zorder=6, color=RAISED if sign > 0 and point.touch.yielding > 0 else "black",
                 bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6},
             )  # fmt: skip
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     axis.annotate(
-        f"{1e3 * case.gaps[at]:.3g} mm\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
+        f"{say_in(case.gaps[at], 'mm', 3)}\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
         textcoords="offset points", ha="center", va="bottom", fontsize=8, fontweight="bold", color=QUIET,
     )  # fmt: skip
 
 
-def _told(places: list[Any]) -> list[Any]:
-    """The contact points whose numbers are written: all of a few; of many, those with most contact, apart enough."""
-    kept: list[Any] = []
-    apart = max((place.level for place in places), default=0.0) / CROWDED
-    for place in sorted(places, key=lambda each: (-np.nan_to_num(each.touch.contact), -each.level)):
-        if all(abs(place.level - other.level) >= apart for other in kept):
-            kept.append(place)
-    return kept
+def _with_numbers(points: list[Any]) -> list[Any]:
+    """Contact points whose numbers are written: all of a few; of many, those with most contact, apart enough."""
+    chosen: list[Any] = []
+    apart = max((point.level for point in points), default=0.0) / CROWDED
+    for point in sorted(points, key=lambda candidate: (-np.nan_to_num(candidate.touch.contact), -candidate.level)):
+        if all(abs(point.level - other.level) >= apart for other in chosen):
+            chosen.append(point)
+    return chosen
 
 
 def _numbers(touch: Touch) -> tuple[str, str]:
-    """What stands left of a contact point, and right of it."""
+    """Texts to the left and to the right of a contact point."""
     if not touch.contact > 0.0:
         return _share(touch.contact), ""
     yields = f", {_share(touch.yielding)} $F_E$" if touch.yielding > 0.0 else ""
-    return _share(touch.contact), f"{force_told(touch.force)}{yields}"
+    return _share(touch.contact), f"{force_text(touch.force)}{yields}"
 
 
 def _share(share: float) -> str:
@@ -252,7 +267,6 @@ def _legend(figure: Figure, case: RowCase) -> None:
         Line2D([], [], marker="D", markeredgecolor="black", label="floor to column", **look),
         Line2D([], [], marker="o", markeredgecolor=RAISED, markeredgewidth=2.2, label="reaches $F_E$ in some", **look),
     ]
-    said = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
-    said += f"gaps drawn × {gap_scale(case.gaps):g}"
-    legend = figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False, title=said)
-    legend.get_title().set_fontsize(8)
+    caption = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
+    caption += f"gaps drawn × {gap_scale(case.gaps):g}"
+    legend_below(figure, handles, 3, caption)

@@ -19,21 +19,34 @@ MOST_MODES = 3
 COLUMNS = 5  # buildings side by side
 
 
-def modes_figure(found: Sequence[Modes]) -> Figure:
-    """A panel a building, left to right as they stand; shapes by level, the largest displacement of each 1."""
-    columns = min(len(found), COLUMNS)
-    rows = -(-len(found) // columns)
+def modes_figure(buildings: Sequence[Modes]) -> Figure:
+    """Shapes of the slowest modes by level, the largest displacement of each 1.
+
+    Parameters
+    ----------
+    buildings : sequence of Modes
+        As `modes` gives them, left to right.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each building.
+    """
+    columns = min(len(buildings), COLUMNS)
+    rows = -(-len(buildings) // columns)
     figure, axes = blank(rows, columns, (1.5 + 3.2 * columns, 1.0 + 3.6 * rows))
-    for axis, building in zip(axes.flat, found, strict=False):
+    for axis, building in zip(axes.flat, buildings, strict=False):
         _shapes(axis, building)
-    for axis in axes.flat[len(found) :]:
+    for axis in axes.flat[len(buildings) :]:
         axis.set_visible(False)
     for axis in axes[:, 0]:
         axis.set_ylabel("level [m]")
-    moving = [each for each in found if each.periods.size]
-    slowest = max(moving, key=lambda each: each.periods[0], default=None)
-    told = f"{plain(slowest.name)} is the slowest, {slowest.periods[0]:.3g} s" if slowest else "every building is rigid"
-    title(figure, told, f"the {MOST_MODES} slowest modes of each building on its own, storeys elastic")
+    moving = [candidate for candidate in buildings if candidate.periods.size]
+    slowest = max(moving, key=lambda candidate: candidate.periods[0], default=None)
+    finding = (
+        f"{plain(slowest.name)} is the slowest, {slowest.periods[0]:.3g} s" if slowest else "every building is rigid"
+    )
+    title(figure, finding, f"the {MOST_MODES} slowest modes of each building on its own, storeys elastic")
     return figure
 
 

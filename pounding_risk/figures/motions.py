@@ -1,4 +1,4 @@
-"""Figures of records: a motion before and after processing, and the response spectra of an ensemble."""
+"""Figures of motions: before and after processing, response spectra of an ensemble, and a selection."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.figures.style import STANDARD_GRAVITY, STYLES, blank, title
+from pounding_risk.figures.style import STYLES, blank, title
 from pounding_risk.motions.source import lowest_usable
+from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ BEFORE, AFTER, NOISE = "#8a8a8a", STYLES[0][0], STYLES[1][0]
 TARGET = STYLES[1][0]
 SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
-NAMED = (0.2, 1.0)  # s, told in the title where there is no target
+NAMED = (0.2, 1.0)  # s, of the title where there is no target
 BINS_PER_DECADE = 40
 RAW = "raw"  # the state of a record whose quiet is noise
 FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
@@ -40,10 +41,23 @@ class History(NamedTuple):
 
 
 def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note: str = "") -> Figure:
-    """A record before and after: acceleration, velocity, displacement, and Fourier amplitudes with the corners.
+    """A record before and after processing: acceleration, velocity, displacement, and Fourier amplitudes.
 
-    On the left both on one scale, which tells how far the integrals ran away; on the right what is left, on its own.
-    ``shift`` [s] is when the first sample of ``after`` is on the clock of ``before``.
+    On the left both on one scale, which shows how far the integrals drift; on the right the processed one on its own.
+
+    Parameters
+    ----------
+    before, after : Motion
+        The record as it was read, and processed.
+    shift : float
+        Time [s] of the first sample of ``after`` on the clock of ``before``.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Three rows of histories, and the spectrum with the corners of the filter.
     """
     figure, axes = blank(4, 2, (12.0, 10.5), height_ratios=(1.0, 1.0, 1.0, 1.35))
     for axis in axes[1:3].flat:
@@ -70,7 +84,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
 
 
 def origin_words(motion: Motion) -> str:
-    """Event, date, station and component of a motion, what of them is known."""
+    """Event, date, station and component of a motion, as far as they are known."""
     record = motion.record
     known = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
     return ", ".join([*known, *([f"component {record['component']}"] if record.get("component") else [])])
@@ -86,7 +100,7 @@ def _histories(motion: Motion) -> tuple[History, History, History]:
 
 
 def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
-    """One quantity: both on the left, the later one alone on the right with its peak marked."""
+    """Draw one quantity: both motions on the left, the later one alone on the right with its peak marked."""
     (old_times, old), (times, new) = before, after
     together, alone = axes
     size, unit = new.size, new.unit
@@ -98,24 +112,24 @@ def _beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, Hi
     values = new.samples / new.size
     alone.plot(times, values, color=AFTER, linewidth=0.8)
     alone.set_ylabel(f"[{new.unit}]")
-    place = int(np.abs(values).argmax())
-    alone.plot(times[place], values[place], "o", color="black", markerfacecolor="none", markersize=6)
+    peak = int(np.abs(values).argmax())
+    alone.plot(times[peak], values[peak], "o", color="black", markerfacecolor="none", markersize=6)
     alone.margins(y=0.18)
-    words = f"{abs(values[place]):.3g} {new.unit} at {times[place]:.4g} s"
-    late = times[place] > 0.5 * (times[0] + times[-1])
+    words = f"{abs(values[peak]):.3g} {new.unit} at {times[peak]:.4g} s"
+    late = times[peak] > 0.5 * (times[0] + times[-1])
     alone.annotate(
-        words, (times[place], values[place]), xytext=(-9 if late else 9, 0), textcoords="offset points",
+        words, (times[peak], values[peak]), xytext=(-9 if late else 9, 0), textcoords="offset points",
         ha="right" if late else "left", va="center", fontsize=9,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
     )  # fmt: skip
 
 
 def _processing_finding(before: Motion, after: Motion, old: History, new: Sequence[History]) -> str:
-    ground, fast, far = (float(np.abs(each.samples).max()) for each in new)
-    peaks = f"PGA {ground / STANDARD_GRAVITY:.3g} g, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
+    ground, fast, far = (float(np.abs(history.samples).max()) for history in new)
+    peaks = f"PGA {say_in(ground, 'g', 3)}, PGV {100.0 * fast:.3g} cm/s, PGD {100.0 * far:.3g} cm"
     if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
         return f"{after.name} is left as it is: {peaks}"
-    was, now = (_length(float(each.samples[-1])) for each in (old, new[2]))
+    was, now = (_length(float(history.samples[-1])) for history in (old, new[2]))
     return f"{after.name}: the displacement ends at {now} instead of {was}; {peaks}"
 
 
@@ -126,7 +140,7 @@ def _length(value: float) -> str:
 
 
 def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
-    """Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
+    """Draw Fourier amplitudes before and after, that of the noise, and the corners of the filter."""
     centred = before.acceleration - before.acceleration.mean()
     new = fourier_amplitude(after.acceleration, after.dt)
     axis.plot(*fourier_amplitude(centred, before.dt), color=BEFORE, linewidth=2.2, label="before, less its mean")
@@ -136,8 +150,8 @@ def _amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
         axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
     shown = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
     inside = [corner for corner in corners(after) if shown[0] <= corner <= shown[1]]
-    for place, corner in enumerate(inside):
-        words = "" if place else "corners of the filter"
+    for index, corner in enumerate(inside):
+        words = "" if index else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
         inwards = 4 if corner < 1.0 else -4
         axis.annotate(
@@ -165,10 +179,10 @@ def _noise(motion: Motion) -> tuple[Samples, Samples] | None:
     if motion.record.get("state") != RAW:
         return None
     try:
-        found = signal_to_noise(motion.acceleration, motion.dt)
+        spectra = signal_to_noise(motion.acceleration, motion.dt)
     except RecordError:
         return None
-    return found.frequency, found.noise
+    return spectra.frequency, spectra.noise
 
 
 def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
@@ -187,19 +201,19 @@ def fourier_amplitude(samples: Samples, dt: float) -> tuple[Samples, Samples]:
 
 
 def corners(motion: Motion) -> tuple[float, ...]:
-    """The corners [Hz] of the filter that a motion went through, here or before it was distributed."""
-    told = [motion.record.get(key) for key in ("low_corner", "high_corner")]
-    return tuple(float(each) for each in told if each)
+    """Corners [Hz] of the filter that a motion went through, here or before it was distributed."""
+    known = [motion.record.get(key) for key in ("low_corner", "high_corner")]
+    return tuple(float(corner) for corner in known if corner)
 
 
 def longest_usable(motion: Motion) -> float | None:
-    """The longest period [s] at which a motion's spectrum is its own and not its filter's; None where nothing tells."""
+    """Longest period [s] at which the spectrum of a motion is not that of its filter; None where it is not known."""
     lowest = lowest_usable(motion.record)
     return 1.0 / lowest if lowest else None
 
 
 class Ensemble(NamedTuple):
-    """Response spectra of some motions."""
+    """Response spectra of an ensemble of motions."""
 
     periods: Samples  # s
     acceleration: Samples  # Sa = ω² max|u|, as codes have it [m/s²], (motions, periods)
@@ -224,8 +238,8 @@ def ensemble_spectra(motions: Sequence[Motion], damping: float = 0.05) -> Ensemb
     if still:
         raise PoundingError(f"{', '.join(still)}: every sample is zero, which has no spectrum; leave it out")
     steps, periods = [motion.dt for motion in motions], ensemble_periods(motions)
-    found = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
-    return Ensemble(periods, found.pseudo_acceleration, damping)
+    spectra = response_spectra([motion.acceleration for motion in motions], steps, periods, damping)
+    return Ensemble(periods, spectra.pseudo_acceleration, damping)
 
 
 def ensemble_periods(motions: Sequence[Motion]) -> Samples:
@@ -245,7 +259,26 @@ def spectra_figure(
     *,
     note: str = "",
 ) -> Figure:
-    """Sa over the period of every motion, their median and percentiles, and a target spectrum."""
+    """Response spectra of motions, their median and percentiles, and a target spectrum.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        At least one.
+    target : Target, optional
+        A target spectrum.
+    damping : float
+        Damping ratio.
+    percentiles : pair of float
+        Percentiles of the motions [%] that are drawn at each period.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel: Sa [g] against period [s].
+    """
     ensemble = ensemble_spectra(motions, damping)
     figure, axes = blank(1, 1, (9.0, 6.0))
     _spectra(axes[0, 0], ensemble, target, percentiles)
@@ -262,9 +295,9 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
     periods, values = ensemble.periods, ensemble.acceleration / STANDARD_GRAVITY
     many = len(values) > 1
     look: dict[str, Any] = {"color": "#b0b0b0", "linewidth": 0.6} if many else {"color": AFTER, "linewidth": 1.8}
-    for place, each in enumerate(values):
+    for index, spectrum in enumerate(values):
         words = f"{len(values)} records" if many else "the record"
-        axis.plot(periods, each, label="" if place else words, **look)
+        axis.plot(periods, spectrum, label="" if index else words, **look)
     if many:
         axis.plot(periods, ensemble.median / STANDARD_GRAVITY, color=AFTER, linewidth=2.4, label="median")
     if len(values) > 2:
@@ -273,14 +306,14 @@ def _spectra(axis: Axes, ensemble: Ensemble, target: Target | None, percentiles:
 
 
 def _percentiles(axis: Axes, ensemble: Ensemble, levels: tuple[float, float], of: str = "") -> None:
-    for place, level in enumerate(levels):
-        words = "" if place else f"{levels[0]:g} and {levels[1]:g} %{of}"
+    for index, level in enumerate(levels):
+        words = "" if index else f"{levels[0]:g} and {levels[1]:g} %{of}"
         share = np.percentile(ensemble.acceleration, level, axis=0) / STANDARD_GRAVITY
         axis.plot(ensemble.periods, share, color=AFTER, linestyle="--", linewidth=1.4, label=words)
 
 
 def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
-    """The target's line, and the scales of every panel of spectra."""
+    """Draw the target, and set the scales that every panel of spectra has."""
     if target is not None:
         shown = at_periods(target, periods) / STANDARD_GRAVITY
         axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
@@ -291,7 +324,7 @@ def _target(axis: Axes, target: Target | None, periods: Samples) -> None:
 
 
 def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
-    """A line at the period up to which every record is usable, as far as they tell."""
+    """Draw a line at the period up to which every record is usable, as far as that is known."""
     limits = [limit for limit in map(longest_usable, motions) if limit is not None]
     if limits and min(limits) < axis.get_xlim()[1]:
         whose = "every record" if len(limits) == len(motions) else f"the {len(limits)} that tell"
@@ -302,9 +335,22 @@ def _usable(axis: Axes, motions: Sequence[Motion]) -> None:
 def selection_figure(
     selection: Selection, percentiles: tuple[float, float] = (16.0, 84.0), *, note: str = ""
 ) -> Figure:
-    """The chosen records, scaled, against the target, and the factor and the misfit of each.
+    """Selected records, scaled, against the target; and the factor and the misfit of each.
 
-    The blue line is the geometric mean of what was compared with the target, in the range where it was.
+    Parameters
+    ----------
+    selection : Selection
+        As `select` gives it. The blue line is the geometric mean of what was compared with the target, in the range
+        where it was.
+    percentiles : pair of float
+        Percentiles of the records [%] that are drawn at each period.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Spectra on the left, misfits on the right.
     """
     rows, wanted = selection.rows, selection.wanted
     figure, axes = blank(1, 2, (14.0, max(6.0, 1.6 + 0.28 * len(rows))), width_ratios=(1.5, 1.0))
@@ -313,9 +359,9 @@ def selection_figure(
     ensemble = Ensemble(periods, selection.spectra_at(periods), selection.target.damping)
     what = "components" if wanted.spectrum == "component" else f"pairs ({wanted.spectrum})"
     left.axvspan(*wanted.periods, color="#eeeeee", linewidth=0.0, zorder=0, label="range that is compared")
-    for place, each in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
-        words = "" if place else f"{len(rows)} {what}, scaled"
-        left.plot(ensemble.periods, each, color="#b0b0b0", linewidth=0.6, label=words)
+    for index, spectrum in enumerate(ensemble.acceleration / STANDARD_GRAVITY):
+        words = "" if index else f"{len(rows)} {what}, scaled"
+        left.plot(ensemble.periods, spectrum, color="#b0b0b0", linewidth=0.6, label=words)
     if len(rows) > 2:
         _percentiles(left, ensemble, percentiles, f" of the {what}")
     mean = selection.median_ratio * selection.target.at(selection.periods) / STANDARD_GRAVITY
@@ -324,7 +370,7 @@ def selection_figure(
     _usable(left, selection.motions())
     left.legend(fontsize=9, loc="lower left")
     _misfits(right, selection)
-    low, high = (float(each) for each in (selection.median_ratio.min(), selection.median_ratio.max()))
+    low, high = (float(spectrum) for spectrum in (selection.median_ratio.min(), selection.median_ratio.max()))
     range_words = f"{wanted.periods[0]:g} to {wanted.periods[1]:g} s"
     finding = f"{len(rows)} of {selection.considered} candidates: their geometric mean is {low:.2f} to {high:.2f} times"
     factors = [row.factor for row in rows]
@@ -334,14 +380,14 @@ def selection_figure(
 
 
 def _misfits(axis: Axes, selection: Selection) -> None:
-    """A bar for each candidate, closest first, with its factor."""
+    """Draw a bar for each candidate, closest first, with its factor."""
     rows = selection.rows
-    for place, row in enumerate(rows):
+    for position, row in enumerate(rows):
         look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
-        axis.barh(place, row.misfit, height=0.7, edgecolor=AFTER, **look)
+        axis.barh(position, row.misfit, height=0.7, edgecolor=AFTER, **look)
         axis.annotate(
             f"× {row.factor:.2f}",
-            (row.misfit, place),
+            (row.misfit, position),
             xytext=(4, 0),
             textcoords="offset points",
             va="center",
@@ -370,7 +416,7 @@ def _spectra_finding(motions: Sequence[Motion], ensemble: Ensemble, target: Targ
     who = f"{len(motions)} records: their median is" if many else f"{motions[0].name} is"
     if target is None:
         at = [int(np.abs(ensemble.periods - period).argmin()) for period in NAMED]
-        parts = [f"{ensemble.median[k] / STANDARD_GRAVITY:.3g} g at {ensemble.periods[k]:.2g} s" for k in at]
+        parts = [f"{say_in(ensemble.median[k], 'g', 3)} at {ensemble.periods[k]:.2g} s" for k in at]
         return f"{who if many else f'{motions[0].name}: Sa is'} {' and '.join(parts)}"
     ratio = ensemble.median / at_periods(target, ensemble.periods)
     if np.isnan(ratio).all():

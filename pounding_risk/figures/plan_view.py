@@ -12,7 +12,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import RowCase, share_of_building
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import heading
-from pounding_risk.figures.style import QUIET, blank, plain
+from pounding_risk.figures.style import QUIET, blank, legend_below, plain, share_bar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,11 +37,29 @@ def plan_figure(
     *,
     titled: bool = True,
 ) -> Figure:
-    """Street plan of one row or several: the share of the motions in which each building touches, and yields.
+    """Street plan of rows: shares of the motions in which each building touches a neighbour, and in which one yields.
 
-    ``footprints`` are corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row
-    are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
-    Raises PoundingError where a building of a row has no footprint, or one that is no polygon.
+    Parameters
+    ----------
+    rows : RowCase or sequence of RowCase
+        Cells of the grids of one row or several, from `row_case`.
+    footprints : mapping of str to array, optional
+        Corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row are drawn in
+        grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether the finding and its conditions are written.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels, one of contact and one of reaching F_E.
+
+    Raises
+    ------
+    PoundingError
+        Where a building of a row has no footprint, or one that is no polygon.
     """
     cases = [rows] if isinstance(rows, RowCase) else list(rows)
     corners = _of_rows(cases) if footprints is None else _checked(footprints, cases)
@@ -53,8 +71,7 @@ def plan_figure(
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
         picture = _panel(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
-    bar = figure.colorbar(picture, ax=axes, aspect=30, pad=0.01, label="share of the motions")
-    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+    share_bar(figure, picture, axes, "share of the motions")
     _legend(figure, alone=len(corners) > sum(len(case.buildings) for case in cases))
     if titled:
         heading(figure, plan_finding(cases), cases, note)
@@ -62,7 +79,7 @@ def plan_figure(
 
 
 def plan_finding(cases: Sequence[RowCase]) -> str:
-    """How many buildings touch a neighbour in more than half of the motions, and which is struck most."""
+    """Sentence on how many buildings touch in more than half of the motions, and which is struck most."""
     shares = {
         (number, building.name): share_of_building(case, "impact_count", at)
         for number, case in enumerate(cases)
@@ -85,18 +102,18 @@ def plan_finding(cases: Sequence[RowCase]) -> str:
 
 def _of_rows(cases: Sequence[RowCase]) -> dict[Key, Rings]:
     """Nominal footprints: buildings of a row left to right, rows one above the other from the top down."""
-    found: dict[Key, Rings] = {}
+    footprints: dict[Key, Rings] = {}
     for number, case in enumerate(cases):
         low = -number * (DEPTH + ALLEY)
         for at, building in enumerate(case.buildings):
             left = at * WIDTH
             ends = ((left, low), (left + WIDTH, low), (left + WIDTH, low + DEPTH), (left, low + DEPTH))
-            found[number, building.name] = (np.array(ends),)
-    return found
+            footprints[number, building.name] = (np.array(ends),)
+    return footprints
 
 
 def _checked(footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]], cases: Sequence[RowCase]) -> dict[Key, Rings]:
-    """The rings of every building by its row, the largest first; of those in none by `NO_ROW`."""
+    """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
     given = {str(name): _rings(str(name), corners) for name, corners in footprints.items()}
     inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
     missing = [name for _, name in inside if name not in given]
@@ -108,7 +125,7 @@ def _checked(footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]], cases: S
 
 def _rings(name: str, corners: Any) -> Rings:
     several = isinstance(corners, list | tuple) and np.ndim(corners[0]) == 2
-    rings = [np.asarray(each, dtype=float) for each in (corners if several else [corners])]
+    rings = [np.asarray(ring_corners, dtype=float) for ring_corners in (corners if several else [corners])]
     for ring in rings:
         if ring.ndim != 2 or ring.shape[1:] != (2,) or len(ring) < 3 or not np.isfinite(ring).all():
             raise PoundingError(f"footprint of {name}: is no polygon; give three corners or more, each x and y in m")
@@ -116,7 +133,7 @@ def _rings(name: str, corners: Any) -> Rings:
 
 
 def _size(span: Array, flat: bool) -> tuple[float, float]:
-    """Panels of the street's own shape, within a page."""
+    """Size of the figure: panels of the street's own shape, within a page."""
     ratio = float(np.clip(span[1] / max(span[0], 1e-9), 0.08, 4.0))
     if flat:
         width = float(np.clip(0.09 * span[0], 8.0, 20.0))
@@ -142,7 +159,7 @@ def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], na
     drawn.set_clim(0.0, 1.0)
     axis.add_collection(drawn)
     for who, share in shares.items():
-        _told(axis, corners[who], who[1], share, len(shares) > CROWDED)
+        _label(axis, corners[who], who[1], share, len(shares) > CROWDED)
     axis.set(aspect="equal", xticks=[], yticks=[])
     axis.autoscale_view()
     axis.grid(False)
@@ -151,8 +168,8 @@ def _panel(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], na
     return drawn
 
 
-def _told(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
-    """Hatching of the share's class, and the name with the number, upright where the footprint is narrow."""
+def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
+    """Hatch a building by its class of shares and write its name and number, upright where the footprint is narrow."""
     is_dark = share > DARK
     for ring in rings if np.isfinite(share) else ():
         hatch = next(hatch for most, hatch in HATCHES if share <= most)
@@ -176,4 +193,4 @@ def _legend(figure: Figure, alone: bool) -> None:
     ]
     if alone:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False)
+    legend_below(figure, handles, len(handles))

@@ -26,9 +26,26 @@ RATIO_TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4
 def window_figure(searched: xr.Dataset, window: tuple[float, float], note: str = "") -> Figure:
     """Peak relative displacement and time of first yield against F_E, in every polarity of the scan.
 
-    The dataset must hold an infinite yield force, the case without yielding; raises PoundingError otherwise.
+    Parameters
+    ----------
+    searched : xarray.Dataset
+        A dataset of `scan` over yield forces; it must hold an infinite one, the case without yielding.
+    window : pair of float
+        The range of yield forces [N] that is marked.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset without an infinite yield force.
     """
-    place = _without_yielding(searched)
+    without = _without_yielding(searched)
     figure, axes = blank(2, 1, (9.0, 7.2), sharex=True)
     lines = searched.squeeze()
     if "polarity" not in lines.dims:
@@ -39,11 +56,11 @@ def window_figure(searched: xr.Dataset, window: tuple[float, float], note: str =
         line = lines.sel(polarity=name)
         peak = line["peak_relative_displacement"].values * 1e3
         axes[0, 0].plot(forces[finite] / 1e3, peak[finite], color=colour, linestyle=dash, label=str(name))
-        axes[0, 0].axhline(peak[place], color=colour, linestyle=dash, linewidth=0.7)
+        axes[0, 0].axhline(peak[without], color=colour, linestyle=dash, linewidth=0.7)
         first = line["first_yield_time"].values
         axes[1, 0].plot(forces[finite] / 1e3, first[finite], color=colour, linestyle=dash)
-    for each in axes[:, 0]:
-        each.axvspan(window[0] / 1e3, window[1] / 1e3, color="#F0E442", alpha=0.4, linewidth=0.0)
+    for axis in axes[:, 0]:
+        axis.axvspan(window[0] / 1e3, window[1] / 1e3, color="#F0E442", alpha=0.4, linewidth=0.0)
     low, high = axes[0, 0].get_ylim()
     axes[0, 0].set_ylim(low, high + 0.1 * (high - low))
     axes[0, 0].annotate(
@@ -66,19 +83,19 @@ def window_figure(searched: xr.Dataset, window: tuple[float, float], note: str =
 
 
 def _within(lines: xr.Dataset, window: tuple[float, float]) -> str:
-    """What yielding does to the peak inside a window of F_E, polarity by polarity."""
+    """Sentence on how yielding changes the peak inside a window of F_E, polarity by polarity."""
     forces = lines["yield_force"].values
     inside = (forces >= window[0]) & (forces <= window[1])
-    told = []
+    changes = []
     for name in lines["polarity"].values:
         peak = lines["peak_relative_displacement"].sel(polarity=name).values
         change = peak[inside] / peak[np.isinf(forces)][0] - 1.0
-        told.append(f"{100.0 * change[np.abs(change).argmax()]:+.0f} % ({name})".replace("-", "−"))
-    return f"In this window yielding changes the peak by up to {', '.join(told)}"
+        changes.append(f"{100.0 * change[np.abs(change).argmax()]:+.0f} % ({name})".replace("-", "−"))
+    return f"In this window yielding changes the peak by up to {', '.join(changes)}"
 
 
 def _without_yielding(results: xr.Dataset) -> int:
-    """Place of the infinite yield force."""
+    """Index of the infinite yield force."""
     endless = np.isinf(results["yield_force"].values)
     if not endless.any():
         raise PoundingError('the dataset has no case without yielding; add "inf" to grid.yield_force and scan again')
@@ -86,7 +103,7 @@ def _without_yielding(results: xr.Dataset) -> int:
 
 
 def _one_law(results: xr.Dataset) -> xr.Dataset:
-    """The scene's own contact law and amplitude of a dataset that has several; gaps and yield forces in rising order.
+    """Dataset at the scene's own contact law and amplitude; gaps and yield forces in rising order.
 
     Of a row the interface whose gap alone the grid varies, or the largest of all.
     """
@@ -101,29 +118,41 @@ def _one_law(results: xr.Dataset) -> xr.Dataset:
 
 
 def _varied(results: xr.Dataset) -> int | None:
-    """Place of the interface of a row whose gap alone the grid varies; None where it varies all or none."""
+    """Index of the interface of a row whose gap alone the grid varies; None where it varies all or none."""
     varied = np.flatnonzero(np.ptp(own_gaps(results).values, axis=0) > 0.0)
     return int(varied[0]) if varied.size == 1 else None
 
 
 def _whose(results: xr.Dataset, shown: xr.Dataset) -> str:
-    """The title of a dataset, with the law where only one of several is shown, and the amplitude of its motions."""
-    told = [str(results.attrs["title"])]
+    """Title of a dataset, with the law where only one of several is shown, and the amplitude of its motions."""
+    parts = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
-        told.append(law_words(str(shown["contact_model"].values)))
+        parts.append(law_words(str(shown["contact_model"].values)))
     if "interface" in results.dims:
         at, count = _varied(results), results.sizes["interface"]
         one = results["interface"].values[at or 0]
-        told.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")
-    told.append(f"motions {amplitude_words(shown)}")
-    return ", ".join(told)
+        parts.append(f"the largest of {count} interfaces" if at is None else f"{one}, whose gap varies")
+    parts.append(f"motions {amplitude_words(shown)}")
+    return ", ".join(parts)
 
 
 def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
-    """Peak relative displacement over gap and yield force, one panel for each record and polarity.
+    """Peak relative displacement over gap and yield force, or lines against whichever the grid has.
 
-    Without a grid of both, lines against whichever there is. More than six records are put together: the median of
-    all motions, and the percentiles 16 and 84. Of several contact laws and amplitudes the scene's own is shown.
+    More than six records are combined: the median of all motions, and the percentiles 16 and 84. Of several contact
+    laws and amplitudes the scene's own is shown.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each record and polarity.
     """
     shown = _one_law(results)
     peak = shown["peak_relative_displacement"] * 1e3
@@ -140,8 +169,24 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
 def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     """Peak relative displacement with yielding over that without, over gap and yield force.
 
-    The dataset must hold an infinite yield force, the case without yielding; raises PoundingError otherwise. Cells
-    that yielding raises carry a plus, so that the map is read in grey as well.
+    Cells that yielding raises carry a plus, so that the map is read in grey as well.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A dataset of `scan`; it must hold an infinite yield force, the case without yielding.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each record and polarity.
+
+    Raises
+    ------
+    PoundingError
+        For a dataset without an infinite yield force.
     """
     from matplotlib.colors import LogNorm
 
@@ -162,7 +207,7 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
 
 
 def _ratio_finding(ratio: xr.DataArray) -> str:
-    """What yielding does to the peak, over the cases that yield: the others are NaN."""
+    """Sentence on how yielding changes the peak, over the cases that yield: the others are NaN."""
     count = int(ratio.notnull().sum())
     if not count:
         return "No case yields"
@@ -174,13 +219,13 @@ def _ratio_finding(ratio: xr.DataArray) -> str:
 
 
 def _end_words(drawn: xr.Dataset) -> str:
-    """What the dashed line of a panel means, where any panel has one."""
+    """Words on the dashed line of a panel, where any panel has one."""
     touching = (drawn["impact_count"] > 0).any("yield_force").all("gap")
     return "" if bool(touching.all()) else "; right of the dashed line there is no contact"
 
 
 def _together(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr.DataArray]:
-    """Percentiles of many motions in the place of records; a dataset of few records as it is.
+    """Percentiles of many motions instead of records; a dataset of few records as it is.
 
     The contacts that a panel shows are those of any motion.
     """
@@ -205,17 +250,17 @@ def _maps(
     figure, axes = blank(rows, columns, (max(7.6, 1.6 + 2.3 * columns), 2.1 + 2.4 * rows), sharex=True, sharey=True)
     headings = _headings(results) if "records" in results.attrs else list(map(str, results["record"].values))
     picture: Any = None
-    for place in np.ndindex(rows, columns):
-        here = {"polarity": place[0], "record": place[1]}
-        picture = _map(axes[place], results["impact_count"].isel(here), values.isel(here), look)
+    for cell in np.ndindex(rows, columns):
+        here = {"polarity": cell[0], "record": cell[1]}
+        picture = _map(axes[cell], results["impact_count"].isel(here), values.isel(here), look)
         if marked is not None:
-            _plus(axes[place], marked.isel(here))
-        if place[0] == 0:
-            axes[place].set_title(headings[place[1]], fontsize=9)
-        if place[1] == 0:
-            axes[place].set_ylabel(f"{values['polarity'].values[place[0]]}\n$F_E$ [kN]", fontsize=9.5)
-        if place[0] == rows - 1:
-            axes[place].set_xlabel("gap [mm]", fontsize=9.5)
+            _plus(axes[cell], marked.isel(here))
+        if cell[0] == 0:
+            axes[cell].set_title(headings[cell[1]], fontsize=9)
+        if cell[1] == 0:
+            axes[cell].set_ylabel(f"{values['polarity'].values[cell[0]]}\n$F_E$ [kN]", fontsize=9.5)
+        if cell[0] == rows - 1:
+            axes[cell].set_xlabel("gap [mm]", fontsize=9.5)
     bar = figure.colorbar(picture, ax=axes, label=words, aspect=30)
     if "norm" in look:
         ticks = [tick for tick in RATIO_TICKS if picture.norm.vmin <= tick <= picture.norm.vmax]
@@ -226,17 +271,17 @@ def _maps(
 
 def _headings(results: xr.Dataset) -> list[str]:
     """Each record's name, and below it the earthquake and its year where they are known."""
-    facts = {each.get("name"): each for each in json.loads(results.attrs.get("records", "[]"))}
-    told = []
+    facts = {entry.get("name"): entry for entry in json.loads(results.attrs.get("records", "[]"))}
+    headings = []
     for name in map(str, results["record"].values):
         one = facts.get(name, {})
         event = (one.get("event") or "").partition(",")[0]
-        told.append(f"{name}\n{event} {str(one.get('date') or '')[:4]}".strip())
-    return told
+        headings.append(f"{name}\n{event} {str(one.get('date') or '')[:4]}".strip())
+    return headings
 
 
 def _gap_needed(results: xr.Dataset) -> str:
-    """From which gap on there is no contact, over the records and polarities of a scan."""
+    """Sentence on the gap from which on there is no contact, over the records and polarities of a scan."""
     others = [name for name in results["impact_count"].dims if name not in ("record", "polarity", "gap")]
     touching = (results["impact_count"] > 0).any(others)
     if bool(touching.isel(gap=-1).any()):
@@ -307,7 +352,7 @@ def _median_lines(axes: Axes, peak: xr.DataArray, axis: str, scale: float) -> No
 def _motion_lines(axes: Axes, peak: xr.DataArray, axis: str, scale: float) -> None:
     """One line for each record and polarity."""
     lines = peak.stack(line=("record", "polarity"))
-    for (colour, dash), place in zip(styles(lines.sizes["line"]), range(lines.sizes["line"]), strict=True):
-        line = lines.isel(line=place)
+    for (colour, dash), index in zip(styles(lines.sizes["line"]), range(lines.sizes["line"]), strict=True):
+        line = lines.isel(line=index)
         label = f"{line['record'].values}, {line['polarity'].values}"
         axes.plot(line[axis] * scale, line, color=colour, linestyle=dash, marker=".", label=label)

@@ -18,8 +18,21 @@ MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC
 
 
 def separations_figure(table: CodeTable, note: str = "") -> Figure:
-    """Left: the gap that each motion needs, and what ABS, SRSS and CQC ask for. Right: every rule over that gap."""
-    drawn = [each for each in table.rules if each.exceeded is not None]
+    """Separations that rules ask for beside the gaps that motions need.
+
+    Parameters
+    ----------
+    table : CodeTable
+        As `code_table` gives it.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left: the gap that each motion needs, and what ABS, SRSS and CQC ask for. Right: every rule over that gap.
+    """
+    drawn = [comparison for comparison in table.rules if comparison.exceeded is not None]
     figure, axes = blank(1, 2, (13.5, 3.4 + 0.19 * max(len(drawn), 10)), width_ratios=(1.25, 1.0))
     layout: Any = figure.get_layout_engine()
     layout.set(h_pad=0.1)  # room for the motions' names
@@ -32,19 +45,19 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
 
 
 def _by_motion(axis: Any, table: CodeTable) -> None:
-    """Motions in the order of the gap they need."""
+    """Draw the motions in the order of the gap they need."""
     order = np.argsort(table.closing)
-    place = np.arange(order.size)
+    positions = np.arange(order.size)
     for (mark, dash), name in zip(MARKS, COMBINATIONS, strict=True):
         asked = 1e3 * np.array(table.asked[name])[order]
         look: dict[str, Any] = {"color": MEANING["rule"], "linestyle": dash, "linewidth": 0.8, "markersize": 4.5}
-        axis.plot(place, asked, mark, label=name.upper(), **look)
+        axis.plot(positions, asked, mark, label=name.upper(), **look)
     needed = 1e3 * np.array(table.closing)[order]
-    axis.plot(place, needed, "o", color=MEANING["motions"], markersize=5.0, label="gap needed")
-    told = f"required by {table.percentile:g} %: {1e3 * table.demand:.1f} mm"
-    axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=told)
+    axis.plot(positions, needed, "o", color=MEANING["motions"], markersize=5.0, label="gap needed")
+    label = f"required by {table.percentile:g} %: {1e3 * table.demand:.1f} mm"
+    axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=label)
     if order.size <= MOST_NAMES:
-        axis.set_xticks(place, [_short(table.names[at]) for at in order], rotation=90, fontsize=7)
+        axis.set_xticks(positions, [_short(table.names[at]) for at in order], rotation=90, fontsize=7)
     else:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
@@ -54,7 +67,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
 
 
 def _short(name: str) -> str:
-    """A motion's name as short as a tick's label has to be."""
+    """Name of a motion, shortened for a tick label."""
     return name.removesuffix(" as recorded").replace(" reversed", " rev.")
 
 
@@ -62,21 +75,23 @@ def _by_rule(axis: Any, drawn: list[Comparison], table: CodeTable) -> None:
     """Median and middle 68 % of each rule over the gap needed; squares are of rules that fall short in some motion."""
     axis.axvline(1.0, color="black", linewidth=0.9)
     colour = MEANING["rule"]
-    for row, each in enumerate(drawn):
-        axis.plot([each.ratio_low, each.ratio_high], [row, row], color=colour, linewidth=2.2)
-        axis.plot(each.ratio_median, row, "o" if each.safe else "s", **rule_mark(each.row.verification))
-        short = round((each.exceeded or 0.0) * table.motions)
-        told = f"short in {short} of {table.motions}" if short else "holds in all"
+    for row, comparison in enumerate(drawn):
+        axis.plot([comparison.ratio_low, comparison.ratio_high], [row, row], color=colour, linewidth=2.2)
+        axis.plot(
+            comparison.ratio_median, row, "o" if comparison.safe else "s", **rule_mark(comparison.row.verification)
+        )
+        short = round((comparison.exceeded or 0.0) * table.motions)
+        words = f"short in {short} of {table.motions}" if short else "holds in all"
         where = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
-        axis.text(1.01, row, told, weight="bold" if short else "normal", **where)
-    axis.set_yticks(range(len(drawn)), [_rule_words(each) for each in drawn], fontsize=8.5)
+        axis.text(1.01, row, words, weight="bold" if short else "normal", **where)
+    axis.set_yticks(range(len(drawn)), [_rule_words(comparison) for comparison in drawn], fontsize=8.5)
     axis.set_ylim(max(len(drawn), 1) - 0.5, -0.5)
     axis.set_xlabel("rule over the gap needed [1]: median, 16-84 % of the motions")
     axis.set_title(f"safe right of 1; {RULE_MARKS_WORDS}", fontsize=8.5)
 
 
 def _rule_words(comparison: Comparison) -> str:
-    """A rule's title, with what keeps its clause from being relied on."""
+    """Title of a rule, with what keeps its clause from being relied on."""
     row = comparison.row
     doubts = [] if row.verification in (DERIVED, READ) else [row.verification]
     doubts += ["superseded"] if row.superseded else []

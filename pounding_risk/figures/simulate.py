@@ -1,4 +1,4 @@
-"""Figures of single collisions and single runs."""
+"""Figures of isolated impacts and of single runs: histories of a pair, of two runs compared, and of a row."""
 
 from __future__ import annotations
 
@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import (
-    QUIET,
-    STANDARD_GRAVITY,
-    STYLES,
-    blank,
-    force_words,
-    law_words,
-    motion_words,
-    styles,
-    title,
-)
+from pounding_risk._common.counted import counted
+from pounding_risk.assessment.row import building_shapes, force_text
+from pounding_risk.figures.elevation import MARKERS, RAISED, WIDTH, between, gap_scale, outline
+from pounding_risk.figures.style import QUIET, STYLES, blank, force_words, law_words, motion_words, plain, styles, title
+from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,18 +20,35 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SAME = 1e-9  # of the peak: histories closer than this are the same
+NAMED = 6  # lines of a panel with a colour and a name of their own; the others are grey
+OTHERS = "#c4c4c4"
+FORCE = "peak_contact_force"
+APART = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
 def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
-    """Force against time and against penetration of isolated impacts (`collision.Impact`)."""
+    """Force against time and against penetration of isolated impacts.
+
+    Parameters
+    ----------
+    impacts : sequence of Impact
+        As `impact` gives them.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels.
+    """
     figure, axes = blank(1, 2, (10.0, 4.8), sharey=True)
-    labels = [_impact_label(each, impacts) for each in impacts]
+    labels = [_impact_label(impact, impacts) for impact in impacts]
     # Lines that lie on one another show: the first is the widest.
     widths = np.linspace(3.0, 1.4, len(impacts)) if len(impacts) > 1 else [2.0]
-    for (colour, dash), width, each, label in zip(styles(len(impacts)), widths, impacts, labels, strict=True):
+    for (colour, dash), width, impact, label in zip(styles(len(impacts)), widths, impacts, labels, strict=True):
         look = {"color": colour, "linestyle": dash, "linewidth": width}
-        axes[0, 0].plot(each.time * 1e3, each.force / 1e3, label=label, **look)
-        axes[0, 1].plot(each.penetration * 1e3, each.force / 1e3, **look)
+        axes[0, 0].plot(impact.time * 1e3, impact.force / 1e3, label=label, **look)
+        axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
     figure.legend(
@@ -48,47 +59,55 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
 
 
 def _impact_finding(impacts: Sequence[Any]) -> str:
-    flat = [each for each in impacts if plateau(each) > 0.0]
-    rest = [each for each in impacts if plateau(each) == 0.0]
-    if len(flat) < 2 or len({round(each.peak_force) for each in flat}) > 1:
-        forces = [f"{each.peak_force / 1e3:.0f}" for each in impacts if np.isfinite(each.peak_force)]
+    flat = [impact for impact in impacts if plateau(impact) > 0.0]
+    rest = [impact for impact in impacts if plateau(impact) == 0.0]
+    if len(flat) < 2 or len({round(impact.peak_force) for impact in flat}) > 1:
+        forces = [f"{impact.peak_force / 1e3:.0f}" for impact in impacts if np.isfinite(impact.peak_force)]
         return f"Peak force {', '.join(forces)} kN" if forces else "Instant jumps: no finite force, no penetration"
-    lengths = " and ".join(f"{plateau(each) * 1e3:.1f} ms ({each.mass:.0f} kg)" for each in flat)
+    lengths = " and ".join(f"{plateau(impact) * 1e3:.1f} ms ({impact.mass:.0f} kg)" for impact in flat)
     finding = f"Equal plateaus of {flat[0].peak_force / 1e3:.0f} kN for {lengths}"
     if not rest:
         return finding
-    speeds = " and ".join(f"{speed:g}" for speed in sorted({each.approach_speed for each in rest}))
-    peaks = " and ".join(f"{each.peak_force / 1e3:.0f}" for each in rest)
+    speeds = " and ".join(f"{speed:g}" for speed in sorted({impact.approach_speed for impact in rest}))
+    peaks = " and ".join(f"{impact.peak_force / 1e3:.0f}" for impact in rest)
     return f"{finding}; none at {speeds} m/s ({peaks} kN)"
 
 
-def plateau(each: Any) -> float:
-    """Time an impact spends at its largest force, to a millionth of it [s]."""
-    at_top = each.force >= each.peak_force * (1.0 - 1e-6)
-    times = each.time[at_top]
+def plateau(impact: Any) -> float:
+    """Time [s] that an impact spends at its largest force, to a millionth of it."""
+    at_top = impact.force >= impact.peak_force * (1.0 - 1e-6)
+    times = impact.time[at_top]
     return float(times[-1] - times[0]) if at_top.sum() > 1 else 0.0
 
 
-def _impact_label(each: Any, impacts: Sequence[Any]) -> str:
+def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
     parts = []
     if len({other.law for other in impacts}) > 1:
-        parts.append(law_words(each.law))
+        parts.append(law_words(impact.law))
     if len({other.mass for other in impacts}) > 1 or not parts:
-        parts.append(f"{each.mass:.0f} kg")
+        parts.append(f"{impact.mass:.0f} kg")
     if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
-        parts.append(f"{each.approach_speed:g} m/s")
-    asked = "e" if np.isnan(each.restitution_asked) else f"e asked {each.restitution_asked:.2f}, achieved"
-    return f"{', '.join(parts)}: {asked} {each.restitution:.2f}"
+        parts.append(f"{impact.approach_speed:g} m/s")
+    asked = "e" if np.isnan(impact.restitution_asked) else f"e asked {impact.restitution_asked:.2f}, achieved"
+    return f"{', '.join(parts)}: {asked} {impact.restitution:.2f}"
 
 
 def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
     """One run: ground motion, relative displacement with gap and contacts, contact force, energies.
 
-    Of a row's run: ground motion, roofs, contact forces and the row in elevation (`figures_row_runs`).
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A dataset of `simulate`; for that of a row as `row_run_figure`.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Four panels over time.
     """
     if "interface" in run.dims:
-        from pounding_risk.figures.simulate_row import row_run_figure
-
         return row_run_figure(run, note)
     figure, axes = blank(4, 1, (9.0, 9.5), sharex=True)
     time = run["time"].values
@@ -119,22 +138,35 @@ def simulation_figure(run: xr.Dataset, note: str = "") -> Figure:
         f"peak relative displacement {outputs['peak_relative_displacement'] * 1e3:.2f} mm"
     )
     effects = f", with {facts['effects']}" if facts.get("effects") else ""
-    where = f"gap {facts['gap'] * 1e3:g} mm, {motion_words(facts)}{effects}"
+    where = f"gap {say_in(facts['gap'], 'mm', 6)}, {motion_words(facts)}{effects}"
     title(figure, finding, f"{law_words(facts['contact_model'])}, {force_words(facts['yield_force'])}, {where}", note)
     return figure
 
 
 def _gap_and_contacts(axes: Axes, run: xr.Dataset) -> None:
-    """The gap as a line, every contact as a grey band."""
+    """Draw the gap as a line and every contact as a grey band."""
     gap = float(run["gap"]) * 1e3
     axes.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
-    for place, (start, end) in enumerate(spans):
-        axes.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if place else "in contact")
+    for index, (start, end) in enumerate(spans):
+        axes.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
 
 
 def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
-    """Relative displacement and contact force of two runs of one pair, as in the paper's Figure 8."""
+    """Relative displacement and contact force of two runs of one pair, with the time at which they part.
+
+    Parameters
+    ----------
+    runs : sequence of two xarray.Dataset
+        Datasets of `simulate` under one motion.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two panels over time, as Figure 8 of Khatiwada et al. (2011).
+    """
     first = runs[0]
     figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
     peaks = [_signed_peak(run) for run in runs]
@@ -153,7 +185,7 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
-    where = f"{first.attrs['title']}; gap {first.attrs['gap'] * 1e3:g} mm; {motion_words(first.attrs)}"
+    where = f"{first.attrs['title']}; gap {say_in(first.attrs['gap'], 'mm', 6)}; {motion_words(first.attrs)}"
     title(figure, _comparison_finding(runs, parted, [abs(value) * 1e3 for _, value in peaks]), where, note)
     return figure
 
@@ -168,8 +200,8 @@ def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list
 
 
 def _mark_parting(panels: Sequence[Axes], parted: float) -> None:
-    for each in panels:
-        each.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
+    for panel in panels:
+        panel.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
     panels[0].annotate(
         f"they part at {parted:.2f} s", (parted, 0.97), xycoords=("data", "axes fraction"), xytext=(-4, 0),
         textcoords="offset points", ha="right", va="top", fontsize=9, color=QUIET,
@@ -186,5 +218,155 @@ def parting(first: xr.Dataset, second: xr.Dataset) -> float:
 
 def _signed_peak(run: xr.Dataset) -> tuple[float, float]:
     values = run["relative_displacement"].values
-    place = int(np.abs(values).argmax())
-    return float(run["time"].values[place]), float(values[place])
+    index = int(np.abs(values).argmax())
+    return float(run["time"].values[index]), float(values[index])
+
+
+def row_run_figure(run: xr.Dataset, note: str = "") -> Figure:
+    """One run of a row: ground motion, roofs, contact forces, and all peaks on the row in elevation.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A dataset of `simulate`, of a row.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Three panels over time and the elevation.
+    """
+    tallest = max(building.height for building in building_shapes(run))
+    wide = min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
+    size = (wide, 8.6 + min(max(0.12 * tallest, 1.6), 5.0))
+    figure, axes = blank(4, 1, size, height_ratios=(1.0, 2.0, 2.0, size[1] - 5.4))
+    ground, roofs, forces, row = axes[:, 0]
+    time = run["time"].values
+    ground.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9)
+    ground.set_ylabel("ground\nacceleration [g]")
+    moved = roofs_of(run)
+    _largest_lines(roofs, time, 1e3 * moved, list(map(str, run["building"].values)))
+    roofs.set_ylabel("displacement of\nthe roof [mm]")
+    pushed = run["contact_force"].transpose("time", "contact_point").values
+    touched = np.flatnonzero(pushed.max(axis=0) > 0.0)
+    _largest_lines(forces, time, 1e-3 * pushed[:, touched], [str(run["contact_point"].values[at]) for at in touched])
+    forces.set(ylabel="contact\nforce [kN]", xlabel="time [s]")
+    for axis in (ground, roofs, forces):
+        axis.set_xlim(time[0], time[-1])
+    _row_peaks(row, run, tallest)
+    title(figure, *map(plain, (row_run_finding(run), _row_run_words(run), note)))
+    return figure
+
+
+def roofs_of(run: xr.Dataset) -> np.ndarray:
+    """Displacement of the roof of each building [m], (time, building); zero for a rigid one."""
+    return _of_roofs(run, run["displacement"].transpose("time", "building", "storey").values)
+
+
+def _peaks_of_roofs(run: xr.Dataset) -> np.ndarray:
+    """Largest displacement of each roof [m], between the samples of its history too; zero for a rigid building."""
+    return _of_roofs(run, run["storey_displacement"].transpose("building", "storey").values)
+
+
+def _of_roofs(run: xr.Dataset, values: np.ndarray) -> np.ndarray:
+    """Values (..., building, storey) of the highest storey of each building; zero for a rigid one."""
+    storeys = run["building_storeys"].values.astype(int)
+    tops = values[..., np.arange(storeys.size), np.maximum(storeys - 1, 0)]
+    return np.where(storeys > 0, tops, 0.0)
+
+
+def row_run_finding(run: xr.Dataset) -> str:
+    """Number of contacts, the strongest one and its time, and the roof that moves most, as a sentence."""
+    counts = run["contact_point_impact_count"].values
+    roofs = _peaks_of_roofs(run)
+    at = int(roofs.argmax())
+    most = f"the roof of {run['building'].values[at]} moves most, {say_in(roofs[at], 'mm', 3)}"
+    if run.attrs["status"] != "complete":
+        return f"The run is not complete: {run.attrs['status']}"
+    if not (counts > 0).any():
+        return f"No contact; {most}"
+    strongest = run.isel(contact=int(run["contact_peak_force"].values.argmax()))
+    where = list(run["contact_point"].values).index(str(strongest["contact_place"].values))
+    pair = between(str(run["interface"].values[int(run["contact_point_interface"].values[where])]))
+    touched = f"{(counts > 0).sum()} of {counts.size} contact points"
+    return (
+        f"{counted(counts.sum(), 'contact')} at {touched}, up to "
+        f"{force_text(float(strongest['contact_peak_force']))} between "
+        f"{pair} at {float(strongest['contact_start']):.2f} s; {most}"
+    )
+
+
+def _row_run_words(run: xr.Dataset) -> str:
+    gaps = 1e3 * run["interface_gap"].values
+    gap_words = f"gap {gaps.min():.3g}" + (f" to {gaps.max():.3g} mm" if np.ptp(gaps) > 0.0 else " mm")
+    effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
+    words = f"{law_words(run.attrs['contact_model'])}, {gap_words}, {motion_words(run.attrs)}{effects}"
+    return f"{run.attrs['title']}: {words}"
+
+
+def _largest_lines(axis: Any, time: np.ndarray, values: np.ndarray, names: list[str]) -> None:
+    """Draw the columns with the largest values in colour with their names, and the other ones in grey behind them."""
+    order = np.argsort(-np.nanmax(np.abs(values), axis=0, initial=0.0), kind="stable")
+    for index, at in enumerate(order[NAMED:]):
+        label = None if index else f"{len(names) - NAMED} others"
+        axis.plot(time, values[:, at], color=OTHERS, linewidth=0.6, zorder=1.5, label=label)
+    for (colour, dash), at in zip(styles(NAMED), order, strict=False):
+        axis.plot(time, values[:, at], color=colour, linestyle=dash, linewidth=1.0, label=plain(names[at]))
+    if names:
+        axis.legend(fontsize=7.5, loc="upper right", ncols=2 if len(names) > 3 else 1, framealpha=0.9)
+    else:
+        axis.annotate("nothing touches", (0.5, 0.5), xycoords="axes fraction", ha="center", color=QUIET)
+
+
+def _row_peaks(axis: Any, run: xr.Dataset, tallest: float) -> None:
+    """Draw buildings with the peak of their roofs, contact points with their largest force and number of contacts."""
+    gaps = run["interface_gap"].values
+    scale = gap_scale(gaps.tolist())
+    walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
+    roofs = 1e3 * _peaks_of_roofs(run)
+    buildings = building_shapes(run)
+    for wall, building, peak in zip(walls, buildings, roofs, strict=True):
+        outline(axis, building, wall)
+        if not building.is_rigid:
+            look: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+            axis.annotate(f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), fontsize=8, **look)
+    _contact_points(axis, run, walls[:-1] + WIDTH + 0.5 * scale * gaps, [building.height for building in buildings])
+    axis.axhline(0.0, color="black", linewidth=1.4)
+    axis.set(xlim=(-1.0, walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.12 * tallest), ylabel="height [m]")
+    axis.set_xticks([])
+    axis.grid(False)
+    axis.set_title(
+        "peaks: displacement of each roof; force and number of contacts at each contact point "
+        f"(orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
+        fontsize=8,
+    )
+
+
+def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
+    """Draw every contact point; of two too close for both numbers, the stronger one's are written."""
+    peaks = np.nan_to_num(run[f"contact_point_{FORCE}"].values)
+    written: list[tuple[int, float]] = []
+    for at in np.argsort(-peaks, kind="stable"):
+        one = run.isel(contact_point=at)
+        interface, level = int(one["contact_point_interface"]), float(one["contact_point_level"])
+        level = level if np.isfinite(level) else min(heights[interface : interface + 2])
+        _contact_point(axis, one, (middles[interface], level), peaks[at] / (peaks.max() or 1.0))
+        is_near = any(other == interface and abs(level - there) < APART * max(heights) for other, there in written)
+        if peaks[at] > 0.0 and not is_near:
+            written.append((interface, level))
+            axis.annotate(
+                f"{force_text(float(peaks[at]))}, {int(one['contact_point_impact_count'])}×",
+                (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
+                zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
+            )  # fmt: skip
+
+
+def _contact_point(axis: Any, one: xr.Dataset, position: tuple[float, float], share: float) -> None:
+    """Draw a contact point in the colour of its share of the largest force; small and white where nothing touches."""
+    look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
+    if share > 0.0:
+        yields = int(one["contact_point_yield_exceedance"]) == 1
+        look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
+        look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields else {"edgecolors": "black", "linewidths": 0.9}
+    axis.scatter(*position, marker=MARKERS[str(one["contact_point_kind"].values)], zorder=5, **look)

@@ -1,4 +1,4 @@
-"""Storey profiles with and without pounding: drift, shear and acceleration against height, ends and interiors told."""
+"""Figure of storey profiles with and without contact: drift, shear, acceleration and ductility against height."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import RowCase, any_of_building
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.elevation import heading
-from pounding_risk.figures.style import QUIET, STANDARD_GRAVITY, STYLES, blank, plain
+from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain
+from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +25,7 @@ WITHOUT, WITH = STYLES[0], STYLES[1]
 
 
 class Quantity(NamedTuple):
-    """A quantity of each storey: its axis, from SI to the unit there, and whether it is one of a storey or a floor."""
+    """Words of a quantity's axis, factor from SI to the unit there, and whether it is of storeys or of floors."""
 
     words: str
     factor: float
@@ -48,11 +49,30 @@ class Profile(NamedTuple):
 
 
 def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = "", *, titled: bool = True) -> Figure:
-    """Median and middle 68 % of the motions in which each building touches a neighbour, against those without contact.
+    """Storey profiles with and without contact: median and middle 68 % of the motions in which a building touches.
 
-    A column for each of ``buildings``; without any, those whose drift contact raises most, `MOST_BUILDINGS` at most.
-    Levels of contact are marked on the side where the neighbour stands. Raises PoundingError for a name that the row
-    has not, and for a row without storeys.
+    Levels of contact are marked on the side where the neighbour stands.
+
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid, from `row_case`.
+    buildings : sequence of str
+        Names of buildings; without any, those whose drift contact raises most, `MOST_BUILDINGS` at most.
+    note : str
+        Added to the caption.
+    titled : bool
+        Whether the finding and its conditions are written.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column for each building, a row for each quantity.
+
+    Raises
+    ------
+    PoundingError
+        For a name that the row has not, and for a row without storeys.
     """
     chosen = _chosen(case, buildings)
     rows = [name for name in QUANTITIES if name in case.results]
@@ -65,10 +85,10 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
             axes[row, column].set_xlabel(QUANTITIES[name].words, fontsize=9)
         axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in chosen)))
     for column, at in enumerate(chosen):
-        found = profile(case, at, rows[0])
-        told = f"{found.motions} of {counted(case.motions, 'motion')}" if found.motions else "no contact"
+        shown = profile(case, at, rows[0])
+        motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
         building = case.buildings[at]
-        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{told}"), fontsize=9.5)
+        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     _legend(figure)
     if titled:
         heading(figure, profiles_finding(case), [case], note)
@@ -76,31 +96,43 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
 
 
 def profiles_finding(case: RowCase) -> str:
-    """What contact does to the largest storey drift, at the ends of the row and inside it."""
-    told = []
+    """Sentence on how contact changes the largest storey drift, at the ends of the row and inside it."""
+    parts = []
     for position, where in (("end", "at the row's ends"), ("interior", "inside the row")):
         ratios = [
             amplification(case, at)
-            for at, each in enumerate(case.buildings)
-            if each.position == position and _storeys(case, at)
+            for at, shape in enumerate(case.buildings)
+            if shape.position == position and _storeys(case, at)
         ]
         known = [ratio for ratio in ratios if np.isfinite(ratio)]
         if known:
-            told.append(f"{np.median(known):.2f} times {where}")
-    if not told:
+            parts.append(f"{np.median(known):.2f} times {where}")
+    if not parts:
         return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
-    return f"With contact the largest storey drift is {' and '.join(told)} what it is without, in the median"
+    return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"
 
 
 def amplification(case: RowCase, building: int, name: str = "peak_drift") -> float:
-    """Median over the motions with contact of a building's largest drift over that without; NaN without contact.
+    """Median over the motions with contact of a building's largest response with contact over that without.
 
-    Of any other output ``name`` that has a twin without contact, likewise.
+    Parameters
+    ----------
+    case : RowCase
+        One cell of a row's grid.
+    building : int
+        Number of the building, from 0 at the left.
+    name : str
+        Variable of the dataset that has a twin without contact.
+
+    Returns
+    -------
+    float
+        The ratio; NaN where no motion brings contact.
     """
     touched = any_of_building(case, "impact_count", building) == 1.0
     both = [
-        case.results[each].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
-        for each in (name, f"{name}_free")
+        case.results[output].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
+        for output in (name, f"{name}_free")
     ]
     ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
     known = ratio[np.isfinite(ratio)]
@@ -117,13 +149,13 @@ def profile(case: RowCase, building: int, name: str) -> Profile:
     motions = int(touched.sum())
     taken = touched if motions else np.isfinite(answers)
     count = len(case.buildings[building].levels)
-    found = []
+    spreads = []
     for suffix in ("_free", ""):
         values = (
             case.results[f"{name}{suffix}"].isel(building=building).transpose("record", "polarity", "storey").values
         )
-        found.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[taken, :count])))
-    return Profile(found[0], found[1], motions)
+        spreads.append(_spread(_in_units(case, building, name, values.reshape(-1, values.shape[-1])[taken, :count])))
+    return Profile(spreads[0], spreads[1], motions)
 
 
 def _in_units(case: RowCase, building: int, name: str, values: Array) -> Array:
@@ -140,7 +172,7 @@ def _spread(values: Array) -> Array:
 
 
 def _storeys(case: RowCase, building: int) -> int:
-    """How many storeys a building has of which there are numbers; a rigid building has none."""
+    """Number of storeys that a building has numbers of; 0 for a rigid one."""
     return 0 if case.buildings[building].is_rigid else len(case.buildings[building].levels)
 
 
@@ -157,9 +189,9 @@ def _chosen(case: RowCase, names: Sequence[str]) -> list[int]:
 
 
 def _panel(axis: Any, case: RowCase, building: int, name: str) -> None:
-    found, quantity = profile(case, building, name), QUANTITIES[name]
+    spread, quantity = profile(case, building, name), QUANTITIES[name]
     levels = np.array(case.buildings[building].levels)
-    for values, (colour, dash) in ((found.free, WITHOUT), (found.struck, WITH)):
+    for values, (colour, dash) in ((spread.free, WITHOUT), (spread.struck, WITH)):
         heights, (low, middle, high) = _against_height(levels, values, quantity.of_storey)
         if heights.size == 1:  # one floor: no area between its ends
             axis.plot([low[0], high[0]], [heights[0]] * 2, color=colour, alpha=0.3, linewidth=5.0)
@@ -178,17 +210,17 @@ def _against_height(levels: Array, values: Array, of_storey: bool) -> tuple[Arra
 
 
 def _contacts(axis: Any, case: RowCase, building: int) -> None:
-    """A mark on the side of the neighbour, at each level of contact; full where a motion touches there."""
-    for place in case.places:
-        if building not in (place.interface, place.interface + 1):
+    """Draw a mark on the side of the neighbour at each level of contact; full where a motion touches there."""
+    for point in case.points:
+        if building not in (point.interface, point.interface + 1):
             continue
-        is_right = building == place.interface
-        face = "black" if place.touch.contact > 0.0 else "white"
+        is_right = building == point.interface
+        face = "black" if point.touch.contact > 0.0 else "white"
         axis.plot(
-            1.0 if is_right else 0.0, place.level, "<" if is_right else ">", transform=axis.get_yaxis_transform(),
+            1.0 if is_right else 0.0, point.level, "<" if is_right else ">", transform=axis.get_yaxis_transform(),
             color="black", markerfacecolor=face, markersize=6, clip_on=False, zorder=5,
         )  # fmt: skip
-        axis.axhline(place.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
+        axis.axhline(point.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
 
 
 def _legend(figure: Figure) -> None:
@@ -204,4 +236,4 @@ def _legend(figure: Figure) -> None:
         Line2D([], [], label="level of contact", **mark),
         Line2D([], [], label="never touched there", markerfacecolor="white", **mark),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    legend_below(figure, handles, 4)

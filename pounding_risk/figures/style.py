@@ -1,21 +1,25 @@
-"""What every figure shares: its frame, its words, its line styles, and files that are the same for the same data.
+"""Shared style of figures: frame, title, caption, colours and dashes; files have the same bytes for the same data.
 
 Colours are those of Okabe and Ito (2008), told apart by the colour-blind; lines differ in dash too, for print.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.files import write_whole
+from pounding_risk.units import say_in
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STANDARD_GRAVITY = 9.80665
 STYLES = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", "-."), ("#CC79A7", ":"), ("#56B4E9", "-"), ("#E69F00", "--"))
 QUIET = "#555555"
 # What a colour means wherever an assessment is drawn. Series without a meaning of their own take `STYLES`.
@@ -24,7 +28,7 @@ MEANING = {
     "gap": "#000000",  # the gap that is judged
     "target": QUIET,  # the probability of contact that is accepted
     "required gap": "#D55E00",
-    "rule": "#009E73",  # what code rules ask; how the text of a clause is known is told by `RULE_MARKS`
+    "rule": "#009E73",  # what code rules ask; `RULE_MARKS` shows how the text of a clause is known
 }
 # How a mark is filled, by how the text of a rule's clause is known.
 RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
@@ -32,7 +36,7 @@ RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: fro
 LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
 CAPTION_SIZE = 8.5  # points
 LAW_WORDS = {"jankowski": "nonlinear viscoelastic", "viscous_elastoplastic": "viscous elastoplastic"}
-# What a file would tell of the day and the program that wrote it, by suffix.
+# Metadata of the day and of the program, which are left out, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None, "Creator": None},
@@ -43,14 +47,31 @@ NAMELESS: dict[str, dict[str, None]] = {
 def blank(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (8.0, 4.5), **options: Any
 ) -> tuple[Figure, Any]:
-    """A figure without pyplot's global state, and its axes as an array."""
+    """An empty figure of constrained layout without the global state of pyplot, and its axes.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Number of panels.
+    size : pair of float
+        Width and height [inches].
+    **options
+        Further options of ``matplotlib.figure.Figure.subplots``.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        The figure.
+    axes : array of matplotlib.axes.Axes, shape (rows, columns)
+        Its panels, with a grid.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **options)
-    for each in axes.flat:
-        each.grid(True, color="#dddddd", linewidth=0.6)
-        each.set_axisbelow(True)
+    for axis in axes.flat:
+        axis.grid(True, color="#dddddd", linewidth=0.6)
+        axis.set_axisbelow(True)
     return figure, axes
 
 
@@ -59,14 +80,14 @@ def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
 
     Parameters
     ----------
-    figure : Figure
+    figure : matplotlib.figure.Figure
         With a constrained layout, which leaves room for both.
     finding : str
-        Clauses apart by "; "; those that two lines do not hold begin the caption.
+        Clauses separated by "; "; those that two lines do not hold begin the caption.
     condition : str
-        What the finding holds for.
+        Conditions that the finding holds for.
     note : str
-        What the user adds, such as what is assumed.
+        Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
     headline, rest = _in_two_lines(finding, letters)
@@ -77,7 +98,7 @@ def title(figure: Figure, finding: str, condition: str, note: str = "") -> None:
 
 
 def _in_two_lines(finding: str, letters: int) -> tuple[str, str]:
-    """As many clauses as two lines hold, the first always, and the others."""
+    """The first clauses, as many as two lines hold but at least one, and the others."""
     clauses = finding.replace("\n", " ").split("; ")
     count = 1
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
@@ -93,7 +114,22 @@ def in_lines(text: str, most: int) -> str:
 
 
 def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
-    """Save a figure as PNG, SVG or PDF: the same bytes for the same data, on any day."""
+    """Save a figure, with the same bytes for the same data on any day.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure; its layout is fixed.
+    path : str or Path
+        A file whose name ends in .png, .svg or .pdf.
+    dpi : float
+        Dots per inch of a PNG.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     from matplotlib import rc_context
 
     target = Path(path)
@@ -101,18 +137,43 @@ def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
     if figure.get_layout_engine() is not None:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
+    suffix = target.suffix.lower()
+    look: dict[str, Any] = {"dpi": dpi, "metadata": NAMELESS.get(suffix), "format": suffix.removeprefix(".") or None}
     with rc_context({"svg.hashsalt": "pounding_risk"}):
-        figure.savefig(target, dpi=dpi, metadata=NAMELESS.get(target.suffix.lower()))
+        write_whole(target, lambda file: figure.savefig(file, **look))
     return target
 
 
+def svg_text(figure: Figure) -> str:
+    """A figure as SVG to stand within a page: letters as outlines, the same bytes for the same data, no prologue."""
+    from matplotlib import rc_context
+
+    stream = StringIO()
+    with rc_context({"svg.hashsalt": "pounding_risk", "svg.fonttype": "path"}):
+        figure.savefig(stream, format="svg", metadata=NAMELESS[".svg"])
+    text = stream.getvalue()
+    # Metadata of the format is for files that stand alone.
+    return re.sub(r"\s*<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL).strip()
+
+
 def styles(count: int) -> list[tuple[str, str]]:
-    """So many pairs of colour and dash."""
-    return [STYLES[place % len(STYLES)] for place in range(count)]
+    """Pairs of colour and dash for a number of lines.
+
+    Parameters
+    ----------
+    count : int
+        Number of lines.
+
+    Returns
+    -------
+    list of tuple of str
+        Colour and dash of each; they repeat after six.
+    """
+    return [STYLES[index % len(STYLES)] for index in range(count)]
 
 
 def rule_mark(verification: str) -> dict[str, Any]:
-    """How the mark of a rule is drawn, by how the text of its clause is known."""
+    """Look of a rule's mark, by how the text of its clause is known."""
     colour = MEANING["rule"]
     return {
         "color": colour,
@@ -125,12 +186,12 @@ def rule_mark(verification: str) -> dict[str, Any]:
 
 
 def contact_styles(count: int) -> list[tuple[str, str]]:
-    """So many pairs of colour and dash for what is of contact, in rising order: shades of the motions' colour."""
+    """Pairs of colour and dash for curves of contact in rising order: shades of the colour of the motions."""
     return _shades("Blues", count) if count > 1 else [(MEANING["motions"], STYLES[0][1])]
 
 
 def strength_styles(count: int) -> list[tuple[str, str]]:
-    """So many pairs of colour and dash for yield forces in rising order: light to dark, in no colour of `MEANING`."""
+    """Pairs of colour and dash for yield forces in rising order: light to dark, in no colour of `MEANING`."""
     return _shades("Purples", count)
 
 
@@ -143,22 +204,46 @@ def _shades(colours: str, count: int) -> list[tuple[str, str]]:
 
 
 def law_words(name: str) -> str:
-    """A contact law as a reader knows it."""
+    """Name of a contact model as figures write it.
+
+    Parameters
+    ----------
+    name : str
+        Name in the dataset.
+
+    Returns
+    -------
+    str
+        Words.
+    """
     return LAW_WORDS.get(name, name.replace("_", " "))
 
 
 def force_words(force: float) -> str:
-    """A yield force in kN."""
+    """A yield force [N] in kN; "without yielding" where it is infinite."""
     return "without yielding" if np.isinf(force) else f"$F_E$ = {force / 1e3:.0f} kN"
 
 
 def motion_words(facts: Mapping[Any, Any]) -> str:
     """Record, polarity and amplitude of one run."""
-    return f"{facts['record']} {facts['polarity']} at {facts['pga'] / STANDARD_GRAVITY:.4g} g"
+    return f"{facts['record']} {facts['polarity']} at {say_in(facts['pga'], 'g')}"
+
+
+def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float = 30.0) -> None:
+    """A bar of the colours of shares, in per cent."""
+    bar = figure.colorbar(picture, ax=axes, aspect=aspect, pad=0.01, label=words)
+    bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+
+
+def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str | None = None) -> None:
+    """A legend below all panels, without a frame."""
+    position: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
+    legend = figure.legend(handles=handles, fontsize=8, frameon=False, title=caption, **position)
+    legend.get_title().set_fontsize(8)
 
 
 def plain(text: str) -> str:
-    """A user's words as they are: a dollar sign would start a formula."""
+    """Words of a user, with dollar signs escaped, which would start a formula."""
     return text.replace("$", r"\$")
 
 

@@ -1,13 +1,11 @@
-"""Reports: what an engineer hands over, from a dataset alone; a page (HTML) or a document (PDF) from one model."""
+"""Reports of a scan from its dataset alone: one document of blocks, written as a page (HTML) or as PDF."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
@@ -28,24 +26,35 @@ def report(
     date: str = "",
     **asked: Any,
 ) -> Path:
-    """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``, and return its path.
+    """Write the report of a scan, as one HTML file or as PDF by the suffix of ``out``.
 
     The same dataset gives the same bytes.
 
     Parameters
     ----------
     results : xarray.Dataset, str or Path
-        What `scan` wrote.
+        A dataset of `scan`, or the file it is in.
     out : str or Path
         The report, .html or .pdf.
     hazard : str or Path, optional
         A hazard curve as `assess` takes it.
     also : iterable of xarray.Dataset, str or Path
         Datasets of `compare`, `accuracy` and `effects`.
-    project, author, revision, date : str
-        Lines of the report's head; one that is not given is not there, and no date is made up.
+    project : str
+        Project, for the head of the report.
+    author : str
+        Author, for the head of the report.
+    revision : str
+        Revision, for the head of the report.
+    date : str
+        Date, for the head of the report. What is not given is left out; no date is made up.
     **asked
         Other options of `assess`, such as gap [m], target and percentile.
+
+    Returns
+    -------
+    Path
+        The file that was written.
 
     Raises
     ------
@@ -54,32 +63,17 @@ def report(
         extra ``pdf``.
     """
     from pounding_risk.assessment.assess import assess
+    from pounding_risk.reports.data import ReportData, companions, opened, signed
     from pounding_risk.reports.document import build
-    from pounding_risk.reports.material import Material, companions, opened
-    from pounding_risk.reports.signature import signed
+    from pounding_risk.reports.html import page, write_page
 
     target = check_target(out, SUFFIXES)
     signature = signed(project, author, revision, date)
     dataset, checksum = opened(results)
     others = companions(also)
-    model = build(Material(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
+    model = build(ReportData(dataset, assess(dataset, hazard=hazard, **asked), others, checksum, signature))
     if target.suffix.lower() == ".pdf":
         from pounding_risk.reports.pdf import document
 
-        return _write(target, document(model))
-    from pounding_risk.reports.html import page
-
-    return _write(target, page(model).encode())
-
-
-def _write(target: Path, content: bytes) -> Path:
-    """Whole or not at all: under a temporary name first."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
+        return write_page(target, document(model))
+    return write_page(target, page(model))

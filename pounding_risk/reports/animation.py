@@ -1,4 +1,4 @@
-"""A run of a row as a moving picture: one HTML file that holds data and script, and fetches nothing.
+"""Animation of a run of a row: one HTML file that holds data and script, and fetches nothing.
 
 Displacements and gaps are drawn larger by one factor, so that walls meet where the buildings do. Between two frames
 nothing of a contact is lost: each frame has the largest force since the last one, and where there is one shows the
@@ -7,23 +7,18 @@ buildings at that instant.
 
 from __future__ import annotations
 
-import base64
-import json
-import os
-from hashlib import sha256
-from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.assessment.row import force_told, standing
+from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import STANDARD_GRAVITY, law_words
-from pounding_risk.reports.explorer import packed
+from pounding_risk.figures.style import law_words
+from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results.files import check_target
+from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,11 +29,11 @@ LARGEST = 300_000  # bytes of a page
 STEPS = 16_000  # of a displacement, from zero to the largest; a difference of two still fits 16 bits
 FORCES = 32_000  # of a contact force
 NEEDED = ("displacement", "contact_force")
-TOLD = ("record", "polarity", "contact_model")  # attributes that a page's head tells as they are
+HEAD_ATTRIBUTES = ("record", "polarity", "contact_model")  # attributes that stand in the head of the page
 
 
 class Frames(NamedTuple):
-    """What is drawn: instants [s], displacements [m] of the floors of all buildings, forces [N] of contact points."""
+    """Frames of an animation: instants [s], displacements [m] of all floors, and forces [N] of the contact points."""
 
     time: Array
     displacement: Array  # (frames, floors)
@@ -47,19 +42,34 @@ class Frames(NamedTuple):
 
 
 def animate(run: xr.Dataset, out: str | Path) -> Path:
-    """Write the animation (.html) of one run of a row, and return its path.
+    """Write the animation of one run of a row.
 
-    ``run`` has ``displacement`` (time, building, storey) [m], NaN where a building has no such storey, and
-    ``contact_force`` (time, contact_point) [N]; the coordinates of a row's dataset that say what stands where; and the
-    gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``. Raises PoundingError for another dataset, for
-    one so long that the page would not be small, and for an ``out`` that cannot be written.
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A run with ``displacement`` (time, building, storey) [m], NaN where a building has no such storey, and
+        ``contact_force`` (time, contact_point) [N]; the coordinates of a row's dataset that describe buildings and
+        contact points; and the gaps [m] as ``interface_gap`` (interface) or as the attribute ``gap``.
+    out : str or Path
+        The page, .html.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    PoundingError
+        For another dataset, for one so long that the page would not be small, and for an ``out`` that cannot be
+        written.
     """
     target = check_target(out, (".html",))
     _check(run)
     for rate in RATES:
         text = page(_model(run, frames(run, rate)))
         if len(text.encode("utf-8")) <= LARGEST:
-            return _write(text, target)
+            return write_page(target, text)
     span = float(run["time"][-1] - run["time"][0])
     raise PoundingError(
         f"the run lasts {span:g} s with {run.sizes['building']} buildings, too much for a page of "
@@ -105,7 +115,7 @@ def frames(run: xr.Dataset, rate: float) -> Frames:
 
 
 def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
-    """What the page holds; numbers of frames are differences to the frame before, packed."""
+    """The data of the page; numbers of frames are differences to the frame before, packed."""
     largest = float(np.abs(shown.displacement).max(initial=0.0)) or 1.0
     peak = float(shown.force.max(initial=0.0))
     steps = np.rint(shown.displacement / largest * STEPS).astype(np.int16)
@@ -117,12 +127,12 @@ def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
         "facts": _facts(run, shown),
         "buildings": [
             {
-                "name": each.name,
-                "levels": each.levels,
-                "rigid": each.is_rigid,
+                "name": shape.name,
+                "levels": shape.levels,
+                "rigid": shape.is_rigid,
                 "floors": int(has_floors[at].sum()),
             }
-            for at, each in enumerate(standing(run))
+            for at, shape in enumerate(building_shapes(run))
         ],
         "gaps": _gaps(run),
         "points": [
@@ -146,39 +156,19 @@ def _gaps(run: xr.Dataset) -> list[float]:
 
 
 def _facts(run: xr.Dataset, shown: Frames) -> str:
-    """One sentence on what runs, and one on what is seen of it."""
-    told = [law_words(str(run.attrs[name])) for name in TOLD if name in run.attrs]
+    """Sentences on the run, and on the contacts that the animation shows."""
+    facts = [law_words(str(run.attrs[name])) for name in HEAD_ATTRIBUTES if name in run.attrs]
     if "pga" in run.attrs:
-        told.append(f"{float(run.attrs['pga']) / STANDARD_GRAVITY:.4g} g")
+        facts.append(f"{say_in(float(run.attrs['pga']), 'g')}")
     gaps = _gaps(run)
     widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
-    told.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
+    facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
     peak = float(shown.force.max(initial=0.0))
     touched = int((shown.force > 0.0).any(axis=0).sum())
-    ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_told(peak)}"
-    return f"{', '.join(told)}. {ends if touched else 'Nothing touches'}."
+    ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_text(peak)}"
+    return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
 
 
 def page(model: dict[str, Any]) -> str:
     """The whole page as text. It may run the script it holds, by its checksum, and may fetch nothing."""
-    folder = files("pounding_risk.reports") / "animation_page"
-    html, style, script = ((folder / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
-    # In a script element only "<" could end the data.
-    data = json.dumps(model, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    allowed = f"'sha256-{base64.b64encode(sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
-    parts = {"title": escape(str(model["title"])), "allowed": allowed, "style": style, "data": data, "script": script}
-    before, *rest = html.split("{{")
-    return before + "".join(parts[key] + after for key, _, after in (each.partition("}}") for each in rest))
-
-
-def _write(text: str, target: Path) -> Path:
-    """Under a temporary name, moved into place; raises PoundingError where that fails."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror or error}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target
+    return script_page("animation_page", model)

@@ -1,71 +1,46 @@
-"""What a report is made of: plain, JSON-able blocks, in which every number stands once rounded and once in full.
+"""Blocks of a report: dictionaries that JSON holds, in which every number stands once rounded and once in full.
 
-A number is rounded here and nowhere else, so that a page, a PDF and a test read the same digits.
+Sections make them, `html` and `pdf` print them, so that a page, a PDF and a test read the same digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isfinite, isinf, isnan, nan
+from math import isfinite, isinf, nan
 from typing import Any
 
 import numpy as np
 
+from pounding_risk.units import MISSING, SHOWN, rounded
+
 Block = dict[str, Any]
 Cell = dict[str, Any]
 
-MISSING = "–"
-DIGITS = 4
+DRAWN = (7.2, 3.5)  # inches, of a figure that a section draws
+SMALL = 8.5  # points, of legends and notes in it
 LONG = 24  # rows of a table that stands whole in the text
 KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
-# By SI unit: the unit that an engineer reads, and what a value is multiplied by.
-SHOWN: dict[str, tuple[str, float]] = {
-    "m": ("mm", 1e3),
-    "N": ("kN", 1e-3),
-    "N s": ("kN s", 1e-3),
-    "J": ("kJ", 1e-3),
-    "kg": ("t", 1e-3),
-    "m/s2": ("g", 1.0 / 9.80665),
-    "%": ("%", 1e2),
-    "s": ("s", 1.0),
-    "m/s": ("m/s", 1.0),
-    "1": ("", 1.0),
-}
 
 
-def rounded(value: float, digits: int = DIGITS) -> str:
-    """Significant digits without a padded exponent; whole numbers up to 99999 in full; – where there is none."""
-    if isnan(value):
-        return MISSING
-    if isinf(value):
-        return "∞" if value > 0.0 else "-∞"
-    # Adding zero takes the sign from −0.
-    text = f"{value + 0.0:.{digits}g}"
-    if "e" in text and 1.0 <= abs(value) < 1e5:
-        return f"{float(text):.0f}"
-    mantissa, _, exponent = text.partition("e")
-    return f"{mantissa}e{int(exponent)}" if exponent else text
-
-
-def number(value: Any, unit: str = "1", digits: int = DIGITS) -> Cell:
-    """A value in SI, as it is shown in the unit of `SHOWN`, and raw; what is not finite has no raw value."""
+def number(value: Any, unit: str = "1", digits: int = 4) -> Cell:
+    """A value in SI: its text in the unit of `SHOWN`, and the raw value, None where it is not finite."""
     value = float(value)
     return {"text": rounded(value * SHOWN[unit][1], digits), "raw": value if isfinite(value) else None, "unit": unit}
 
 
 def count(value: Any) -> Cell:
-    """A whole number, in full."""
+    """A whole number with all its digits."""
     return {"text": str(int(value)), "raw": int(value)}
 
 
-def amount(value: Any, unit: str, digits: int = DIGITS) -> Cell:
-    """`number` with its unit behind it, for where no head of a column tells it."""
+def amount(value: Any, unit: str, digits: int = 4) -> Cell:
+    """A number in the unit of `SHOWN`, followed by that unit; for cells whose column does not name it."""
     cell = number(value, unit, digits)
     return cell if cell["raw"] is None else cell | {"text": f"{cell['text']} {SHOWN[unit][0]}".strip()}
 
 
 def strength(force: float | None, unit: bool = False) -> Cell:
-    """A yield force; where floors never yield, columns may, at their own. `unit` writes it behind the number."""
+    """A yield force [N], with its unit where ``unit``; "columns' own" where floors never yield and columns may."""
     if force is None:
         return {"text": MISSING, "raw": None}
     if isinf(force):
@@ -73,9 +48,14 @@ def strength(force: float | None, unit: bool = False) -> Cell:
     return amount(force, "N") if unit else number(force, "N")
 
 
-def between(low: float, high: float, unit: str, digits: int = DIGITS) -> Cell:
-    """Two ends of a range, as they are shown in the unit of the column's head."""
-    ends = [number(each, unit, digits) for each in (low, high)]
+def milliseconds(seconds: float) -> Cell:
+    """A computing time [s], shown in ms with three digits."""
+    return {"text": rounded(seconds * 1e3, 3), "raw": seconds}
+
+
+def between(low: float, high: float, unit: str, digits: int = 4) -> Cell:
+    """Both ends of a range, in the unit of the column's head."""
+    ends = [number(end, unit, digits) for end in (low, high)]
     return {"text": f"{ends[0]['text']} to {ends[1]['text']}", "parts": [end["raw"] for end in ends]}
 
 
@@ -91,7 +71,7 @@ def percentiles(values: Any) -> tuple[float, float, float]:
 
 def middle(spread: tuple[float, float, float], unit: str) -> Cell:
     """A median, and in brackets the range of the middle 68 %; the raw values in this order."""
-    low, median, high = (number(each, unit, 3) for each in spread)
+    low, median, high = (number(value, unit, 3) for value in spread)
     if median["raw"] is None:
         return median
     text = f"{median['text']} ({low['text']} to {high['text']})"
@@ -99,13 +79,13 @@ def middle(spread: tuple[float, float, float], unit: str) -> Cell:
 
 
 def head(words: str, unit: str) -> str:
-    """The head of a column of numbers: words, and the unit that they are shown in."""
+    """Head of a column of numbers: words, and the unit that they are shown in."""
     shown = SHOWN[unit][0]
     return f"{words} [{shown}]" if shown else words
 
 
 def paragraph(text: str) -> Block:
-    """One paragraph."""
+    """A paragraph of text."""
     return {"kind": "paragraph", "text": text}
 
 
@@ -115,12 +95,12 @@ def heading(text: str, anchor: str) -> Block:
 
 
 def listing(items: Iterable[str]) -> Block:
-    """Sentences, one below the other."""
+    """A list of sentences, one below the other."""
     return {"kind": "list", "items": list(items)}
 
 
 def facts(caption: str, rows: Iterable[tuple[str, Cell | str]]) -> Block:
-    """What is known, a line each: its name, and a number or words."""
+    """A table of two columns: a name, and a number or words."""
     return {"kind": "facts", "caption": caption, "rows": [[name, _cell(value)] for name, value in rows]}
 
 
@@ -149,7 +129,7 @@ def table(
 
 
 def figure(name: str, svg: str, caption: str, alt: str) -> Block:
-    """A drawing; ``name`` is unique in a report, ``alt`` tells what it shows to who cannot see it."""
+    """A drawing; ``name`` is unique in a report, ``alt`` describes it to a reader who cannot see it."""
     return {"kind": "figure", "name": name, "svg": svg, "caption": caption, "alt": alt}
 
 
@@ -159,15 +139,15 @@ def name_of(law: str) -> str:
 
 
 def source(caption: str, text: str) -> Block:
-    """Text as it stands in a file."""
+    """A text set as it stands in a file."""
     return {"kind": "source", "caption": caption, "text": text.strip("\n")}
 
 
 def evenly(count: int, most: int) -> list[int]:
-    """Places of at most so many of ``count`` rows, evenly spread, first and last among them."""
+    """Indices of at most ``most`` of ``count`` rows, evenly spread, first and last among them."""
     if count <= most:
         return list(range(count))
-    return sorted({round(place * (count - 1) / (most - 1)) for place in range(most)})
+    return sorted({round(index * (count - 1) / (most - 1)) for index in range(most)})
 
 
 def _cell(value: Cell | str) -> Cell:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pounding_risk import figures
 from pounding_risk.reports import report
+from pounding_risk.reports.html import write_page
 from pounding_risk.results.files import save
 
 if TYPE_CHECKING:
@@ -15,7 +16,20 @@ if TYPE_CHECKING:
 
 
 def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = print) -> dict[str, Path]:
-    """Run the paper's example; write figures, datasets, scenes and a report into ``folder``; returns what is there."""
+    """Run the example of the 2011 paper and a small ensemble, and write figures, datasets, scenes and a report.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Where to write; it is made where it does not exist.
+    say : callable
+        Called with each line of the findings.
+
+    Returns
+    -------
+    dict of str to Path
+        The files that were written, by name.
+    """
     from pounding_risk.studies import demo as runs  # compiled
 
     target = Path(folder)
@@ -26,21 +40,21 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     say("A first run compiles the contact laws, which takes some ten seconds for each.")
     elastic, plastic = runs.figure_8(study)
     _tell(say, runs.pair_findings(elastic, plastic))
-    found = runs.window(study)
-    _tell(say, runs.window_findings(found))
+    window = runs.window(study)
+    _tell(say, runs.window_findings(window))
     ensemble = runs.scan(runs.scene("ensemble"))
     _tell(say, runs.ensemble_findings(ensemble))
     drawn = {
         "paper.png": figures.comparison_figure([elastic, plastic], note=assumed.replace("F_E", "$F_E$")),
         "impacts.png": figures.impact_figure(runs.figure_4(), note=runs.STRIKER_NOTE),
         "yield_force.png": figures.window_figure(
-            found.searched, (found.low, found.high), note=f"{_damping(study)} assumed"
+            window.searched, (window.low, window.high), note=f"{_damping(study)} assumed"
         ),
         "map.png": figures.scan_figure(ensemble, note=f"{_damping(study)} assumed"),
         "ratio.png": figures.ratio_figure(ensemble, note=f"{_damping(study)} assumed"),
     }
     written = {name: figures.write(figure, target / name) for name, figure in drawn.items()}
-    for name, dataset in {"paper.nc": plastic, "yield_force.nc": found.searched, "ensemble.nc": ensemble}.items():
+    for name, dataset in {"paper.nc": plastic, "yield_force.nc": window.searched, "ensemble.nc": ensemble}.items():
         written[name] = save(dataset, target / name)
     written["report.html"] = report(written["ensemble.nc"], target / "report.html")
     say(f"Next: change {_scene_file(target, 'ensemble')} to your own pair, and `pounding-risk scan` it.")
@@ -48,23 +62,23 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
 
 
 def _scene_file(folder: Path, name: str) -> Path:
-    """A scene of the package as a file to change; one that is there already may have been changed, and stays."""
+    """A scene of the package as a file to change; one that is there may have been changed, and is not replaced."""
     from pounding_risk.studies import demo as runs
 
     file = folder / f"{name}.toml"
     if not file.exists():
-        file.write_text(runs.text_of(name), encoding="utf-8")
+        write_page(file, runs.text_of(name))
     return file
 
 
 def _assumed(study: Study) -> str:
-    """What the paper does not publish."""
+    """Words on the values that the paper does not publish."""
     return f"{_damping(study)} and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
 
 
 def _damping(study: Study) -> str:
     return (
-        " and ".join(f"{100.0 * value:g} %" for value in sorted({each.damping for each in study.buildings}))
+        " and ".join(f"{100.0 * value:g} %" for value in sorted({building.damping for building in study.buildings}))
         + " damping"
     )
 

@@ -1,71 +1,67 @@
-"""The one model of a report: sections by name, each a function from the material to blocks; pages and PDF print it.
+"""The document of a report: sections of blocks, numbered, with an appendix of whole tables.
 
-A new section is one function and one entry in `SECTIONS`. A section without blocks is left out. Tables longer than
-`LONG` rows keep their telling rows in the text and stand whole in the appendix.
+Sections are the modules of the folder `sections`. Each has ``TITLE``, ``ORDER``, which is its place in the report, and
+``write``, which makes blocks from a `ReportData` and draws the figures that only this section has. A section without
+blocks is left out. Tables longer than `LONG` rows keep some rows in the text and stand whole in the appendix.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any, NamedTuple
 
 from pounding_risk import __version__
+from pounding_risk.reports import sections as folder
 from pounding_risk.reports.blocks import LONG, Block, paragraph
-from pounding_risk.reports.material import Material
-from pounding_risk.reports.sections import adequacy, inputs, response, row, summary
-from pounding_risk.reports.sections import references as origins
-from pounding_risk.reports.sections import studies as outcomes
+from pounding_risk.reports.data import ReportData
 
-Model = dict[str, Any]
+Document = dict[str, Any]
 APPENDIX = "Whole tables"
 
 
 class Section(NamedTuple):
-    """One part of a report: its title and what writes it."""
+    """A section of a report: its title, and the function that makes its blocks."""
 
     title: str
-    write: Callable[[Material], list[Block]]
+    write: Callable[[ReportData], list[Block]]
 
 
-SECTIONS: dict[str, Section] = {
-    "summary": Section("Summary", summary.summary),
-    "scene": Section("Scene and assumptions", inputs.scene),
-    "records": Section("Records", inputs.records),
-    "adequacy": Section("Is the gap enough?", adequacy.adequacy),
-    "row": Section("The row", row.row),
-    "response": Section("What contact does to the buildings", response.response),
-    "models": Section("Contact models compared", outcomes.models),
-    "accuracy": Section("How exact the numbers are", outcomes.accuracy),
-    "effects": Section("Effects", outcomes.effects),
-    "references": Section("References", origins.references),
-    "provenance": Section("Provenance", origins.provenance),
-}
+def find_sections() -> dict[str, Section]:
+    """The sections of the folder by module name, in the order that the modules state."""
+    modules = [import_module(f"{folder.__name__}.{found.name}") for found in iter_modules(folder.__path__)]
+    ordered = sorted(modules, key=lambda module: module.ORDER)
+    return {module.__name__.rpartition(".")[2]: Section(module.TITLE, module.write) for module in ordered}
 
 
-def build(material: Material) -> Model:
-    """Title, and sections of blocks; JSON-able."""
+SECTIONS = find_sections()
+
+
+def build(data: ReportData) -> Document:
+    """The document of a report: title, head, and numbered sections of blocks, as dictionaries that JSON holds."""
     sections: list[dict[str, Any]] = []
     for name, (title, write) in SECTIONS.items():
-        blocks = write(material)
+        blocks = write(data)
         if blocks:
             sections.append({"name": name, "title": title, "blocks": blocks})
     whole = _shortened(sections)
     if whole:
-        said = paragraph("Tables of which the text above shows some rows.")
-        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [said, *whole]})
+        explained = paragraph("Tables of which the text above shows some rows.")
+        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *whole]})
     _number(sections)
     return {
-        "title": str(material.results.attrs.get("title") or "Pounding of adjacent buildings"),
+        "title": str(data.results.attrs.get("title") or "Pounding of adjacent buildings"),
         "about": "Seismic pounding of adjacent buildings: assessment of the gap",
-        "signature": material.signature.lines,
-        "author": material.signature.author,
+        "signature": data.signature.lines,
+        "author": data.signature.author,
         "program": f"pounding_risk {__version__}",
         "sections": sections,
     }
 
 
 def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
-    """Long tables cut to the rows that are kept, in place; the whole ones, in order, are returned."""
+    """Cut long tables to the rows that stay in the text, in place; returns the whole ones in order."""
     whole: list[Block] = []
     for section in sections:
         for block in section["blocks"]:
@@ -78,15 +74,15 @@ def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
                 "anchor": anchor,
                 "text": f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand in the appendix.",
             }
-            block["rows"] = [block["rows"][place] for place in block["keep"]]
+            block["rows"] = [block["rows"][index] for index in block["keep"]]
     return whole
 
 
 def _number(sections: list[dict[str, Any]]) -> None:
-    """Sections, tables and figures by number, in the order in which they stand."""
+    """Number sections, tables and figures in the order in which they stand."""
     counts = {"table": 0, "figure": 0}
-    for place, section in enumerate(sections, start=1):
-        section["number"] = place
+    for number, section in enumerate(sections, start=1):
+        section["number"] = number
         for block in section["blocks"]:
             if block["kind"] in counts:
                 counts[block["kind"]] += 1

@@ -1,4 +1,4 @@
-"""Pictures of a row as files: in elevation, in plan, by storey, and a run as an animation."""
+"""Drawings of a row as files: in elevation, in plan, by storey, and a run as an animation."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import check_target, open_results
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,13 +35,37 @@ def draw(
     yield_force: float | str | None = None,
     pga: float | str | None = None,
 ) -> tuple[Path, ...]:
-    """Write pictures of a row (.png, .svg or .pdf; the animation .html), and return their paths.
+    """Write drawings of a row: elevation, plan and storey profiles (.png, .svg or .pdf), and an animation (.html).
 
-    ``results`` is the dataset of a scan, of several rows for a ``plan`` of them all, or for ``animation`` one run with
-    its histories. ``street`` gives the plan its footprints: a GeoJSON as `read_block` takes it, or corners [m] by
-    name. ``building`` are those of the profiles. ``gap`` [m], ``contact_model``, ``yield_force`` [N] and ``pga`` [m/s²]
-    choose the cell as `row_case` does. Raises PoundingError for what cannot be drawn and for a target that cannot be
-    written, before anything is.
+    Parameters
+    ----------
+    results : xarray.Dataset, str, Path, or a sequence of these
+        A dataset of `scan`, or its file; several of them for a plan of several rows; for an animation a run of
+        `simulate` or `histories`.
+    elevation, plan, profiles, animation : str or Path, optional
+        Files to write; at least one.
+    street : str, Path or mapping, optional
+        Footprints for the plan: a GeoJSON as `read_block` takes it, or corners (n, 2) [m] by the building's name.
+    building : sequence of str
+        Names of the buildings whose profiles are drawn.
+    gap : float or str, optional
+        Gap of the cell that is drawn [m, or text with a unit], chosen as `row_case` does.
+    contact_model : str, optional
+        Contact model of that cell.
+    yield_force : float or str, optional
+        Yield force F_E of that cell [N, or text with a unit].
+    pga : float or str, optional
+        Amplitude of that cell [m/s2, or text with a unit].
+
+    Returns
+    -------
+    tuple of Path
+        The files that were written.
+
+    Raises
+    ------
+    PoundingError
+        For what cannot be drawn and for a target that cannot be written, before anything is.
     """
     wanted = {"elevation": elevation, "plan": plan, "profiles": profiles}
     targets = {name: check_target(path, FIGURES) for name, path in wanted.items() if path is not None}
@@ -51,16 +75,16 @@ def draw(
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
     if len(listed) > 1 and (set(targets) != {"plan"} or moving is not None):
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
-    opened = [with_axes(open_results(each) if isinstance(each, str | Path) else each) for each in listed]
+    opened = [open_dataset(dataset)[0] for dataset in listed]
     written = () if moving is None else (_animated(opened[0], moving),)
     if not targets:
         return written
     options = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force, "pga": pga}
-    cases = [row_case(each, **options) for each in opened]  # type: ignore[arg-type]
-    found = {name: _figure(name, cases, street, building) for name in targets}
+    cases = [row_case(dataset, **options) for dataset in opened]  # type: ignore[arg-type]
+    drawn = {name: _figure(name, cases, street, building) for name in targets}
     from pounding_risk.figures.style import write
 
-    return (*written, *(write(found[name], target) for name, target in targets.items()))
+    return (*written, *(write(drawn[name], target) for name, target in targets.items()))
 
 
 def _animated(run: xr.Dataset, target: Path) -> Path:
@@ -85,12 +109,28 @@ def _figure(name: str, cases: list[RowCase], street: Any, building: Sequence[str
 
 
 def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
-    """Outer rings [m] of every building of a GeoJSON, by name; raises as `read_block`, and for a table without any."""
+    """Footprints of a GeoJSON: outer rings (n, 2) [m] by the building's name.
+
+    Parameters
+    ----------
+    street : str or Path
+        A GeoJSON as `read_block` takes it.
+
+    Returns
+    -------
+    dict of str to tuple of array
+        Rings of every building.
+
+    Raises
+    ------
+    PoundingError
+        As `read_block`, and for a table without footprints.
+    """
     from pounding_risk.scene.street.rows import read_block
 
     block = read_block(street)
     houses = [*(house for row in block.rows for house in row.buildings), *block.in_no_row]
-    found = {house.name: house.footprint.rings for house in houses if house.footprint is not None}
-    if not found:
+    footprints = {house.name: house.footprint.rings for house in houses if house.footprint is not None}
+    if not footprints:
         raise PoundingError(f"{street}: has no footprints; a plan to scale needs a GeoJSON with polygons")
-    return found
+    return footprints

@@ -1,4 +1,4 @@
-"""A page to look around in a scan's results: one HTML file that holds data and scripts, and fetches nothing.
+"""Explorer of a scan's results: one HTML file that holds data and scripts, and fetches nothing.
 
 Numbers are float32 (seven digits), one compressed array a variable; what the page shows of all motions together it
 computes from them. It needs the dataset and Plotly, no solver. The module is not called ``view``, because the package
@@ -7,28 +7,22 @@ has a function of that name.
 
 from __future__ import annotations
 
-import base64
 import json
-import os
-import zlib
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from hashlib import sha256
-from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk.assessment.demands import open_dataset
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import STANDARD_GRAVITY
+from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import amplitude_words
-from pounding_risk.results.files import check_target, open_results
+from pounding_risk.results.files import check_target
 from pounding_risk.results.own_case import own_case
-from pounding_risk.results.selected_axes import with_axes
-from pounding_risk.units import PGA, si
+from pounding_risk.units import PGA, SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,20 +30,11 @@ if TYPE_CHECKING:
 MOST_CASES = 200_000  # a page of more is slow to open
 MAP = ("gap", "yield_force")  # the axes of the heat map
 MOTIONS = ("record", "polarity")  # axes of which the page shows one, or all together
-TOLD = ("status", "simulated", "sensitive")  # of each case; the page says them in words
+STATES = ("status", "simulated", "sensitive")  # of each case; the page says them in words
 MOST_OF_STOREYS = 1_500_000  # numbers of storey profiles; a page leaves them out where there are more
 PROFILES = {"storey_drift": True, "storey_shear": True, "storey_acceleration": False, "storey_displacement": False}
 SHARES = ("contact", "yield_exceedance")  # 0 or 1; of several motions, a share
 NO_CASE = ("gap", "yield_force", "contact_model")  # what a quantity without contact does not depend on
-# Units as an engineer writes them, and by what an SI value is multiplied.
-SHOWN = {
-    "m": ("mm", 1e3),
-    "N": ("kN", 1e-3),
-    "J": ("kJ", 1e-3),
-    "N s": ("kN s", 1e-3),
-    "m/s2": ("g", 1.0 / STANDARD_GRAVITY),
-    "1": ("", 1.0),
-}
 OPTIONS = {"record": "--record", "contact_model": "--contact-model", "pga": "--pga"}
 TITLES = {"pga": "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
 
@@ -62,20 +47,39 @@ def view(
     contact_models: Sequence[str] = (),
     pgas: Sequence[float | str] = (),
 ) -> Path:
-    """Write a page (.html) to look around in a scan's results, and return its path.
+    """Write a page to look around in a scan's results.
 
-    ``records``, ``contact_models`` and ``pgas`` [m/s2, or text with a unit] choose a part; all, where empty. Raises
-    PoundingError for what is no scan's results, for a name or amplitude that it does not hold, for more than
-    `MOST_CASES` cases, where Plotly is missing, and for an ``out`` that cannot be written.
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or the file it is in.
+    out : str or Path
+        The page, .html.
+    records : sequence of str
+        Names of the records to show; all by default.
+    contact_models : sequence of str
+        Names of the contact models to show; all by default.
+    pgas : sequence of float or str
+        Amplitudes to show [m/s2, or text with a unit]; all by default.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    PoundingError
+        For what is no scan's results, for a name or amplitude that it does not hold, for more than `MOST_CASES` cases,
+        where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
-    source = "the dataset" if not isinstance(results, str | Path) else str(results)
-    dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, source)
+    dataset, source = open_dataset(results)
     check_scan(dataset, source)
     amplitudes = [si(pga, PGA, "pgas") for pga in pgas]
     part = chosen(dataset, {"record": records, "contact_model": contact_models, "pga": amplitudes}, source)
     _check_size(part, source)
-    return _write(page(page_model(part), row_pictures(part)), target)
+    return write_page(target, page(page_model(part), row_pictures(part)))
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:
@@ -100,14 +104,14 @@ def chosen(dataset: xr.Dataset, wanted: Mapping[str, Sequence[Any]], source: str
         if len(values) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
-        places = [_place(axis, value, labels, source) for value in values]
+        indices = [_place(axis, value, labels, source) for value in values]
         if axis in dataset.dims:
-            dataset = dataset.isel({axis: sorted(set(places))})
+            dataset = dataset.isel({axis: sorted(set(indices))})
     return dataset
 
 
 def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
-    """Where a value stands on an axis; amplitudes are those written with six digits."""
+    """Index of a value on an axis; amplitudes are equal where they agree to six digits."""
     number = isinstance(value, float)
     equal = np.isclose(labels.astype(float), value, rtol=1e-6, atol=0.0) if number and labels.size else labels == value
     if np.any(equal):
@@ -135,14 +139,14 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     hint = "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
         hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
-    each = " of all interfaces" if "interface" in dataset.dims else ""
+    of_all = " of all interfaces" if "interface" in dataset.dims else ""
     raise PoundingError(
-        f"{source}: {cases:,} cases{each} are more than the {MOST_CASES:,} that a page can hold; {hint}"
+        f"{source}: {cases:,} cases{of_all} are more than the {MOST_CASES:,} that a page can hold; {hint}"
     )
 
 
 def page_model(dataset: xr.Dataset) -> dict[str, Any]:
-    """What the page holds: axes with their labels, and every variable as a compressed array (see `packed`)."""
+    """The data of the page: axes with their labels, and every variable as a compressed array (see `packed`)."""
     dataset = _prepared(dataset)
     pickers = [str(dim) for dim in dataset["status"].dims if dim not in MAP]
     # Of a row the page shows one interface and the two buildings beside it.
@@ -157,7 +161,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "start": own_case(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
         "statuses": _sentences(dataset["status"].attrs),
-        "told": {name: _variable(dataset[name], axes) for name in TOLD if name in dataset},
+        "told": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
         "profiles": _profiles(dataset, axes),
     }
@@ -168,11 +172,11 @@ def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None
     if not _has_profiles(dataset):
         return None
     deep = [*axes, "storey"]
-    levels = [[float(level) for level in each if np.isfinite(level)] for each in _floors(dataset)]
-    places = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
+    levels = [[float(level) for level in floors if np.isfinite(level)] for floors in _floors(dataset)]
+    points = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
     return {
         "levels": levels,
-        "points": [[int(at), float(level)] for at, level in places if np.isfinite(level)],
+        "points": [[int(at), float(level)] for at, level in points if np.isfinite(level)],
         "quantities": [
             {
                 "of_storey": of_storey,
@@ -197,7 +201,7 @@ def _floors(dataset: xr.Dataset) -> np.ndarray:
 
 
 def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
-    """How a run may end, by its code; older files have words without commas only."""
+    """Sentences on how a run may end, by its code; older files have words without commas only."""
     if "sentences" in status:
         return json.loads(status["sentences"])
     meanings = (words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split())
@@ -205,7 +209,7 @@ def _sentences(status: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _prepared(dataset: xr.Dataset) -> xr.Dataset:
-    """With both axes of the map, and whether there was contact as an output of its own."""
+    """The dataset with both axes of the map, and whether there was contact as an output of its own."""
     dataset = dataset.expand_dims([dim for dim in MAP if dim not in dataset.dims])
     count = dataset["impact_count"]
     touched = count.where(count < 0, count > 0).astype(np.int8)
@@ -215,39 +219,29 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
 
 def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> Iterable[Hashable]:
     """Outputs of each case, whether there was contact first; then those of each motion without contact."""
-    each = [name for name, found in dataset.data_vars.items() if set(MAP) <= set(found.dims) <= set(axes)]
-    alone = [name for name, found in dataset.data_vars.items() if _is_free(str(name), found.dims, axes)]
-    return ["contact", *(name for name in each if name not in ("contact", *TOLD)), *alone]
+    of_cases = [name for name, variable in dataset.data_vars.items() if set(MAP) <= set(variable.dims) <= set(axes)]
+    alone = [name for name, variable in dataset.data_vars.items() if _is_free(str(name), variable.dims, axes)]
+    return ["contact", *(name for name in of_cases if name not in ("contact", *STATES)), *alone]
 
 
 def _is_free(name: str, dims: tuple[Hashable, ...], axes: Sequence[str]) -> bool:
     return name.endswith("_free") and bool(dims) and set(dims) <= set(axes) - set(NO_CASE)
 
 
-def _variable(found: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
-    found = found.transpose(*(axis for axis in axes if axis in found.dims))
-    unit, factor = SHOWN.get(str(found.attrs.get("units", "1")), (str(found.attrs.get("units")), 1.0))
-    kind = "f4" if found.dtype.kind == "f" else "i4"
+def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
+    variable = variable.transpose(*(axis for axis in axes if axis in variable.dims))
+    unit, factor = SHOWN.get(str(variable.attrs.get("units", "1")), (str(variable.attrs.get("units")), 1.0))
+    kind = "f4" if variable.dtype.kind == "f" else "i4"
     return {
-        "name": str(found.name),
-        "words": str(found.attrs.get("long_name", "")),
+        "name": str(variable.name),
+        "words": str(variable.attrs.get("long_name", "")),
         "unit": unit,
         "factor": factor,
-        "share": found.name in SHARES,
-        "dims": list(found.dims),
+        "share": variable.name in SHARES,
+        "dims": list(variable.dims),
         "kind": kind,
-        "data": packed(found.values, kind),
+        "data": packed(variable.values, kind),
     }
-
-
-def packed(values: np.ndarray, kind: str) -> str:
-    """An array as text: little-endian, first bytes of all numbers before their second bytes, deflated, base64.
-
-    Bytes of one place are alike, so that sorted so they take a half to a tenth of the room.
-    """
-    plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
-    sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
-    return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
 
 
 def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
@@ -264,7 +258,7 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
 
 
 def label_words(axis: str, value: Any) -> str:
-    """A place on an axis as a reader knows it: gaps in mm, yield forces in kN or none, amplitudes in g."""
+    """Label of a value on an axis: gaps in mm, yield forces in kN or "none", amplitudes in g."""
     if not isinstance(value, float):
         return str(value)
     if axis == "yield_force":
@@ -277,7 +271,7 @@ def label_words(axis: str, value: Any) -> str:
 
 
 def _facts(dataset: xr.Dataset) -> list[str]:
-    """Sentences at the head of the page: how many cases, how many failed and why, what was checked."""
+    """Sentences at the head of the page on cases, failures and checks."""
     status = dataset["status"]
     facts = [f"{status.size:,} cases."]
     if "pga" not in dataset.dims:
@@ -297,15 +291,17 @@ def _facts(dataset: xr.Dataset) -> list[str]:
 def _facts_of_a_row(dataset: xr.Dataset) -> list[str]:
     if "interface" not in dataset.dims:
         return []
-    told = []
+    sentences = []
     if "interface_gap" in dataset.variables:
         gaps = dataset["interface_gap"].transpose("gap", "interface").values
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
-        told.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
+        sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
-        told.append("Storey profiles are left out, there are too many; choose fewer records or models to see them.")
-    return told
+        sentences.append(
+            "Storey profiles are left out, there are too many; choose fewer records or models to see them."
+        )
+    return sentences
 
 
 def row_pictures(dataset: xr.Dataset) -> str:
@@ -315,7 +311,7 @@ def row_pictures(dataset: xr.Dataset) -> str:
     from pounding_risk.assessment.row import row_case
     from pounding_risk.figures.elevation import elevation_figure
     from pounding_risk.figures.plan_view import plan_figure
-    from pounding_risk.figures.report import svg_text
+    from pounding_risk.figures.style import svg_text
 
     case = row_case(dataset)
     drawings = [f"<figure>{svg_text(draw(case))}</figure>" for draw in (elevation_figure, plan_figure)]
@@ -325,20 +321,7 @@ def row_pictures(dataset: xr.Dataset) -> str:
 
 def page(model: Mapping[str, Any], pictures: str = "") -> str:
     """The whole page as text, ``pictures`` below. It may run the scripts it holds, by checksum, and fetch nothing."""
-    folder = files("pounding_risk.reports") / "explorer_page"
-    html, style, script = ((folder / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
-    library = _plotly()
-    # In a script element only "<" could end the data.
-    data = json.dumps(model, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    allowed = " ".join(f"'sha256-{_checksum(each)}'" for each in (library, script))
-    parts = {"title": escape(str(model["title"])), "allowed": allowed, "style": style}
-    parts |= {"plotly": library, "data": data, "script": script, "pictures": pictures}
-    before, *rest = html.split("{{")
-    return before + "".join(parts[key] + after for key, _, after in (each.partition("}}") for each in rest))
-
-
-def _checksum(script: str) -> str:
-    return base64.b64encode(sha256(script.encode("utf-8")).digest()).decode("ascii")
+    return script_page("explorer_page", model, _plotly(), plotly=_plotly(), pictures=pictures)
 
 
 def _plotly() -> str:
@@ -347,18 +330,3 @@ def _plotly() -> str:
     except ImportError:
         raise PoundingError("view needs Plotly, which is not installed; pip install 'pounding-risk[view]'") from None
     return get_plotlyjs()
-
-
-def _write(text: str, target: Path) -> Path:
-    """Write under a temporary name and move into place; raises PoundingError where that fails."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(partial, target)
-    except OSError as error:
-        raise PoundingError(
-            f"{target}: cannot be written ({error.strerror or error}); free space or choose another place"
-        ) from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return target

@@ -1,16 +1,28 @@
-"""A report as one HTML file: no script, no network, figures inline, tables that repeat their heads in print."""
+"""HTML files that stand alone: a report without scripts, and pages of data and scripts that fetch nothing."""
 
 from __future__ import annotations
 
+import base64
+import json
 import re
+import zlib
+from collections.abc import Mapping
 from functools import lru_cache
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pounding_risk._common.files import not_written, write_whole
 
 if TYPE_CHECKING:
     from jinja2 import Template
     from markupsafe import Markup
 
-    from pounding_risk.reports.document import Model
+    from pounding_risk.reports.document import Document
 
 LONGEST_WORD = 26  # letters; a longer one may be broken anywhere
 SHORTEST_BROKEN = 12  # letters; a shorter text is never broken
@@ -19,13 +31,13 @@ _CODE, _FORCE = re.compile(r"`([^`]*)`"), re.compile(r"\bF_E\b")
 _NAMES = re.compile(r"""(\bid="|\bhref="#|url\(#)""")
 
 
-def page(model: Model) -> str:
-    """The HTML of a report's model."""
+def page(model: Document) -> str:
+    """The HTML of a report's document."""
     return _template().render(report=model, own_parts=own_parts, words=words, fit=fit)
 
 
 def words(text: str) -> Markup:
-    """Text as HTML: what stands in backquotes is code, F_E has its index; everything else is escaped."""
+    """Text as HTML: words in backquotes are code, F_E has its index; everything else is escaped."""
     from markupsafe import Markup, escape
 
     plain = str(escape(text))
@@ -33,15 +45,54 @@ def words(text: str) -> Markup:
 
 
 def fit(text: str) -> str:
-    """The class of a cell that is never broken, such as a date, or anywhere, such as a checksum."""
+    """CSS class of a cell: never broken, such as a date, or broken anywhere, such as a checksum."""
     if len(text) <= SHORTEST_BROKEN:
         return " short"
     return " long" if max(map(len, text.split())) > LONGEST_WORD else ""
 
 
 def own_parts(svg: str, name: str) -> str:
-    """An SVG whose parts are named after the figure: several stand in one page, where a name may stand once."""
+    """An SVG whose ids carry the figure's name, as an id may stand only once in a page."""
     return _NAMES.sub(rf"\1{name}-", svg)
+
+
+def write_page(target: Path, content: str | bytes) -> Path:
+    """Write a file whole or not at all, and return its path; raises PoundingError where it cannot be written."""
+    encoded = content if isinstance(content, bytes) else content.encode("utf-8")
+    try:
+        write_whole(target, lambda file: file.write(encoded))
+    except OSError as error:
+        raise not_written(target, error) from None
+    return target
+
+
+def script_page(folder: str, model: Mapping[str, Any], library: str = "", **parts: str) -> str:
+    """An HTML page that holds a model (JSON), its script and a script library, and may run only these two.
+
+    ``folder`` holds page.html, page.css and page.js; ``parts`` are further texts of page.html's ``{{name}}``.
+    """
+    source = files("pounding_risk.reports") / folder
+    html, style, script = ((source / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
+    # In a script element only "<" could end the data.
+    data = json.dumps(model, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    allowed = " ".join(f"'sha256-{_digest(text)}'" for text in (library, script) if text)
+    parts |= {"title": escape(str(model["title"])), "allowed": allowed, "style": style, "data": data, "script": script}
+    before, *pieces = html.split("{{")
+    return before + "".join(parts[key] + after for key, _, after in (piece.partition("}}") for piece in pieces))
+
+
+def _digest(script: str) -> str:
+    return base64.b64encode(sha256(script.encode("utf-8")).digest()).decode("ascii")
+
+
+def packed(values: np.ndarray, kind: str) -> str:
+    """An array as text: little-endian, first bytes of all numbers before their second bytes, deflated, base64.
+
+    Bytes of the same significance are alike, so that the sorted ones take a half to a tenth of the room.
+    """
+    plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
+    sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
+    return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
 
 
 @lru_cache(maxsize=1)

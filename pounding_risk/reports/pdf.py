@@ -1,4 +1,4 @@
-"""A report as PDF, by typst: a wheel that needs no program of the system, and the same bytes on any day."""
+"""Report as PDF by typst: a wheel that needs no program of the system, and the same bytes on any day."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import font_files
 
 if TYPE_CHECKING:
-    from pounding_risk.reports.document import Model
+    from pounding_risk.reports.document import Document
 
 TEMPLATE, FONTS = "report.typ", "fonts"
 
 
-def document(model: Model) -> bytes:
-    """The PDF of a report's model. Raises PoundingError without typst, and for a letter that no font has."""
+def document(model: Document) -> bytes:
+    """The PDF of a report's document. Raises PoundingError without typst, and for a letter that no font has."""
     try:
         import typst
     except ImportError:
@@ -40,7 +40,7 @@ def document(model: Model) -> bytes:
 
 
 def _compiled(typst: Any, template: Path) -> bytes:
-    """The PDF, with fonts that come along; with those of the system where these lack a letter.
+    """Compile the PDF with the package's fonts, or with those of the system where these lack a letter.
 
     As PDF/UA: tagged, with the figures' texts, for those who have it read out. That refuses letters that no font has.
     """
@@ -63,7 +63,7 @@ def _compiled(typst: Any, template: Path) -> bytes:
     )
 
 
-def _with_files(model: Model, root: Path) -> Model:
+def _with_files(model: Document, root: Path) -> Document:
     """The model with its figures as files beside the template."""
     sections = []
     for section in model["sections"]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +14,7 @@ from figure_words import words_of
 
 from pounding_risk import figures
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.simulate import parting
 
 
 def made_impact(mass: float, speed: float, force: list[float]) -> SimpleNamespace:
@@ -167,8 +170,8 @@ def test_the_same_data_drawn_anew_is_the_same_file(tmp_path):
 
 def test_parting_is_found_from_the_histories():
     one = made_run("jankowski")
-    assert figures.parting(one, made_run("viscous_elastoplastic", 0.5, parts_at=1.2)) == pytest.approx(1.0)
-    assert np.isnan(figures.parting(one, one))
+    assert parting(one, made_run("viscous_elastoplastic", 0.5, parts_at=1.2)) == pytest.approx(1.0)
+    assert np.isnan(parting(one, one))
     assert figures.comparison_figure([one, one]).get_suptitle().startswith("Identical throughout: peak 8.00 mm")
 
 
@@ -237,3 +240,15 @@ def test_many_records_are_put_together(forces):
             "median",
             "84th percentile",
         ]
+
+
+def test_a_figure_is_a_function_of_a_module_of_its_folder():
+    """Every module but the shared style makes a figure, and every figure is a name of the package."""
+    names = set(dir(figures))
+    for file in Path(figures.__file__).parent.glob("[!_]*.py"):
+        module = import_module(f"{figures.__name__}.{file.stem}")
+        own = {name for name in vars(module) if name.endswith("_figure") and not name.startswith("_")}
+        assert own <= names
+        assert bool(own) is (file.stem != "style"), file.stem
+    with pytest.raises(AttributeError, match="no_figure"):
+        _ = figures.no_figure

@@ -54,7 +54,7 @@ def test_the_cell_is_the_scenes_own_unless_another_is_asked_for(results):
 def test_shares_count_complete_runs_only(results):
     first = row_case(results, gap=0.0)
     count = results["contact_point_impact_count"].sel(gap=0.0, yield_force=4e5).isel(pga=1, contact_model=0)
-    for at, place in enumerate(first.places):
+    for at, place in enumerate(first.points):
         mine = count.isel(contact_point=at).values
         assert place.touch.runs == 11  # of 12, one failed
         assert place.touch.contact == (mine > 0).sum() / 11
@@ -114,7 +114,7 @@ def _repeated(case: RowCase, times: int) -> RowCase:
     gaps = ((*case.gaps, 0.05) * times)[: count * times - 1]
     touches = ((*case.touches, case.touches[0]) * times)[: count * times - 1]
     places = tuple(
-        each._replace(interface=each.interface + turn * count) for turn in range(times) for each in case.places
+        each._replace(interface=each.interface + turn * count) for turn in range(times) for each in case.points
     )
     names = [f"{one.name} | {other.name}" for one, other in pairwise(buildings)]
     results = case.results[["record", "polarity", "pga", "gap", "yield_force", "contact_model"]]

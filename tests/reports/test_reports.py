@@ -14,6 +14,7 @@ import sys
 import unicodedata
 from html import unescape
 from html.parser import HTMLParser
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 
@@ -26,17 +27,19 @@ from matplotlib.patches import StepPatch
 
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
-from pounding_risk.assessment.required_gap import contact_steps
+from pounding_risk.assessment.required_gap import RequiredGap, contact_steps
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.report import Judged, report_contact
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports import pdf as document
-from pounding_risk.reports.blocks import KEPT, LONG, SHOWN, number, rounded
-from pounding_risk.reports.material import Material, companions
-from pounding_risk.reports.sections.references import provenance
+from pounding_risk.reports import sections
+from pounding_risk.reports.blocks import KEPT, LONG, number
+from pounding_risk.reports.data import ReportData, companions
+from pounding_risk.reports.sections import provenance
+from pounding_risk.reports.sections.adequacy import draw_contact
 from pounding_risk.results.files import save
+from pounding_risk.units import SHOWN, rounded
 
 G = 9.80665
 SIZE = {"m": 1e3, "N": 1e-3, "%": 1e2, "m/s2": 1.0 / 9.80665, "kg": 1e-3}  # by hand, beside SHOWN
@@ -66,9 +69,9 @@ def results(scan, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def built(scan, results) -> model.Model:
+def built(scan, results) -> model.Document:
     checksum = hashlib.sha256(results.read_bytes()).hexdigest()
-    return model.build(Material(scan, assess(scan), {}, checksum))
+    return model.build(ReportData(scan, assess(scan), {}, checksum))
 
 
 @pytest.fixture(scope="module")
@@ -206,7 +209,7 @@ def test_records_are_shown_as_the_buildings_felt_them(scan):
     )
     flat = ("record_spectral_acceleration",)
     felt = felt.assign({name: scan[name] for name in flat})
-    shown = Page(page.page(model.build(Material(felt, assess(felt), {}))))
+    shown = Page(page.page(model.build(ReportData(felt, assess(felt), {}))))
     rows = shown.table(
         "Records. PGA is that of the motions as the buildings felt them, scaled to a PGA of 0.4 g; factor"
     )
@@ -217,7 +220,7 @@ def test_records_are_shown_as_the_buildings_felt_them(scan):
     told = np.median(scan[flat[0]].values[:, at] * level / scan["record_pga"].values) / G
     (words,) = (alt for alt in shown.alts if alt.startswith("Spectral acceleration against period"))
     assert float(re.search(r"median is (\S+) g at 0.5 s", words)[1]) == pytest.approx(told, rel=5e-4)  # four digits
-    old = Page(page.page(model.build(Material(scan, assess(scan), {}))))
+    old = Page(page.page(model.build(ReportData(scan, assess(scan), {}))))
     assert old.table("Records. PGA is that of the records before the grid's amplitude; a smaller gap")
 
 
@@ -339,8 +342,8 @@ def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
     assert [name for name in names if name.endswith(("-contact", "-required"))] == ["interface-1-contact"]
     closing = np.sort(scan["peak_closing_free"].values.ravel())
     steps = contact_steps(closing, 1.0, 0.95)
-    judged = Judged(0.02, 0.1, 90.0, float(np.percentile(closing, 90.0)), 0.01, 0.09, False)
-    (axis,) = report_contact(steps, judged).axes
+    required = RequiredGap(90.0, float(np.percentile(closing, 90.0)), 0.01, 0.09, False, np.nan)
+    (axis,) = draw_contact(steps, 0.02, 0.1, required).axes
     (drawn,) = (patch for patch in axis.patches if isinstance(patch, StepPatch))
     values, edges, _ = drawn.get_data()
     for gap in np.linspace(0.0, closing[-1] * 1.1, 997):
@@ -348,13 +351,13 @@ def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
         assert values[place] == pytest.approx(100.0 * np.mean(closing > gap))
     lines = {line.get_label(): line for line in axis.get_lines()}
     assert lines["target, 10 %"].get_ydata()[0] == 10.0
-    assert lines[f"required by 90 %, {1e3 * judged.required:.4g} mm"].get_xdata()[0] == 1e3 * judged.required
+    assert lines[f"required by 90 %, {1e3 * required.gap:.4g} mm"].get_xdata()[0] == 1e3 * required.gap
     assert tuple(lines["its bounds, none above"].get_xdata()) == (10.0, 90.0)
     assert lines["gap assessed, 20 mm"].get_xdata()[0] == 20.0
     assert axis.get_xlim()[1] > 90.0  # nothing that is told lies beyond the axis
 
 
-def cells(built: model.Model) -> list[dict]:
+def cells(built: model.Document) -> list[dict]:
     found = []
     for section in built["sections"]:
         for block in section["blocks"]:
@@ -586,7 +589,7 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     )
     (section,) = (
         each
-        for each in model.build(Material(told, assess(told, **asked), {}, ""))["sections"]
+        for each in model.build(ReportData(told, assess(told, **asked), {}, ""))["sections"]
         if each["name"] == "provenance"
     )
     commands = next(each["text"] for each in section["blocks"] if each.get("caption") == "Commands.")
@@ -596,7 +599,7 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     )
     (digests,) = (each["rows"] for each in section["blocks"] if each.get("caption") == "Digests.")
     assert digest[:12] in str(digests[0][1]) and "0d" in str(digests[1][1])
-    plain = model.build(Material(scan, assess(scan), {}, ""))
+    plain = model.build(ReportData(scan, assess(scan), {}, ""))
     assert "pounding-risk report results.nc -o report.html" in {
         line for part in plain["sections"] for each in part["blocks"] for line in each.get("text", "").splitlines()
     }
@@ -621,7 +624,7 @@ def test_datasets_beside_the_scan_stand_in_the_provenance(scan, tmp_path):
     """Their files and checksums, and the option that names them in the command."""
     beside = tmp_path / "effects.nc"
     xr.Dataset({"time_ratio": ("effects", [1.0])}).to_netcdf(beside)
-    told = json.dumps(provenance(Material(scan, assess(scan), companions([beside]), "")))
+    told = json.dumps(provenance.write(ReportData(scan, assess(scan), companions([beside]), "")))
     assert f"effects: {beside}, sha256" in told
     assert hashlib.sha256(beside.read_bytes()).hexdigest() in told
     assert f"-o report.html --with {beside}" in told
@@ -636,3 +639,13 @@ def test_a_damaged_attribute_is_told(made, tmp_path):
         "was written: take the one that scan wrote, or run the scan again"
     )
     assert not (tmp_path / "r.html").exists()
+
+
+def test_a_section_is_a_module_of_its_folder():
+    """Found by listing the folder, each with a title and a place of its own."""
+    names = {file.stem for file in Path(sections.__file__).parent.glob("[!_]*.py")}
+    assert set(model.SECTIONS) == names
+    modules = [import_module(f"{sections.__name__}.{name}") for name in model.SECTIONS]
+    orders = [module.ORDER for module in modules]
+    assert orders == sorted(set(orders))
+    assert len({section.title for section in model.SECTIONS.values()}) == len(names)

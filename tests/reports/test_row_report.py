@@ -10,8 +10,8 @@ from made_row import made_row
 from pounding_risk.assessment.assess import assess
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
-from pounding_risk.reports.material import Material
-from pounding_risk.reports.sections.row import row
+from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.sections import row
 
 HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 
@@ -25,13 +25,13 @@ def results() -> xr.Dataset:
 
 
 @pytest.fixture(scope="module")
-def material(results) -> Material:
-    return Material(results, assess(results), {})
+def data(results) -> ReportData:
+    return ReportData(results, assess(results), {})
 
 
 @pytest.fixture(scope="module")
-def blocks(material) -> list:
-    return row(material)
+def blocks(data) -> list:
+    return row.write(data)
 
 
 def rows_of(blocks: list, start: str) -> list:
@@ -65,16 +65,16 @@ def test_ends_and_interiors_stand_apart(results, blocks):
     assert rows[-1][0]["text"].startswith("2 interiors:")
 
 
-def test_every_interface_has_its_verdict_figures_and_tables(material):
+def test_every_interface_has_its_verdict_figures_and_tables(data):
     """And nothing says that it is a pair's report."""
-    built = model.build(material)
+    built = model.build(data)
     told = {section["name"]: section["blocks"] for section in built["sections"]}
     verdicts = [block["name"] for block in told["summary"] if block["kind"] == "verdict"]
     assert verdicts == ["Corner | Arcade", "Arcade | Theatre"]
     (summed,) = [block for block in told["summary"] if block["kind"] == "table"]
     assert [cells[0]["text"] for cells in summed["rows"]] == verdicts
     assert [cells[3]["raw"] for cells in summed["rows"]] == [
-        pair.found.contact_at_gap().count for pair in material.pairs
+        pair.assessed.contact_at_gap().count for pair in data.pairs
     ]
     assert page.page(built).count("Arcade | Theatre") > 8
     assert "row" in [section["name"] for section in built["sections"]]

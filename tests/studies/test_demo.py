@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import pounding_risk as pr
-from pounding_risk import figures
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.simulate import plateau
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.reports import demo as demo_files
 from pounding_risk.studies import demo
@@ -124,9 +124,9 @@ def test_figure_4_plateaus():
     """van Mier's findings: equal plateaus, longer for the heavier striker, none at 0.5 m/s."""
     heavy, light, slow, slow_light = demo.figure_4()
     assert heavy.peak_force == light.peak_force == demo.STRIKER_STRENGTH
-    assert figures.plateau(heavy) > 1.5 * figures.plateau(light) > 0.0
+    assert plateau(heavy) > 1.5 * plateau(light) > 0.0
     assert slow_light.peak_force < slow.peak_force < 0.5 * demo.STRIKER_STRENGTH
-    assert figures.plateau(slow) == figures.plateau(slow_light) == 0.0
+    assert plateau(slow) == plateau(slow_light) == 0.0
     # The plateau is retraced: the rebound is faster than the restitution asked for.
     assert all(each.restitution > each.restitution_asked + 0.2 for each in (heavy, light))
 

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import figures
-from pounding_risk.assessment.row import force_told
+from pounding_risk.assessment.row import force_text
 from pounding_risk.cli import app
-from pounding_risk.figures.simulate_row import roofs_of, row_run_finding
+from pounding_risk.figures.simulate import roofs_of, row_run_finding
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -259,7 +259,7 @@ def test_the_figure_tells_what_the_run_has(run, tmp_path):
     interfaces, peaks = run["contact_point_interface"].values, run["contact_point_peak_contact_force"].values
     for interface in np.unique(interfaces):
         strongest = np.flatnonzero(interfaces == interface)[np.argmax(peaks[interfaces == interface])]
-        count, force = run["contact_point_impact_count"].values[strongest], force_told(float(peaks[strongest]))
+        count, force = run["contact_point_impact_count"].values[strongest], force_text(float(peaks[strongest]))
         assert f"{force}, {count:.0f}×" in labels
     for name in ("a.svg", "b.svg"):
         figures.write(figures.simulation_figure(run), tmp_path / name)

@@ -23,32 +23,77 @@ Pair = tuple[ArrayLike, ArrayLike]  # left and right
 
 
 def abs_sum(left: ArrayLike, right: ArrayLike) -> Any:
-    """S = d_A + d_B: no motion needs more, for |u_A − u_B| ≤ |u_A| + |u_B| at any time.
+    """Sum of the peaks, S = d_A + d_B: no motion needs more, for |u_A − u_B| ≤ |u_A| + |u_B| at any time.
 
-    Raises PoundingError for displacements below zero.
+    Parameters
+    ----------
+    left, right : float or array
+        Peak displacements of the two buildings, at least 0, in any one unit of length.
+
+    Returns
+    -------
+    float or array
+        The separation, in that unit.
+
+    Raises
+    ------
+    PoundingError
+        For a displacement below zero.
     """
     first, second = _displacements(left, right)
     return _plain(first + second)
 
 
 def srss(left: ArrayLike, right: ArrayLike) -> Any:
-    """S = √(d_A² + d_B²), the square root of the sum of squares: as if the two buildings moved independently.
+    """Square root of the sum of squares, S = √(d_A² + d_B²): as if the two buildings moved independently.
 
-    Raises PoundingError for displacements below zero.
+    Parameters
+    ----------
+    left, right : float or array
+        Peak displacements of the two buildings, at least 0, in any one unit of length.
+
+    Returns
+    -------
+    float or array
+        The separation, in that unit.
+
+    Raises
+    ------
+    PoundingError
+        For a displacement below zero.
     """
     return _plain(np.hypot(*_displacements(left, right)))
 
 
 def cqc(displacements: Pair, periods: Pair, dampings: Pair) -> Any:
-    """S = √(d_A² + d_B² − 2 ρ d_A d_B): the double-difference, or complete quadratic, combination.
+    """Double-difference, or complete quadratic, combination: S = √(d_A² + d_B² − 2 ρ d_A d_B).
 
     ρ is that of `white_noise_correlation`. Exact for the standard deviations of displacements under stationary white
     noise; for peaks as far as every peak is the same multiple of its standard deviation. Since ρ ≥ 0 it asks for no
-    more than SRSS. A building that does not move has no period: where a displacement is zero none is looked at.
+    more than SRSS.
 
+    Parameters
+    ----------
+    displacements : pair of float or array
+        Peak displacements, left and right, at least 0, in any one unit of length.
+    periods : pair of float or array
+        Periods [s]; that of a building that does not move is not looked at.
+    dampings : pair of float or array
+        Damping ratios, 0 to 1.
+
+    Returns
+    -------
+    float or array
+        The separation, in the unit of the displacements.
+
+    Raises
+    ------
+    PoundingError
+        For a displacement below zero, and as `white_noise_correlation`.
+
+    References
+    ----------
     Jeng, Kasai and Maison (1992), Earthquake Spectra 8(2).
-
-    Raises PoundingError for displacements below zero, and as `white_noise_correlation`.
     """
     first, second = _displacements(*displacements)
     moves = np.broadcast_to((first > 0.0) & (second > 0.0), np.broadcast(first, second, *periods, *dampings).shape)
@@ -65,10 +110,29 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
         ρ = 8 √(ζ_A ζ_B) (ζ_B + r ζ_A) r^(3/2) / [(1 − r²)² + 4 ζ_A ζ_B r (1 + r²) + 4 (ζ_A² + ζ_B²) r²]
         r = T_B / T_A
 
-    Exact, for unequal damping too; the same with A and B exchanged. Der Kiureghian (1981), Earthquake Engineering and
-    Structural Dynamics 9. Two undamped oscillators of one period move alike, ρ = 1; of two periods ρ = 0.
+    Exact, for unequal damping too; the same with A and B exchanged. Two undamped oscillators of one period move alike,
+    ρ = 1; of two periods ρ = 0.
 
-    Raises PoundingError for periods that are not above zero and finite, and damping ratios outside 0 to 1.
+    Parameters
+    ----------
+    periods : pair of float or array
+        Periods T_A and T_B [s], above zero and finite.
+    dampings : pair of float or array
+        Damping ratios ζ_A and ζ_B, 0 to 1.
+
+    Returns
+    -------
+    float or array
+        The correlation ρ.
+
+    Raises
+    ------
+    PoundingError
+        For a period or a damping ratio out of its range.
+
+    References
+    ----------
+    Der Kiureghian (1981), Earthquake Engineering and Structural Dynamics 9.
     """
     first, second = (np.asarray(value, dtype=float) for value in periods)
     left, right = (np.asarray(value, dtype=float) for value in dampings)
@@ -85,10 +149,10 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
 
 
 def _displacements(left: ArrayLike, right: ArrayLike) -> tuple[Any, Any]:
-    found = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    for value in found:
+    pair = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
+    for value in pair:
         _refuse(value, ~(value >= 0.0), "peak displacement", "at least 0")
-    return found
+    return pair
 
 
 def _refuse(value: Any, wrong: Any, what: str, allowed: str) -> None:

@@ -22,17 +22,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss
+from pounding_risk.units import STANDARD_GRAVITY
 
 ZONES = ("I", "II", "III")
 INTENSITIES = (6, 7, 8, 9)
-HALF_GRAVITY = 0.5 * 9.80665  # m/s²
+HALF_GRAVITY = 0.5 * STANDARD_GRAVITY  # m/s²
 STRUCTURES = ("frame", "frame and walls", "walls")
 # How the text of a rule's clause is known; the order is that of trust.
 DERIVED, READ, QUOTED, MEMORY = VERIFICATIONS = ("derived", "clause read", "quoted", "from memory")
 
 
 class Site(NamedTuple):
-    """What codes ask about two neighbours besides how they move; left and right in every pair."""
+    """What codes ask about two neighbours besides their displacements; left and right in every pair."""
 
     heights: tuple[float, float] | None = None  # m above the ground
     factors: tuple[float, float] = (1.0, 1.0)  # a code's design displacement over that of the linear model
@@ -45,7 +46,7 @@ class Site(NamedTuple):
 
 
 class Case(NamedTuple):
-    """Two buildings as a rule sees them; displacements [m] may be arrays, one value a motion."""
+    """Two buildings as a rule takes them; displacements [m] may be arrays, one value a motion."""
 
     displacements: Pair
     periods: Pair  # s
@@ -55,7 +56,7 @@ class Case(NamedTuple):
     @property
     def design(self) -> tuple[Any, Any]:
         """The displacements [m] that codes call inelastic or design displacements."""
-        left, right = (np.asarray(each, float) for each in self.displacements)
+        left, right = (np.asarray(displacement, float) for displacement in self.displacements)
         return left * self.site.factors[0], right * self.site.factors[1]
 
     @property
@@ -65,7 +66,7 @@ class Case(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """One rule; ``function`` gives the separation [m] of a `Case` that has what the rule ``needs``."""
+    """A separation rule; ``function`` gives the separation [m] of a `Case` that has what the rule ``needs``."""
 
     name: str
     title: str
@@ -87,7 +88,7 @@ class Rule(NamedTuple):
 
 def _mexico(case: Case, least: float, share: dict[str, float], moved: tuple[Any, Any]) -> Any:
     """Sum of both setbacks at the level of the lower roof, halved where the two are alike."""
-    setbacks = [np.maximum(least, each + share[case.site.zone or ""] * case.lower) for each in moved]
+    setbacks = [np.maximum(least, displacement + share[case.site.zone or ""] * case.lower) for displacement in moved]
     return (setbacks[0] + setbacks[1]) * (0.5 if case.site.aligned and case.site.alike else 1.0)
 
 
@@ -99,13 +100,13 @@ def _china(case: Case) -> float:
 
 
 def _turkey(case: Case) -> Any:
-    """SRSS of the displacements that forces not reduced would cause, halved or quartered, and the least by height."""
+    """SRSS of the displacements under unreduced forces, times 0.5 or 0.25, and at least a minimum by height."""
     least = 0.03 + 0.01 * max(case.lower - 6.0, 0.0) / 3.0
     return np.maximum(least, (0.25 if case.site.aligned else 0.5) * srss(*case.design))
 
 
 def _capped(case: Case) -> Any:
-    """SRSS, and no more than 4 % of the height where contact is possible."""
+    """SRSS, at most 4 % of the height where contact is possible."""
     return np.minimum(srss(*case.design), 0.04 * case.lower)
 
 
@@ -239,7 +240,7 @@ _RULES = (
 )  # fmt: skip
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
-COMBINATIONS = ("abs", "srss", "cqc")
+COMBINATIONS = tuple(rule.name for rule in _RULES if rule.verification == DERIVED)
 
 # What a rule took for granted, where the user said nothing else.
 TAKEN = {

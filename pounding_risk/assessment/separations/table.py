@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.assessment.demands import by_motion
 from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.assessment.separations.combination import Pair, abs_sum, cqc, srss, white_noise_correlation
 from pounding_risk.assessment.separations.rules import (
@@ -65,7 +66,7 @@ SAME = 1e-9  # a rule short of the demand by no more than this share is not exce
 
 @dataclass(frozen=True)
 class SeparationRow:
-    """What one rule asks for; ``separation`` [m] is None where it needs what was not given, as ``note`` says.
+    """Separation of one rule [m]; None where it needs what was not given, as ``note`` says.
 
     ``verification`` says how the text of the clause is known: "derived", "clause read", "quoted" or "from memory", by
     ``source``; ``superseded`` names later editions of it, "" where none is known here.
@@ -84,7 +85,7 @@ class SeparationRow:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One rule beside the motions.
+    """One rule beside the gaps that the motions need.
 
     ``middle`` and ``upper`` [m] are the median and the percentile of what the rule asks for, motion by motion;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
@@ -107,7 +108,7 @@ class Comparison:
 
 @dataclass(frozen=True, repr=False)
 class CodeTable(ShortRepr):
-    """Rules beside what the motions of a dataset ask for, at one amplitude."""
+    """Rules beside the gaps that the motions of a dataset need, at one amplitude."""
 
     buildings: tuple[str, str]
     amplitude: float | None  # m/s², PGA; None where the grid has none
@@ -125,7 +126,7 @@ class CodeTable(ShortRepr):
     rules: tuple[Comparison, ...]
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """What the motions need, and what the rules ask."""
+        """Buildings, motions, required gap and finding, as pairs of a name and words."""
         yield "between", " | ".join(self.buildings)
         yield "motions", f"{self.motions} {self.at}"
         yield f"gap of {self.percentile:g} % of the motions", say(self.demand, GAP)
@@ -133,29 +134,51 @@ class CodeTable(ShortRepr):
 
     @property
     def finding(self) -> str:
-        """In words: how the three combinations do in these motions."""
+        """Sentence on how often the three combinations fall short in these motions."""
         if not self.motions:
             return "No motion closes any gap between these buildings"
-        first, *others = (_judged(each, self.motions) for each in self.rules if each.row.rule in COMBINATIONS)
+        first, *others = (
+            _judged(comparison, self.motions) for comparison in self.rules if comparison.row.rule in COMBINATIONS
+        )
         start = f"Of {counted(self.motions, 'motion')} {first[0]} falls short in {first[1]}"
         start += f" ({first[2]} times the gap needed in the median)"
         return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers, words and lists, for JSON."""
+        """The table as numbers, words and lists that JSON holds."""
         return asdict(self)
 
 
 def separations(
     buildings: Sequence[str], displacements: Pair, periods: Pair, dampings: Pair, site: Site = PLAIN
 ) -> tuple[SeparationRow, ...]:
-    """What every rule of `RULES` asks for between two buildings, left and right.
+    """Separations that every rule of `RULES` asks for between two buildings, left and right.
 
-    ``displacements`` [m] are the peaks of the linear model without contact, at the height where the two can touch,
-    under the design motion; ``periods`` [s], NaN for a rigid building; ``site`` holds what else codes ask. A rule that
-    needs what is not given has no number, and its note says what it needs.
+    A rule that needs what is not given has no number, and its note says what it needs.
 
-    Raises PoundingError for numbers out of range.
+    Parameters
+    ----------
+    buildings : sequence of str
+        Names of the two buildings.
+    displacements : pair of float
+        Peak displacements [m] of the linear model without contact under the design motion, at the height where the two
+        can touch.
+    periods : pair of float
+        Periods [s]; NaN for a rigid building.
+    dampings : pair of float
+        Damping ratios.
+    site : Site
+        What codes ask about the two neighbours besides how they move.
+
+    Returns
+    -------
+    tuple of SeparationRow
+        One row a rule, in the order of `RULES`.
+
+    Raises
+    ------
+    PoundingError
+        For a number out of its range.
     """
     _check(buildings, displacements, site)
     case = Case(displacements, periods, dampings, site)
@@ -171,13 +194,13 @@ def _row(rule: Rule, case: Case) -> SeparationRow:
 
 
 def _doubts(rule: Rule) -> tuple[str, ...]:
-    """That the clause itself was not read, and that it is no longer the current one."""
+    """Notes that the clause itself was not read, and that it is superseded."""
     unread = {MEMORY: FROM_MEMORY, QUOTED: QUOTED_ONLY}.get(rule.verification, "")
     return unread, f"superseded by {rule.superseded}" if rule.superseded else ""
 
 
 def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
-    """What the rule took for granted."""
+    """Assumptions of the rule on what the user did not give."""
     if any(getattr(site, key) is None for key in rule.needs):
         return ()
     return tuple(TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key))
@@ -186,7 +209,7 @@ def _taken(rule: Rule, site: Site) -> tuple[str, ...]:
 def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
     if len(buildings) != 2 or len(tuple(displacements)) != 2:
         raise PoundingError(f"{len(buildings)} buildings; a separation is between two: choose a pair of neighbours")
-    for value in np.concatenate([np.ravel(np.asarray(each, float)) for each in displacements]):
+    for value in np.concatenate([np.ravel(np.asarray(displacement, float)) for displacement in displacements]):
         if not (isfinite(value) and value >= 0.0):
             raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
     ground = None if site.ground is None else (site.ground,)
@@ -205,23 +228,26 @@ def _check(buildings: Sequence[str], displacements: Pair, site: Site) -> None:
 
 
 def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN) -> CodeTable:
-    """Each rule, from the spectral displacements of each motion, beside the gap that this motion needs.
+    """Separations that rules ask for, from the spectral displacements of each motion, beside the gap that it needs.
 
-    A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or
-    the largest; select one to see another. Works on one pair: of a row of buildings, select two neighbours and their
-    interface first. Where a wave passes along the row
-    the ground itself moves apart: that is in the gap needed, and in no rule, whose note says so. Of buildings with
-    storeys displacements are those at the highest contact point, and the dataset's heights and levels are the site's
-    where ``site`` gives none.
+    A motion is a record in a polarity. Of several amplitudes the scene's own is taken, or the largest; select one to
+    see another. Where a wave passes along the row the ground itself moves apart: that is in the gap needed and in no
+    rule, whose note says so. Of buildings with storeys displacements are those at the highest contact point, and the
+    dataset's heights and levels are the site's where ``site`` gives none.
 
     Parameters
     ----------
     results : xarray.Dataset
-        What `scan` writes, of one pair of buildings.
+        A dataset of `scan`, of one pair of buildings; of a row, two neighbours and their interface selected from it.
     percentile : float or str
-        The share of the motions whose gap is told beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
+        Share of the motions whose gap is given beside the median: 84, 0.84 or "84 %", between 50 % and 100 %.
     site : Site
         What codes ask about the two neighbours besides how they move.
+
+    Returns
+    -------
+    CodeTable
+        Every rule beside the gaps that the motions need.
 
     Raises
     ------
@@ -231,14 +257,15 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
     """
     percentile = percentile_of(percentile)
     shown = _one_amplitude(_complete(with_axes(results)))
-    left, right = (_motions(at_contact(shown, side)) for side in (0, 1))
+    left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
     site = _known_site(shown, site)
-    closing = _motions(shown["peak_closing_free"])
+    closing = by_motion(shown["peak_closing_free"]).astype(float)
     periods, dampings = _both(shown, "period"), _both(shown, "damping")
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
     if not known.any():
         raise PoundingError("no motion of the dataset has a finite response; check the records and the buildings")
     moved = known & (closing > 0.0)
+    names = [f"{record} {polarity}" for record in shown["record"].values for polarity in shown["polarity"].values]
     buildings = tuple(str(name) for name in shown["building"].values)
     medians = (_median(left[known]), _median(right[known]))
     case = Case((left[moved], right[moved]), periods, dampings, site)
@@ -257,7 +284,7 @@ def code_table(results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, 
         demand=_percentile(closing[known], percentile),
         displacements=medians,
         correlation=_correlation(periods, dampings),
-        names=tuple(np.array(list(_names(shown)))[moved].tolist()),
+        names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
         asked={name: tuple(_asked(RULES[name], case).tolist()) for name in COMBINATIONS},
         rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
@@ -281,7 +308,7 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
 
 
 def _known_site(results: xr.Dataset, site: Site) -> Site:
-    """With the heights of both buildings and whether their floors are level, where the dataset tells."""
+    """The site with heights and alignment of floors from the dataset, where ``site`` gives none."""
     if "building_height" not in results.coords:
         return site
     left, right = (float(height) for height in results["building_height"].values)
@@ -310,19 +337,8 @@ def _one_amplitude(results: xr.Dataset) -> xr.Dataset:
     return results.isel(pga=own_level(results)) if "pga" in results.dims else results
 
 
-def _motions(values: xr.DataArray) -> Array:
-    """One value a motion: by record, then by polarity."""
-    return np.asarray(values.transpose("record", "polarity").values, dtype=float).ravel()
-
-
-def _names(results: xr.Dataset) -> Iterable[str]:
-    for record in results["record"].values:
-        for polarity in results["polarity"].values:
-            yield f"{record} {polarity}"
-
-
 def _both(results: xr.Dataset, fact: str) -> tuple[float, float]:
-    """A fact of the left and of the right building."""
+    """Values of a property for the left and the right building."""
     left, right = results[f"building_{fact}"].values
     return float(left), float(right)
 
@@ -332,7 +348,7 @@ def _correlation(periods: tuple[float, float], dampings: tuple[float, float]) ->
 
 
 def _asked(rule: Rule, case: Case) -> Array:
-    """What a rule asks for, motion by motion; one that looks at no displacement asks the same of each."""
+    """Separations of a rule [m], one for each motion."""
     return np.broadcast_to(np.asarray(rule.function(case), dtype=float), np.shape(case.displacements[0]))
 
 
@@ -350,7 +366,7 @@ def _median(values: Array) -> float:
 
 
 def _percentile(values: Array, percentile: float) -> float:
-    """0 where there is no motion: nothing is asked for."""
+    """Percentile of the values; 0 where there are none."""
     return float(np.percentile(values, percentile)) if values.size else 0.0
 
 

@@ -1,1 +1,1 @@
-"""Sections of a report, one module each, with their figures."""
+"""Sections of a report, one module each, found by `document.find_sections`."""

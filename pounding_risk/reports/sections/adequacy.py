@@ -1,31 +1,29 @@
-"""Is the gap enough: probabilities against the gap, the gap needed, what codes ask, fragility, rates, influences."""
+"""Section on the gap: probability of contact, the gap needed, codes, yielding, fragility, rates, sensitivity."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.required_gap import contact_steps
+from pounding_risk.assessment.required_gap import ContactSteps, RequiredGap, contact_steps
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, QUOTED_ONLY, SHARED
-from pounding_risk.figures.report import (
-    Curve,
-    Judged,
-    Line,
-    Ratio,
-    Stripe,
-    report_contact,
-    report_fragility,
-    report_probabilities,
-    report_rules,
+from pounding_risk.figures.style import (
+    MEANING,
+    RULE_MARKS_WORDS,
+    blank,
+    contact_styles,
+    rule_mark,
+    strength_styles,
     svg_text,
 )
-from pounding_risk.figures.style import RULE_MARKS_WORDS
 from pounding_risk.reports.blocks import (
+    DRAWN,
     KEPT,
     MISSING,
+    SMALL,
     Block,
     Cell,
     amount,
@@ -42,34 +40,48 @@ from pounding_risk.reports.blocks import (
     strength,
     table,
 )
-from pounding_risk.reports.material import Material, Pair
+from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_words
+from pounding_risk.units import STANDARD_GRAVITY, say_in
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pounding_risk.assessment.fragility import Fragility
+    from pounding_risk.assessment.hazard import Rate
+    from pounding_risk.assessment.proportions import Share
+    from pounding_risk.assessment.separations.table import Comparison
+
+TITLE = "Is the gap enough?"
+ORDER = 40
 MOST_LINES = 5  # of one figure
 MOST_CURVES = 3  # of contact, and as many of yielding
 SHARES = [("motions", "r"), ("probability [%]", "r"), ("bounds [%]", "r"), ("bounds by recording [%]", "r")]
-SHARE_LINE = ("gap", "probability", "low_recordings", "high_recordings")  # what is drawn of a share
 ACCELERATION = "m/s2"
+FEW = 30  # gaps that are marked in a figure
+BAND = 0.16  # opacity of bounds
+WIDER = 1.15  # times the widest gap of a figure: where its axis ends
 
 
-def adequacy(material: Material) -> list[Block]:
-    """Each interface in turn: contact, the gap needed, codes, yielding, fragility, rates, and what sways it."""
-    blocks = [paragraph(_terms(material))]
-    for pair in material.pairs:
-        if len(material.pairs) > 1:
+def write(data: ReportData) -> list[Block]:
+    """Blocks of every interface: contact, the gap needed, codes, yielding, fragility, rates, and what it depends on."""
+    blocks = [paragraph(_terms(data))]
+    for pair in data.pairs:
+        if len(data.pairs) > 1:
             blocks.append(heading(pair.name, pair.anchor))
-        for part in (contact, required, codes, yielding, fragility, rates, influences):
-            blocks += part(material, pair)
+        for part in (_contact, _required, _codes, _yielding, _fragility, _rates, _sensitivity):
+            blocks += part(data, pair)
     return blocks
 
 
-def _terms(material: Material) -> str:
-    """What a motion and its bounds are."""
-    confidence = f"{100 * material.assessment.confidence:g} %"
+def _terms(data: ReportData) -> str:
+    """Definitions of a motion, of its bounds, and of contact."""
+    confidence = f"{100 * data.assessment.confidence:g} %"
     decides = (
         "Whether there is contact follows from the motion without contact alone, whatever the contact model and F_E."
     )
-    if material.is_row:
+    if data.is_row:
         decides = (
             "A motion counts as contact where it closes the gap by itself, or where contact elsewhere in the row made "
             "the buildings touch in a run, under any contact model and F_E. The F_E told is that of floors that meet; "
@@ -81,202 +93,249 @@ def _terms(material: Material) -> str:
     )
 
 
-def contact(material: Material, pair: Pair) -> list[Block]:
-    """Probability of contact against the gap: figure and table."""
-    shares, asked = pair.found.contact, material.assessment
+def _contact(data: ReportData, pair: Pair) -> list[Block]:
+    """Figure and table of the probability of contact against the gap."""
+    shares, assessment = pair.assessed.contact, data.assessment
     heads = [(head("gap", "m"), "r"), ("with contact", "r"), *SHARES]
-    rows = [[number(each.gap, "m"), *_counted(each)] for each in shares]
-    closing, judged = np.array(pair.found.closing), _judged(material, pair)
-    steps = contact_steps(closing, pair.found.verdict.independent / closing.size, asked.confidence)
-    target, gap = number(asked.target, "%")["text"], amount(judged.required, "m")["text"]
+    rows = [[number(share.gap, "m"), *_share_cells(share)] for share in shares]
+    closing = np.array(pair.assessed.closing)
+    steps = contact_steps(closing, pair.assessed.verdict.independent / closing.size, assessment.confidence)
+    required = pair.assessed.required_at(assessment.criterion.target_percentile)
+    target, gap = number(assessment.target, "%")["text"], amount(required.gap, "m")["text"]
     caption = f"{pair.name}: probability of contact against the gap{pair.at}"
-    said = (
+    sentence = (
         f"{caption}: a step down at what each of the {counted(closing.size, 'motion')} closes, known at every gap; "
         f"its bounds by "
-        f"recording; the target of {target} % and the gap required by {judged.percentile:g} % of the motions, {gap}"
+        f"recording; the target of {target} % and the gap required by {required.percentile:g} % of the motions, {gap}"
     )
     return [
         figure(
             f"{pair.anchor}-contact",
-            svg_text(report_contact(steps, judged)),
-            f"{said}.",
-            f"{said}; {_counted(pair.found.contact_at_gap())[2]['text']} % at the assessed gap.",
+            svg_text(draw_contact(steps, pair.assessed.gap, assessment.target, required)),
+            f"{sentence}.",
+            f"{sentence}; {_share_cells(pair.assessed.contact_at_gap())[2]['text']} % at the assessed gap.",
         ),
         table(
             f"{pair.name}: motions with contact against the gap{pair.at}.",
             heads,
             rows,
-            keep=_near(shares, pair.found.gap),
+            keep=_near(shares, pair.assessed.gap),
         ),
     ]
 
 
-def _judged(material: Material, pair: Pair) -> Judged:
-    """What P(contact) is held against, with the gap required for the target."""
-    criterion = material.assessment.criterion
-    required = pair.found.required_at(criterion.target_percentile)
-    bounds = (required.low, required.high, required.bounded)
-    return Judged(pair.found.gap, criterion.target, required.percentile, required.gap, *bounds)
+def draw_contact(steps: ContactSteps, gap: float, target: float, required: RequiredGap) -> Figure:
+    """P(contact) in steps with bounds, the target (a fraction), the assessed gap [m], and the gap required for it."""
+    drawn, axes = blank(1, 1, DRAWN)
+    axis, colour = axes[0, 0], MEANING["motions"]
+    widest = WIDER * max(float(steps.gaps[-1]), gap, required.high, 1e-6)
+    edges = 1e3 * np.append(steps.gaps, widest)
+    low, high = (100.0 * np.append(bound, bound[-1]) for bound in (steps.low, steps.high))
+    look: dict[str, Any] = {"step": "post", "alpha": BAND, "linewidth": 0.0}
+    axis.fill_between(edges, low, high, color=colour, label="bounds by recording", **look)
+    axis.stairs(100.0 * steps.probability, edges, baseline=None, color=colour, linewidth=2.0, label="motions")
+    words = f"target, {100.0 * target:.4g} %"
+    axis.axhline(100.0 * target, color=MEANING["target"], linestyle=":", linewidth=1.4, label=words)
+    _mark_required(axis, required)
+    _mark_gap(axis, gap)
+    axis.set(xlabel="gap [mm]", ylabel="probability of contact [%]", xlim=(0.0, 1e3 * widest), ylim=(-3.0, 109.0))
+    axis.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    return drawn
 
 
-def _counted(one: Any) -> list[Cell]:
+def _mark_required(axis: Axes, required: RequiredGap) -> None:
+    """A line at the required gap, and a bar of its bounds that ends in an arrow where there is none from above."""
+    colour = MEANING["required gap"]
+    words = f"required by {required.percentile:g} %, {say_in(required.gap, 'mm')}"
+    axis.axvline(1e3 * required.gap, color=colour, linestyle="--", linewidth=1.5, label=words)
+    words = "its bounds" if required.bounded else "its bounds, none above"
+    bar, height = (1e3 * required.low, 1e3 * required.high), 105.0
+    axis.plot(bar, (height, height), color=colour, linewidth=3.0, solid_capstyle="butt", label=words)
+    if not required.bounded:
+        axis.plot(bar[1], height, ">", color=colour, markersize=6)
+
+
+def _mark_gap(axis: Axes, gap: float) -> None:
+    axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"gap assessed, {say_in(gap, 'mm')}")
+
+
+def _share_cells(share: Share) -> list[Cell]:
     """Count, runs, probability and both bounds of a share, as the columns of `SHARES`."""
-    bounds = [(one.low, one.high), (one.low_recordings, one.high_recordings)]
-    shown = [between(*ends, "%", 3) for ends in bounds]
-    return [count(one.count), count(one.runs), number(one.probability, "%", 3), *shown]
+    bounds = [(share.low, share.high), (share.low_recordings, share.high_recordings)]
+    cells = [between(*ends, "%", 3) for ends in bounds]
+    return [count(share.count), count(share.runs), number(share.probability, "%", 3), *cells]
 
 
-def _line(words: str, shares: Sequence[Any]) -> Line:
-    columns = [[getattr(each, name) for each in shares] for name in SHARE_LINE]
-    return Line(words, *columns)
-
-
-def _near(shares: Sequence[Any], gap: float) -> list[int]:
-    """Rows spread evenly over the gaps, and the one nearest to the assessed gap."""
-    nearest = min(range(len(shares)), key=lambda place: abs(shares[place].gap - gap))
+def _near(shares: Sequence[Share], gap: float) -> list[int]:
+    """Indices of rows spread evenly over the gaps, and of the one nearest to the assessed gap."""
+    nearest = min(range(len(shares)), key=lambda index: abs(shares[index].gap - gap))
     return sorted({*evenly(len(shares), KEPT - 1), nearest})
 
 
-def required(material: Material, pair: Pair) -> list[Block]:
-    """The gap that percentiles of the motions need, with their bounds."""
+def _required(data: ReportData, pair: Pair) -> list[Block]:
+    """Table of the gaps that percentiles of the motions need, with their bounds."""
     heads = [("motions that it suffices for [%]", "r"), (head("gap", "m"), "r"), (head("bounds", "m"), "r")]
     heads += [(head("of a lognormal fit", "m"), "r"), ("", "l")]
     rows = [
         [
-            number(each.percentile),
-            number(each.gap, "m"),
-            between(each.low, each.high, "m"),
-            number(each.fitted, "m"),
-            "" if each.bounded else "so few recordings give no upper bound: the largest seen",
+            number(required.percentile),
+            number(required.gap, "m"),
+            between(required.low, required.high, "m"),
+            number(required.fitted, "m"),
+            "" if required.bounded else "so few recordings give no upper bound: the largest seen",
         ]
-        for each in pair.found.required
+        for required in pair.assessed.required
     ]
-    return [
-        table(f"{pair.name}: gap needed, by {counted(len(pair.found.closing), 'motion')} without contact.", heads, rows)
-    ]
+    motions = counted(len(pair.assessed.closing), "motion")
+    return [table(f"{pair.name}: gap needed, by {motions} without contact.", heads, rows)]
 
 
-def codes(material: Material, pair: Pair) -> list[Block]:
-    """What each rule asks, motion by motion, over the gap that the motion needs."""
-    found = pair.codes
-    upper = f"{found.percentile:g} %"
+def _codes(data: ReportData, pair: Pair) -> list[Block]:
+    """Figure and table of what each rule asks, motion by motion, over the gap that the motion needs."""
+    codes = pair.codes
     heads = [
         ("rule", "l"),
         ("clause", "l"),
         ("text of the clause", "l"),
         (head("median", "m"), "r"),
-        (head(upper, "m"), "r"),
+        (head(f"{codes.percentile:g} %", "m"), "r"),
     ]
     heads += [("over the gap needed: median (16 to 84 %)", "r"), ("falls short in", "r"), ("note", "l")]
-    common = _common([each.row.note for each in found.rules if each.row.separation is not None])
-    rows = [_rule(each, found.motions, common) for each in found.rules]
-    drawn = [_ratio(each) for each in found.rules if each.ratio_median is not None]
-    caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
-    blocks = [
-        paragraph(" ".join([f"{found.finding}.", *(f"Everywhere {each}." for each in common), *_doubts(found.rules)])),
-        table(f"{pair.name}: separations that rules ask, from the displacements of the same motions.", heads, rows),
-    ]
-    if drawn:
-        motions = counted(found.motions, "motion")
-        said = f"{caption}: median and middle 68 % of {motions}; safe right of 1; {RULE_MARKS_WORDS}"
-        blocks.insert(
-            1, figure(f"{pair.anchor}-rules", svg_text(report_rules(drawn)), f"{said}.", f"{said}. {found.finding}.")
-        )
+    common = _common([rule.row.note for rule in codes.rules if rule.row.separation is not None])
+    rows = [_rule_cells(rule, codes.motions, common) for rule in codes.rules]
+    sentences = [f"{codes.finding}.", *(f"Everywhere {note}." for note in common), *_doubts(codes.rules)]
+    caption = f"{pair.name}: separations that rules ask, from the displacements of the same motions."
+    blocks = [paragraph(" ".join(sentences)), table(caption, heads, rows)]
+    compared = [rule for rule in codes.rules if rule.ratio_median is not None]
+    if compared:
+        caption = f"{pair.name}: what rules ask over the gap that the same motion needs"
+        motions = counted(codes.motions, "motion")
+        caption = f"{caption}: median and middle 68 % of {motions}; safe right of 1; {RULE_MARKS_WORDS}"
+        drawing = svg_text(draw_rules(compared))
+        blocks.insert(1, figure(f"{pair.anchor}-rules", drawing, f"{caption}.", f"{caption}. {codes.finding}."))
     return blocks
 
 
-def _doubts(rules: Sequence[Any]) -> list[str]:
+def draw_rules(rules: Sequence[Comparison]) -> Figure:
+    """A line for each rule; squares are of those short in the median, marks are filled as in `style.RULE_MARKS`."""
+    drawn, axes = blank(1, 1, (DRAWN[0], 0.9 + 0.22 * len(rules)))
+    axis, colour = axes[0, 0], MEANING["rule"]
+    axis.axvline(1.0, color="black", linewidth=1.0)
+    for index, rule in enumerate(rules):
+        axis.plot([rule.ratio_low, rule.ratio_high], [index, index], color=colour, linewidth=2.2)
+        is_short = (rule.ratio_median or 0.0) < 1.0
+        axis.plot(rule.ratio_median, index, "s" if is_short else "o", **rule_mark(rule.row.verification))
+    axis.set_yticks(range(len(rules)), [rule.row.title for rule in rules], fontsize=SMALL)
+    axis.set_ylim(len(rules) - 0.5, -0.5)
+    axis.set_xlim(left=0.0)
+    axis.set_xlabel("rule over the gap needed")
+    return drawn
+
+
+def _doubts(rules: Sequence[Comparison]) -> list[str]:
     """What to think of clauses that were not read, where there are such."""
-    return [f"{SHARED[note]}." for note in (FROM_MEMORY, QUOTED_ONLY) if any(note in each.row.note for each in rules)]
-
-
-def _ratio(one: Any) -> Ratio:
-    """A rule as it is drawn."""
-    return Ratio(one.row.title, one.ratio_low, one.ratio_median, one.ratio_high, one.row.verification)
+    doubts = (FROM_MEMORY, QUOTED_ONLY)
+    return [f"{SHARED[doubt]}." for doubt in doubts if any(doubt in rule.row.note for rule in rules)]
 
 
 def _common(notes: Sequence[str]) -> list[str]:
-    """What every note says, so that it is said once."""
-    said = [note.split("; ") for note in notes]
-    return [each for each in said[0] if all(each in others for others in said)] if said else []
+    """The parts that every note has, so that they are written once."""
+    parts = [note.split("; ") for note in notes]
+    return [part for part in parts[0] if all(part in others for others in parts)] if parts else []
 
 
-def _rule(one: Any, motions: int, common: Sequence[str]) -> list[Cell | str]:
-    row = one.row
+def _rule_cells(rule: Comparison, motions: int, common: Sequence[str]) -> list[Cell | str]:
+    row = rule.row
     facts: list[Cell | str] = [row.title, row.clause, row.verification]
-    told = {*common, FROM_MEMORY, QUOTED_ONLY}  # below the table, and in its column of texts
-    note = "; ".join(each for each in row.note.split("; ") if each not in told) or MISSING
-    if one.exceeded is None:
+    elsewhere = {*common, FROM_MEMORY, QUOTED_ONLY}  # below the table, and in its column of texts
+    note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
+    if rule.exceeded is None:
         return [*facts, number(_or_nan(row.separation), "m"), MISSING, MISSING, MISSING, note]
-    ratio = [number(each, digits=3) for each in (one.ratio_median, one.ratio_low, one.ratio_high)]
-    shown = {
+    ratio = [number(value, digits=3) for value in (rule.ratio_median, rule.ratio_low, rule.ratio_high)]
+    spread = {
         "text": f"{ratio[0]['text']} ({ratio[1]['text']} to {ratio[2]['text']})",
-        "parts": [each["raw"] for each in ratio],
+        "parts": [cell["raw"] for cell in ratio],
     }
-    short = round(one.exceeded * motions)
-    counted = {"text": f"{short} of {motions}", "parts": [short, motions]}
-    return [*facts, number(one.middle, "m"), number(one.upper, "m"), shown, counted, note]
+    n_short = round(rule.exceeded * motions)
+    short = {"text": f"{n_short} of {motions}", "parts": [n_short, motions]}
+    return [*facts, number(rule.middle, "m"), number(rule.upper, "m"), spread, short, note]
 
 
-def _model(one: Any) -> str:
-    """The contact model that a result is of; contact itself depends on none."""
-    return name_of(one.contact_model) if one.contact_model else "any"
+def _model(result: Share | Fragility | Rate) -> str:
+    """The contact model of a result; contact itself depends on none."""
+    return name_of(result.contact_model) if result.contact_model else "any"
 
 
 def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def yielding(material: Material, pair: Pair) -> list[Block]:
-    """Probability of reaching the yield force against the gap, and by F_E and model at the grid's nearest gap."""
-    found, gap = pair.found.yielding, pair.found.yield_gap
-    if not found:
+def _yielding(data: ReportData, pair: Pair) -> list[Block]:
+    """Figure of P(yield) against the gap, and table of it by F_E and contact model at the grid's nearest gap."""
+    shares, gap = pair.assessed.yielding, pair.assessed.yield_gap
+    if not shares:
         return []
-    forces = sorted({_or_nan(each.yield_force) for each in found})
-    lines = []
-    for force in (forces[place] for place in evenly(len(forces), MOST_LINES)):
-        mine = [each for each in found if each.yield_force == force and each.contact_model == material.law]
-        lines.append(_line(f"$F_E$ {strength(force, unit=True)['text']}", mine))
-    caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(material.law)}"
+    forces = sorted({_or_nan(share.yield_force) for share in shares})
+    by_force = {}
+    for force in (forces[index] for index in evenly(len(forces), MOST_LINES)):
+        same = [share for share in shares if share.yield_force == force and share.contact_model == data.law]
+        by_force[f"$F_E$ {strength(force, unit=True)['text']}"] = same
+    caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(data.law)}"
     heads = [("contact model", "l"), (head("F_E", "N"), "r"), ("reach it", "r"), *SHARES]
-    here = [each for each in found if each.gap == gap]
-    rows = [[_model(each), strength(each.yield_force), *_counted(each)] for each in here]
+    here = [share for share in shares if share.gap == gap]
+    rows = [[_model(share), strength(share.yield_force), *_share_cells(share)] for share in here]
     at = f"{pair.name}: probability of reaching F_E at a gap of {amount(gap, 'm')['text']}{pair.at}."
     return [
         figure(
             f"{pair.anchor}-yielding",
-            svg_text(report_probabilities(lines, pair.found.gap, "probability of reaching $F_E$")),
+            svg_text(draw_yielding(by_force, pair.assessed.gap)),
             f"{caption}.",
-            f"{caption}, against the gap, for {len(lines)} yield forces; the table has the numbers at one gap.",
+            f"{caption}, against the gap, for {len(by_force)} yield forces; the table has the numbers at one gap.",
         ),
-        table(at, heads, rows, keep=_of_law(here, material.law), note="some of the scene's own contact model"),
+        table(at, heads, rows, keep=_of_law(here, data.law), note="some of the scene's own contact model"),
     ]
 
 
-def _of_law(shares: Sequence[Any], law: str) -> list[int]:
-    """Rows of one contact model, evenly spread."""
-    mine = [place for place, each in enumerate(shares) if each.contact_model == law]
-    return [mine[place] for place in evenly(len(mine), KEPT)]
+def draw_yielding(by_force: dict[str, list[Share]], gap: float) -> Figure:
+    """P(yield) with bounds against the gap, a line for each yield force, and a mark at the assessed gap [m]."""
+    drawn, axes = blank(1, 1, DRAWN)
+    axis = axes[0, 0]
+    for (words, shares), (colour, dash) in zip(by_force.items(), strength_styles(len(by_force)), strict=True):
+        gaps = np.array([share.gap for share in shares]) * 1e3
+        # Marks where it was counted; between them the line only leads the eye.
+        marker = "o" if len(gaps) <= FEW else ""
+        look = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "linewidth": 1.8}
+        axis.plot(gaps, 100.0 * np.array([share.probability for share in shares]), label=words, **look)
+        if len(by_force) <= 3:
+            bounds = 100.0 * np.array([(share.low_recordings, share.high_recordings) for share in shares]).T
+            axis.fill_between(gaps, *bounds, color=colour, alpha=BAND, linewidth=0.0)
+    _mark_gap(axis, gap)
+    axis.set(xlabel="gap [mm]", ylabel="probability of reaching $F_E$ [%]", ylim=(-3.0, 103.0))
+    axis.legend(fontsize=SMALL)
+    return drawn
 
 
-def fragility(material: Material, pair: Pair) -> list[Block]:
-    """Lognormal fragilities: curves and stripes, and the table of medians and dispersions with standard errors."""
-    found = [each for each in pair.found.fragility if np.isfinite(each.median) and np.isfinite(each.dispersion)]
+def _of_law(shares: Sequence[Share], law: str) -> list[int]:
+    """Indices of some shares of one contact model, evenly spread."""
+    same = [index for index, share in enumerate(shares) if share.contact_model == law]
+    return [same[index] for index in evenly(len(same), KEPT)]
+
+
+def _fragility(data: ReportData, pair: Pair) -> list[Block]:
+    """Figure of lognormal fragilities and stripes, and table of medians and dispersions with standard errors."""
+    curves = [one for one in pair.assessed.fragility if np.isfinite(one.median) and np.isfinite(one.dispersion)]
     refused = _not_fitted(pair)
-    if not found:
+    if not curves:
         return refused
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
     heads += [(head("median", ACCELERATION), "r"), ("error of its ln; by recording", "r"), ("dispersion", "r")]
     heads += [("its error; by recording", "r"), ("from", "l")]
-    rows = [_fitted(each) for each in found]
-    words = intensity_words(material.assessment.intensity)
-    drawn = _drawn(found, material.law, pair.found)
-    curves = [
-        Curve(_what(each), each.median, each.dispersion, _stripes(each), each.what == "contact") for each in drawn
-    ]
+    rows = [_curve_cells(curve) for curve in curves]
+    words = intensity_words(data.assessment.intensity)
+    drawn = _drawn_curves(curves, data.law, pair.assessed.gap)
     caption = f"{pair.name}: lognormal fragility against {words}; rings are shares of the motions"
-    drawing = svg_text(report_fragility(curves, f"{words} [g]"))
-    keep = sorted(found.index(each) for each in drawn)
+    drawing = svg_text(draw_fragility(drawn, f"{words} [g]"))
+    keep = sorted(curves.index(curve) for curve in drawn)
     note = "those of the figure"
     return [
         figure(
@@ -287,113 +346,130 @@ def fragility(material: Material, pair: Pair) -> list[Block]:
     ]
 
 
+def draw_fragility(curves: Sequence[Fragility], words: str) -> Figure:
+    """Lognormal fragilities with the stripes that they were fitted to; intensities [m/s²] are drawn in g."""
+    drawn, axes = blank(1, 1, DRAWN)
+    axis = axes[0, 0]
+    widest = max(stripe.im for curve in curves for stripe in curve.stripes)
+    im = np.linspace(1e-3, 1.1, 300) * widest
+    of_contact = contact_styles(sum(curve.what == "contact" for curve in curves))
+    of_yielding = strength_styles(len(curves) - len(of_contact))
+    for curve in curves:
+        colour, dash = (of_contact if curve.what == "contact" else of_yielding).pop(0)
+        look = {"color": colour, "linestyle": dash, "linewidth": 1.8}
+        axis.plot(im / STANDARD_GRAVITY, 100.0 * curve.probability(im), label=_curve_words(curve), **look)
+        points = [
+            (stripe.im / STANDARD_GRAVITY, 100.0 * stripe.count / stripe.runs)
+            for stripe in curve.stripes
+            if stripe.runs
+        ]
+        axis.plot(*np.array(points).T, "o", color=colour, markersize=5, markerfacecolor="none")
+    axis.set(xlabel=words, ylabel="probability [%]", ylim=(-3.0, 103.0))
+    axis.set_xlim(0.0, float(im[-1]) / STANDARD_GRAVITY)
+    axis.legend(fontsize=SMALL)
+    return drawn
+
+
 def _not_fitted(pair: Pair) -> list[Block]:
-    """Which curves there are none of, and why: contact at the judged gap, yielding, and at how many other gaps."""
+    """Which curves could not be fitted, and why: contact at the judged gap, yielding, and at how many other gaps."""
     faults: dict[str, list[str]] = {}
     others = 0
-    for each in pair.found.fragility:
-        if each.fault and each.what == "contact" and each.gap != pair.found.gap:
+    for curve in pair.assessed.fragility:
+        if curve.fault and curve.what == "contact" and curve.gap != pair.assessed.gap:
             others += 1
-        elif each.fault:
-            model = f" under {name_of(each.contact_model)}" if each.contact_model else ""
-            faults.setdefault(each.fault, []).append(f"{_what(each)}{model}".replace("$F_E$", "F_E"))
-    told = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
+        elif curve.fault:
+            model = f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
+            faults.setdefault(curve.fault, []).append(f"{_curve_words(curve)}{model}".replace("$F_E$", "F_E"))
+    sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
     if others:
-        told.append(f"contact at {others} other gap{'s' * (others > 1)}: `assess -o` writes the reason of each.")
-    return [paragraph(f"{pair.name}, not fitted:"), listing(told)] if told else []
+        sentences.append(f"contact at {others} other gap{'s' * (others > 1)}: `assess -o` writes the reason of each.")
+    return [paragraph(f"{pair.name}, not fitted:"), listing(sentences)] if sentences else []
 
 
-def _fitted(one: Any) -> list[Cell | str]:
+def _curve_cells(curve: Fragility) -> list[Cell | str]:
     return [
-        one.what,
-        number(one.gap, "m"),
-        _model(one),
-        strength(one.yield_force),
-        number(one.median, ACCELERATION),
-        _error(one.se_median, one.se_median_recordings),
-        number(one.dispersion, digits=3),
-        _error(one.se_dispersion, one.se_dispersion_recordings),
-        one.method,
+        curve.what,
+        number(curve.gap, "m"),
+        _model(curve),
+        strength(curve.yield_force),
+        number(curve.median, ACCELERATION),
+        _error(curve.se_median, curve.se_median_recordings),
+        number(curve.dispersion, digits=3),
+        _error(curve.se_dispersion, curve.se_dispersion_recordings),
+        curve.method,
     ]
 
 
 def _error(plain: float, clustered: float) -> Cell:
-    cells = [number(each, digits=2) for each in (plain, clustered)]
+    """A standard error were motions independent, and that by recording."""
+    cells = [number(error, digits=2) for error in (plain, clustered)]
     return {"text": f"{cells[0]['text']}; {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
 
 
-def _drawn(found: Sequence[Any], law: str, one: Any) -> list[Any]:
+def _drawn_curves(curves: Sequence[Fragility], law: str, gap: float) -> list[Fragility]:
     """Some curves of contact, that of the assessed gap among them, and some of yielding under the scene's law."""
-    touching = [each for each in found if each.what == "contact"]
-    yields = [each for each in found if each.what != "contact" and each.contact_model == law]
-    own = [each for each in touching if each.gap == one.gap]
-    some = [touching[place] for place in evenly(len(touching), MOST_CURVES)] if touching else []
-    chosen = {id(each): each for each in [*own, *some][:MOST_CURVES]}
-    chosen |= {id(each): each for each in (yields[place] for place in evenly(len(yields), MOST_CURVES))}
-    return [each for each in found if id(each) in chosen] or list(found[:MOST_CURVES])
+    touching = [curve for curve in curves if curve.what == "contact"]
+    yields = [curve for curve in curves if curve.what != "contact" and curve.contact_model == law]
+    own = [curve for curve in touching if curve.gap == gap]
+    some = [touching[index] for index in evenly(len(touching), MOST_CURVES)] if touching else []
+    chosen = {id(curve) for curve in [*own, *some][:MOST_CURVES]}
+    chosen |= {id(yields[index]) for index in evenly(len(yields), MOST_CURVES)}
+    return [curve for curve in curves if id(curve) in chosen] or list(curves[:MOST_CURVES])
 
 
-def _what(one: Any) -> str:
-    gap = f"{one.what}, gap {amount(one.gap, 'm')['text']}"
-    return gap if one.yield_force is None else f"{gap}, $F_E$ {strength(one.yield_force, unit=True)['text']}"
+def _curve_words(curve: Fragility) -> str:
+    gap = f"{curve.what}, gap {amount(curve.gap, 'm')['text']}"
+    return gap if curve.yield_force is None else f"{gap}, $F_E$ {strength(curve.yield_force, unit=True)['text']}"
 
 
-def _stripes(one: Any) -> list[Stripe]:
-    return [Stripe(each.im, each.count, each.runs) for each in one.stripes]
-
-
-def rates(material: Material, pair: Pair) -> list[Block]:
-    """Annual rate and 50-year probability, where a hazard curve is given."""
-    found = [each for each in pair.found.rates if np.isfinite(each.annual)]
-    if not found:
+def _rates(data: ReportData, pair: Pair) -> list[Block]:
+    """Table of annual rates and 50-year probabilities, where a hazard curve is given."""
+    rates = [rate for rate in pair.assessed.rates if np.isfinite(rate.annual)]
+    if not rates:
         return []
     heads = [("of", "l"), (head("gap", "m"), "r"), ("contact model", "l"), (head("F_E", "N"), "r")]
     heads += [("a year", "r"), ("bounds", "r"), ("in 50 years [%]", "r"), ("P at the weakest [%]", "r")]
     heads += [("left out [%]", "r")]
     rows: list[list[Cell | str]] = [
         [
-            each.what,
-            number(each.gap, "m"),
-            _model(each),
-            strength(each.yield_force),
-            _at_least(number(each.annual, digits=3), each),
-            between(each.low, each.high, "1", 3),
-            _at_least(number(each.fifty_years, "%", 3), each),
-            number(each.below, "%", 2),
-            number(each.missing, "%", 2),
+            rate.what,
+            number(rate.gap, "m"),
+            _model(rate),
+            strength(rate.yield_force),
+            _at_least(number(rate.annual, digits=3), rate),
+            between(rate.low, rate.high, "1", 3),
+            _at_least(number(rate.fifty_years, "%", 3), rate),
+            number(rate.below, "%", 2),
+            number(rate.missing, "%", 2),
         ]
-        for each in found
+        for rate in rates
     ]
-    source, curve = material.assessment.hazard, material.assessment.hazard_rows
+    source, curve = data.assessment.hazard, data.assessment.hazard_rows
     weakest, strongest = (amount(im, ACCELERATION)["text"] for im in (curve[0][0], curve[-1][0]))
     stronger = number(curve[-1][1], digits=3)["text"]
-    least = "Where a rate is at least so much, the curve ends where failures do not. " if _any_cut(found) else ""
-    told = (
+    is_cut = any(rate.at_least for rate in rates)
+    least = "Where a rate is at least so much, the curve ends where failures do not. " if is_cut else ""
+    explained = (
         f"Rates count motions from {weakest} to {strongest}, the range of the curve. {least}Left out is the share of "
         "the failures beyond the curve's ends, were it continued at the slope of its last rows; stronger motions add "
         f"at most {stronger} a year, and of weaker ones the curve says nothing. Bounds carry the fragility's standard "
         "errors and nothing of the curve's own uncertainty."
     )
-    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows), paragraph(told)]
+    return [table(f"{pair.name}: annual rate under the hazard curve {source}.", heads, rows), paragraph(explained)]
 
 
-def _at_least(cell: Cell, rate: Any) -> Cell:
-    """A number of a rate, and whether it is a lower bound alone."""
+def _at_least(cell: Cell, rate: Rate) -> Cell:
+    """The cell of a rate, with "at least" where the number is only a lower bound."""
     return {**cell, "text": f"at least {cell['text']}"} if rate.at_least else cell
 
 
-def _any_cut(rates: Sequence[Any]) -> bool:
-    return any(each.at_least for each in rates)
-
-
-def influences(material: Material, pair: Pair) -> list[Block]:
+def _sensitivity(data: ReportData, pair: Pair) -> list[Block]:
     """What the verdict depends on: polarity, F_E, contact model."""
-    found = pair.found.sensitivity
-    if not found:
+    influences = pair.assessed.sensitivity
+    if not influences:
         return []
-    told = (f"{each.what}, by {name_of(each.key)}: {each.words}." for each in found)
     return [
         heading("What sways it", f"{pair.anchor}-influences"),
-        paragraph(f"{pair.found.what_matters[:1].upper()}{pair.found.what_matters[1:]}."),
-        listing(told),
+        paragraph(f"{pair.assessed.what_matters[:1].upper()}{pair.assessed.what_matters[1:]}."),
+        listing(f"{influence.what}, by {name_of(influence.key)}: {influence.words}." for influence in influences),
     ]

@@ -1,161 +1,30 @@
-"""Where laws and rules are from, and what it takes to run the study again."""
+"""Section on references: where contact laws, effects and rules of codes are from."""
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Mapping
-from typing import Any
-
-from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
 from pounding_risk.assessment.separations.rules import RULES
-from pounding_risk.reports.blocks import (
-    MISSING,
-    Block,
-    facts,
-    head,
-    heading,
-    listing,
-    number,
-    paragraph,
-    source,
-    table,
-)
-from pounding_risk.reports.material import Material
-from pounding_risk.results.amplitudes import intensity_words, usual_intensity
-from pounding_risk.results.own_case import own_level, scene_gap
-from pounding_risk.units import GAP, PGA, exact
+from pounding_risk.reports.blocks import Block, listing, paragraph
+from pounding_risk.reports.data import ReportData
+
+TITLE = "References"
+ORDER = 100
 
 
-def references(material: Material) -> list[Block]:
+def write(data: ReportData) -> list[Block]:
     """The sources of the contact laws and effects that took part, and of the rules of codes."""
-    found = [each.strip() for each in str(material.results.attrs.get("references", "")).split(";")]
+    sources = [source.strip() for source in str(data.results.attrs.get("references", "")).split(";")]
     return [
         paragraph("Contact laws and effects of this study:"),
-        listing(dict.fromkeys(each for each in found if each)),
+        listing(dict.fromkeys(source for source in sources if source)),
         paragraph("Rules of codes: clause, formula, how its text is known, and later editions as far as known here:"),
         listing(_rules()),
     ]
 
 
 def _rules() -> list[str]:
-    told = []
+    rules = []
     for rule in RULES.values():
         known = f"{rule.verification}: {rule.source}" if rule.source else rule.verification
         later = f"; superseded by {rule.superseded}" if rule.superseded else ""
-        told.append(f"{rule.title}: {rule.clause}; {rule.formula}; {known}{later}.")
-    return told
-
-
-def provenance(material: Material) -> list[Block]:
-    """The scene as written and as resolved, how it was run, versions, record files and what was done to them."""
-    told = material.results.attrs
-    blocks = [
-        paragraph(
-            "To run this study again, save the scene below under the name that the first command has for it, give the "
-            "commands, and compare the checksums of the record files."
-            + (" With the results file at hand, pounding-risk rerun does all of it." if "options" in told else "")
-        ),
-        source("Commands.", "\n".join(_commands(material))),
-        source("The scene, as written.", str(told.get("scene", ""))),
-        facts("Versions.", sorted(material.facts("versions", {}).items())),
-        *([facts("Digests.", digests)] if (digests := _digests(told)) else []),
-        _files(material),
-        heading("Origin and terms of the records", "origins"),
-        listing(_origins(material)),
-        heading("Processing", "processing"),
-        listing(_steps(material)),
-        source("The scene, every value stated.", str(told["scene_resolved"])),
-    ]
-    asked = material.assessment
-    if asked.hazard_rows:
-        heads = [(head(intensity_words(asked.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
-        rows = [[number(im, "m/s2"), number(rate)] for im, rate in asked.hazard_rows]
-        blocks.append(table(f"The hazard curve {asked.hazard}.", heads, rows))
-    written_from = [("results file, sha256", material.checksum)] if material.checksum else []
-    written_from += [
-        (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
-        for kind, other in material.others.items()
-        if "file" in other.attrs
-    ]
-    if written_from:
-        blocks.append(facts("This report was written from", written_from))
-    return blocks
-
-
-def _digests(told: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What tells this scene and these kernels from any others, where the results say so."""
-    names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
-    return [(words, str(told[name])) for name, words in names.items() if name in told]
-
-
-def _commands(material: Material) -> list[str]:
-    """The command that made the dataset, where one did, or one that makes the same."""
-    told = material.results.attrs
-    if told.get("command"):
-        scan = str(told["command"])
-    else:
-        changed = "".join(f" --set '{each}'" for each in material.facts("overrides", []))
-        scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
-    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(material)])]
-
-
-def _target(scan: str) -> str:
-    """The file that a command writes."""
-    words = shlex.split(scan)
-    places = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
-    joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
-    return words[places[-1]] if places else joined[-1] if joined else "results.nc"
-
-
-def _asked(material: Material) -> list[str]:
-    """The options of the report that are not the usual ones."""
-    asked, one = material.assessment, material.assessment.interfaces[0]
-    told = []
-    if one.gap != scene_gap(material.results, 0):
-        told += ["--gap", str(exact(one.gap, GAP))]
-    if asked.percentile != USUAL_PERCENTILE:
-        told += ["--percentile", f"{asked.percentile:.15g}"]
-    if asked.confidence != USUAL_CONFIDENCE:
-        told += ["--confidence", repr(asked.confidence)]
-    if asked.target != target_left_by(asked.percentile):
-        told += ["--target", repr(asked.target)]
-    if asked.intensity != usual_intensity(material.results):
-        told += ["--intensity", asked.intensity]
-    if "pga" in material.results.dims and one.amplitude != material.results["pga"].values[own_level(material.results)]:
-        told += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
-    for name, words in material.signature.lines:
-        told += [f"--{name}", words]
-    for other in material.others.values():
-        told += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
-    return [*told, "--hazard", asked.hazard] if asked.hazard else told
-
-
-def _files(material: Material) -> Block:
-    heads = [(words, "l") for words in ("record", "file", "format", "sha256")]
-    rows = [
-        [name, *(str(one.get(key) or MISSING) for key in ("file", "format", "sha256"))]
-        for name, one in material.records.items()
-    ]
-    return table("Record files.", heads, rows)
-
-
-def _origins(material: Material) -> list[str]:
-    """Where records are from and on what terms; those from one place share a line."""
-    alike: dict[str, list[str]] = {}
-    for name, one in material.records.items():
-        told = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
-        alike.setdefault(told or "not told by the file", []).append(name)
-    return [f"{_who(names, material)}: {told}" for told, names in alike.items()]
-
-
-def _who(names: list[str], material: Material) -> str:
-    """Records by name, or all of them."""
-    return "all records" if len(names) == len(material.records) > 1 else ", ".join(names)
-
-
-def _steps(material: Material) -> list[str]:
-    """What was done to each record; records treated alike share a line."""
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for name, steps in material.facts("processing", {}).items():
-        alike.setdefault(tuple(steps), []).append(name)
-    return [f"{_who(names, material)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]
+        rules.append(f"{rule.title}: {rule.clause}; {rule.formula}; {known}{later}.")
+    return rules

@@ -1,4 +1,4 @@
-"""What contact does to the buildings: their peaks with it beside those without, over the motions that bring it."""
+"""Section on the response: peaks of the buildings with contact beside those without, over the motions that bring it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ from pounding_risk.reports.blocks import (
     percentiles,
     table,
 )
-from pounding_risk.reports.material import Material, Pair
+from pounding_risk.reports.data import Pair, ReportData
+
+TITLE = "What contact does to the buildings"
+ORDER = 60
 
 # Outputs per building, each stored with a twin without contact: what they are called, and their unit.
 OUTPUTS = {
@@ -32,19 +35,19 @@ OUTPUTS = {
 }
 
 
-def response(material: Material) -> list[Block]:
-    """Each interface in turn, at its gap, under the scene's contact model."""
+def write(data: ReportData) -> list[Block]:
+    """A table for each interface, at its gap, under the scene's contact model."""
     blocks: list[Block] = []
-    for pair in material.pairs:
-        blocks += _buildings(material, pair)
+    for pair in data.pairs:
+        blocks += _buildings(data, pair)
     return blocks
 
 
-def _buildings(material: Material, pair: Pair) -> list[Block]:
-    case = {"gap": pair.grid_gap, "yield_force": material.yield_force, "contact_model": material.law}
+def _buildings(data: ReportData, pair: Pair) -> list[Block]:
+    case = {"gap": pair.grid_gap, "yield_force": data.yield_force, "contact_model": data.law}
     here = pair.results.sel(case)
     touching = (here["impact_count"] > 0).transpose("record", "polarity").values
-    law = f"{name_of(material.law)}, {force_words(material.yield_force)}"
+    law = f"{name_of(data.law)}, {force_words(data.yield_force)}"
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
         return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as if alone.")]

@@ -1,4 +1,4 @@
-"""The row as a whole: in elevation and in plan, its contact points, storeys with and without pounding, its ends."""
+"""Section on a row: elevation, plan, contact points, storeys with and without pounding, its ends and its interior."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from math import nan
 
 import numpy as np
 
-from pounding_risk.assessment.row import Place, RowCase, Touch
+from pounding_risk.assessment.row import ContactPoint, RowCase, Touch
 from pounding_risk.figures.elevation import elevation_figure, elevation_finding, where_words
 from pounding_risk.figures.plan_view import plan_figure, plan_finding
-from pounding_risk.figures.report import svg_text
 from pounding_risk.figures.storey_profiles import amplification, profiles_figure, profiles_finding
+from pounding_risk.figures.style import svg_text
 from pounding_risk.reports.blocks import (
     Block,
     Cell,
@@ -24,18 +24,21 @@ from pounding_risk.reports.blocks import (
     percentiles,
     table,
 )
-from pounding_risk.reports.material import Material
+from pounding_risk.reports.data import ReportData
+
+TITLE = "The row"
+ORDER = 50
 
 OF_TOUCH = [("motions", "r"), ("with contact [%]", "r"), ("reach F_E [%]", "r"), ("impacts, median", "r")]
 OF_TOUCH += [(head("peak force, median", "N"), "r")]
 POSITIONS = ("end", "interior")
 
 
-def row(material: Material) -> list[Block]:
-    """What the motions do to a row; nothing for a pair."""
-    if not material.is_row:
+def write(data: ReportData) -> list[Block]:
+    """Drawings and tables of a row; nothing for a pair."""
+    if not data.is_row:
         return []
-    case = material.row
+    case = data.row
     where = where_words(case)
     blocks = [
         paragraph(f"{elevation_finding(case)}. {plan_finding([case])}."),
@@ -44,7 +47,7 @@ def row(material: Material) -> list[Block]:
             svg_text(elevation_figure(case, titled=False)),
             f"The row in elevation, {where}. Heights are to scale, widths nominal, gaps drawn larger. Colour: share of "
             "the motions with contact; a thick rim: some reach F_E.",
-            f"Elevation of {len(case.buildings)} buildings with {len(case.places)} contact points. "
+            f"Elevation of {len(case.buildings)} buildings with {len(case.points)} contact points. "
             f"{elevation_finding(case)}. The tables below have the numbers.",
         ),
         table(f"Neighbours, {where}.", [("neighbours", "l"), (head("gap", "m"), "r"), *OF_TOUCH], _interfaces(case)),
@@ -68,15 +71,15 @@ def _interfaces(case: RowCase) -> list[list[Cell | str]]:
 
 
 def _touch(touch: Touch) -> list[Cell | str]:
-    """The columns of `OF_TOUCH`."""
+    """Cells of a contact, as the columns of `OF_TOUCH`."""
     shares = [number(share, "%", 3) for share in (touch.contact, touch.yielding)]
     return [count(touch.runs), *shares, number(touch.impacts), number(touch.force, "N")]
 
 
 def _points(case: RowCase, where: str) -> Block:
     heads = [("neighbours", "l"), ("left floor", "r"), ("right floor", "r"), ("kind", "l"), ("level [m]", "r")]
-    rows = [_point(case, place) for place in case.places]
-    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.places[at].touch.contact))[:12]
+    rows = [_point(case, point) for point in case.points]
+    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[:12]
     return table(
         f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3.",
         [*heads, *OF_TOUCH],
@@ -86,13 +89,13 @@ def _points(case: RowCase, where: str) -> Block:
     )
 
 
-def _point(case: RowCase, place: Place) -> list[Cell | str]:
-    floors = [number(floor, digits=3) for floor in (place.left_floor, place.right_floor)]
-    return [case.interfaces[place.interface], *floors, place.kind, number(place.level), *_touch(place.touch)]
+def _point(case: RowCase, point: ContactPoint) -> list[Cell | str]:
+    floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
+    return [case.interfaces[point.interface], *floors, point.kind, number(point.level), *_touch(point.touch)]
 
 
 def _storeys(case: RowCase, where: str) -> list[Block]:
-    """Profiles and what contact does to drift and acceleration, building by building, ends and interiors apart."""
+    """Profiles, and the change of drift and acceleration by contact, building by building, ends and interiors apart."""
     raised = [amplification(case, at) for at in range(len(case.buildings))]
     if not np.isfinite(raised).any():
         return [paragraph("No building with storeys touches a neighbour; the buildings move as if alone.")]
@@ -102,9 +105,9 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
         for building, drift, acceleration in zip(case.buildings, raised, shaken, strict=True)
     ]
     for position in POSITIONS:
-        mine = [at for at, building in enumerate(case.buildings) if building.position == position]
-        cells = [middle(percentiles([values[at] for at in mine] or [nan]), "1") for values in (raised, shaken)]
-        who = f"{len(mine)} {position}{'s' if len(mine) != 1 else ''}"
+        same = [at for at, building in enumerate(case.buildings) if building.position == position]
+        cells = [middle(percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)]
+        who = f"{len(same)} {position}{'s' if len(same) != 1 else ''}"
         rows.append([f"{who}: median (16 to 84 %)", "", *cells])
     impulse = _of_runs(case, "row_impulse", "N s")
     lost = _of_runs(case, "row_energy_lost", "J")

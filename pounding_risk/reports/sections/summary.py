@@ -1,4 +1,4 @@
-"""The first page: the verdict on each gap, the numbers and sentences behind it, and what to keep in mind."""
+"""Section on the summary: the verdict on each gap, the numbers and sentences behind it, and caveats."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ from pounding_risk.reports.blocks import (
     paragraph,
     table,
 )
-from pounding_risk.reports.material import Material, Pair
+from pounding_risk.reports.data import Pair, ReportData
+
+TITLE = "Summary"
+ORDER = 10
 
 
-def summary(material: Material) -> list[Block]:
-    """The verdict on each interface with its evidence, and what a reader of this page alone must know."""
-    blocks: list[Block] = [_verdicts(material)] if len(material.pairs) > 1 else []
-    for pair in material.pairs:
-        verdict = pair.found.verdict
+def write(data: ReportData) -> list[Block]:
+    """The verdict on each interface with its evidence, and the caveats that a reader of this page alone must know."""
+    blocks: list[Block] = [_verdicts(data)] if len(data.pairs) > 1 else []
+    for pair in data.pairs:
+        verdict = pair.assessed.verdict
         blocks += [
             {
                 "kind": "verdict",
@@ -37,57 +40,59 @@ def summary(material: Material) -> list[Block]:
                 "conclusion": list(verdict.conclusion),
                 "sentence": verdict.sentence,
             },
-            paragraph(material.assessment.asked),
+            paragraph(data.assessment.asked),
             listing(verdict.evidence),
-            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(material, pair)),
+            facts(f"{pair.name}: the numbers behind the verdict.", _numbers(data, pair)),
         ]
-    caveats = _caveats(material)
+    caveats = _caveats(data)
     if caveats:
         blocks += [heading("To keep in mind", "caveats"), listing(caveats)]
     return blocks
 
 
-def _verdicts(material: Material) -> Block:
+def _verdicts(data: ReportData) -> Block:
     """The verdicts of a row, one line an interface."""
-    percentile = material.assessment.percentile
+    percentile = data.assessment.percentile
     heads = [("neighbours", "l"), (head("gap", "m"), "r"), ("verdict", "l"), ("with contact", "r"), ("motions", "r")]
     heads += [("probability [%]", "r"), (head(f"gap that {percentile:g} % need", "m"), "r")]
     rows: list[list[Cell | str]] = []
-    for pair in material.pairs:
-        here = pair.found.contact_at_gap()
-        needed = pair.found.required_at(percentile).gap
+    for pair in data.pairs:
+        here = pair.assessed.contact_at_gap()
+        needed = pair.assessed.required_at(percentile).gap
         shares = [count(here.count), count(here.runs), number(here.probability, "%", 3)]
-        rows.append([pair.name, number(pair.found.gap, "m"), pair.found.verdict.word, *shares, number(needed, "m")])
-    worst = sorted(range(len(rows)), key=lambda at: -material.pairs[at].found.contact_at_gap().probability)
+        rows.append(
+            [pair.name, number(pair.assessed.gap, "m"), pair.assessed.verdict.word, *shares, number(needed, "m")]
+        )
+    worst = sorted(range(len(rows)), key=lambda at: -data.pairs[at].assessed.contact_at_gap().probability)
     note = "those with most contact"
     return table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
 
 
-def _numbers(material: Material, pair: Pair) -> list[tuple[str, Cell | str]]:
-    found, asked = pair.found, material.assessment
-    here, bounds = found.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
-    told: list[tuple[str, Cell | str]] = [
-        ("gap assessed", amount(found.gap, "m")),
+def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
+    assessed, asked = pair.assessed, data.assessment
+    here, bounds = assessed.contact_at_gap(), f"{100 * asked.confidence:g} % bounds"
+    rows: list[tuple[str, Cell | str]] = [
+        ("gap assessed", amount(assessed.gap, "m")),
         ("motions with contact", count(here.count)),
         ("motions", count(here.runs)),
         ("probability of contact [%]", number(here.probability, "%", 3)),
         (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
         (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
         ("probability allowed [%]", number(asked.target, "%", 3)),
-        *_required(found, asked.percentile),
-        *([] if asked.criterion.agrees else _required(found, asked.criterion.target_percentile)),
-        ("motions that need most", _governing(found.verdict)),
+        *_required(assessed, asked.percentile),
+        *([] if asked.criterion.agrees else _required(assessed, asked.criterion.target_percentile)),
+        ("motions that need most", _governing(assessed.verdict)),
         ("cases of the dataset", count(asked.cases)),
         ("of these failed, left out of what contact does", count(asked.failed)),
         ("made again at a tighter tolerance", count(asked.checked)),
         ("of these sensitive", count(asked.sensitive)),
     ]
-    return told
+    return rows
 
 
-def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
-    one = found.required_at(percentile)
-    ratio = found.gap / one.gap if one.gap > 0.0 else float("nan")
+def _required(assessed: Any, percentile: float) -> list[tuple[str, Cell | str]]:
+    one = assessed.required_at(percentile)
+    ratio = assessed.gap / one.gap if one.gap > 0.0 else float("nan")
     return [
         (f"gap that {percentile:g} % of the motions need", amount(one.gap, "m")),
         ("its bounds [mm]", between(one.low, one.high, "m")),
@@ -97,37 +102,39 @@ def _required(found: Any, percentile: float) -> list[tuple[str, Cell | str]]:
 
 def _governing(verdict: Any) -> Cell:
     """The motions that close most, with the gap that each needs."""
-    cells = [amount(each.closing, "m") for each in verdict.governing]
-    told = [
-        f"{each.record} {each.polarity} ({cell['text']})" for each, cell in zip(verdict.governing, cells, strict=True)
+    cells = [amount(motion.closing, "m") for motion in verdict.governing]
+    words = [
+        f"{motion.record} {motion.polarity} ({cell['text']})"
+        for motion, cell in zip(verdict.governing, cells, strict=True)
     ]
-    return {"text": ", ".join(told), "parts": [cell["raw"] for cell in cells]}
+    return {"text": ", ".join(words), "parts": [cell["raw"] for cell in cells]}
 
 
-def _caveats(material: Material) -> list[str]:
-    found, told = material.assessment, []
-    if found.failed:
-        told.append(
-            f"{found.failed} of {counted(found.cases, 'case')} failed: they are left out of what contact does. "
-            "Whether there is "
-            f"contact follows from the motion without it{', and in a row from the runs' if material.is_row else ''}."
+def _caveats(data: ReportData) -> list[str]:
+    assessment, sentences = data.assessment, []
+    if assessment.failed:
+        sentences.append(
+            f"{assessment.failed} of {counted(assessment.cases, 'case')} failed: they are left out of what contact "
+            "does. Whether there is "
+            f"contact follows from the motion without it{', and in a row from the runs' if data.is_row else ''}."
         )
-    if found.sensitive:
-        told.append(
-            f"{found.sensitive} of the {counted(found.checked, 'run')} made again are sensitive to the tolerance."
-        )
-    if not found.checked:
-        told.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
-    told += found.notes
-    if material.facts("flags", {}):
-        told.append("There are doubts about some records; they stand with the records.")
-    if material.facts("left_out", []):
-        told.append("Some files that the scene names were left out; they stand with the records.")
-    if material.facts("unused_keys", []):
-        told.append("Some keys of the scene have no effect in it; they are listed with the scene.")
-    rules = [each.row for pair in material.pairs for each in pair.codes.rules]
+    if assessment.sensitive:
+        runs = counted(assessment.checked, "run")
+        sentences.append(f"{assessment.sensitive} of the {runs} made again are sensitive to the tolerance.")
+    if not assessment.checked:
+        sentences.append("No run was made again at a tighter tolerance: how exact the numbers are was not measured.")
+    sentences += assessment.notes
+    if data.facts("flags", {}):
+        sentences.append("There are doubts about some records; they stand with the records.")
+    if data.facts("left_out", []):
+        sentences.append("Some files that the scene names were left out; they stand with the records.")
+    if data.facts("unused_keys", []):
+        sentences.append("Some keys of the scene have no effect in it; they are listed with the scene.")
+    rules = [rule.row for pair in data.pairs for rule in pair.codes.rules]
     if any(row.verification in (MEMORY, QUOTED) for row in rules):
-        told.append("Some rules of codes are quoted by others or from memory: their clauses were not read; see there.")
+        sentences.append(
+            "Some rules of codes are quoted by others or from memory: their clauses were not read; see there."
+        )
     if any(row.superseded for row in rules):
-        told.append("Some rules are of editions that later ones supersede; they are named there.")
-    return told
+        sentences.append("Some rules are of editions that later ones supersede; they are named there.")
+    return sentences

@@ -1,4 +1,4 @@
-"""What a report is written from: a scan's dataset, its assessment, and what other commands found of the same scene."""
+"""Data of a report: a scan's dataset, its assessment, datasets of other commands on the same scene, and a signature."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.files import checksum
-from pounding_risk.assessment.assess import interfaces
+from pounding_risk.assessment.demands import interfaces, open_dataset
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.signature import NOTHING, Signature
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_results, told
 from pounding_risk.results.own_case import scene_force, scene_model
-from pounding_risk.results.selected_axes import with_axes
+from pounding_risk.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,16 +30,34 @@ if TYPE_CHECKING:
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
 USED = ("building", "period", "record_pga", "peak_displacement_free")
+LONGEST = 200  # letters of a line in the head
 # A variable that only the dataset of this command has.
 KINDS = {"accuracy": "time_to_reach", "effects": "time_ratio", "compare": "flips"}
 
 
+class Signature(NamedTuple):
+    """Project, author, revision and date in the head of a report; "" where they are not given. No date is made up."""
+
+    project: str = ""
+    author: str = ""
+    revision: str = ""
+    date: str = ""
+
+    @property
+    def lines(self) -> list[list[str]]:
+        """Name and text of every line that is given."""
+        return [[name, words] for name, words in self._asdict().items() if words]
+
+
+NOT_SIGNED = Signature()
+
+
 class Pair(NamedTuple):
-    """One interface: what was found of it, what codes ask there, and its part of the dataset."""
+    """One interface: its assessment, separations of codes, and its part of the dataset."""
 
     name: str
     anchor: str
-    found: InterfaceAssessment
+    assessed: InterfaceAssessment
     codes: CodeTable
     results: xr.Dataset  # at the amplitude that is assessed
     at: str  # this amplitude in words
@@ -49,30 +66,30 @@ class Pair(NamedTuple):
     def grid_gap(self) -> float:
         """The gap of the grid that is nearest to the assessed one [m]."""
         gaps = self.results["gap"].values
-        return float(gaps[np.abs(gaps - self.found.gap).argmin()])
+        return float(gaps[np.abs(gaps - self.assessed.gap).argmin()])
 
 
 @dataclass(frozen=True)
-class Material:
+class ReportData:
     """A dataset, its assessment, and datasets of `compare`, `accuracy` and `effects` by the command's name."""
 
     results: xr.Dataset
     assessment: Assessment
     others: Mapping[str, xr.Dataset]
     checksum: str = ""  # of the results file
-    signature: Signature = NOTHING
+    signature: Signature = NOT_SIGNED
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
-        """Every interface, in order."""
+        """Every interface with its assessment and codes, left to right."""
         parts = zip(self.assessment.interfaces, interfaces(self.results), strict=True)
-        return tuple(self._pair(place, found, each) for place, (found, (_, each)) in enumerate(parts, start=1))
+        return tuple(self._pair(number, assessed, part) for number, (assessed, (_, part)) in enumerate(parts, start=1))
 
-    def _pair(self, place: int, found: InterfaceAssessment, results: xr.Dataset) -> Pair:
+    def _pair(self, number: int, assessed: InterfaceAssessment, results: xr.Dataset) -> Pair:
         if "pga" in results.dims:
-            results = results.isel(pga=int(np.abs(results["pga"].values - found.amplitude).argmin()))
+            results = results.isel(pga=int(np.abs(results["pga"].values - assessed.amplitude).argmin()))
         codes = code_table(results, self.assessment.percentile)
-        return Pair(found.name, f"interface-{place}", found, codes, results, f", motions {found.at}")
+        return Pair(assessed.name, f"interface-{number}", assessed, codes, results, f", motions {assessed.at}")
 
     @property
     def is_row(self) -> bool:
@@ -82,7 +99,7 @@ class Material:
     @cached_property
     def row(self) -> RowCase:
         """The row at the assessed amplitude, under the scene's contact model, at the gap that is judged."""
-        gaps = {pair.found.gap for pair in self.pairs}
+        gaps = {pair.assessed.gap for pair in self.pairs}
         return row_case(
             self.results,
             gap=gaps.pop() if len(gaps) == 1 else None,
@@ -97,13 +114,13 @@ class Material:
         return tomllib.loads(self.results.attrs["scene_resolved"])
 
     def facts(self, name: str, default: Any) -> Any:
-        """An attribute that holds JSON."""
+        """Value of an attribute of the dataset that holds JSON."""
         return told(self.results, name, default)
 
     @cached_property
     def records(self) -> dict[str, dict[str, Any]]:
-        """What is known of each record, by its name."""
-        return {each["name"]: each for each in self.facts("records", [])}
+        """Facts on each record, by its name."""
+        return {entry["name"]: entry for entry in self.facts("records", [])}
 
     @property
     def yield_force(self) -> float:
@@ -117,8 +134,39 @@ class Material:
 
     @property
     def laws(self) -> list[str]:
-        """The grid's contact models."""
+        """Names of the grid's contact models."""
         return list(map(str, self.results["contact_model"].values))
+
+
+def signed(project: str = "", author: str = "", revision: str = "", date: str = "") -> Signature:
+    """Check the lines of a report's head.
+
+    Parameters
+    ----------
+    project, author, revision, date : str
+        As they are to stand in the head.
+
+    Returns
+    -------
+    Signature
+        The lines without blanks around them.
+
+    Raises
+    ------
+    PoundingError
+        For what is no text, is longer than a line, or holds line breaks or other letters that are not printed.
+    """
+    given = Signature(project, author, revision, date)
+    for name, words in given._asdict().items():
+        if not isinstance(words, str):
+            raise PoundingError(f"{name}: {shown(words)} is no text; write it in quotes")
+        if not words.isprintable():
+            raise PoundingError(
+                f"{name}: {shown(words)} has line breaks or other letters that cannot be printed; omit them"
+            )
+        if len(words) > LONGEST:
+            raise PoundingError(f"{name}: has {len(words)} letters; the head has room for {LONGEST}: shorten it")
+    return Signature(*(words.strip() for words in given))
 
 
 def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
@@ -126,22 +174,20 @@ def opened(results: xr.Dataset | str | Path) -> tuple[xr.Dataset, str]:
 
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
-    if not isinstance(results, str | Path):
-        results = with_axes(results)
-        _check(results, "the dataset")
-        return results, ""
-    dataset = open_results(results)
-    _check(dataset, str(results))
-    return dataset, checksum(Path(results))
+    dataset, source = open_dataset(results)
+    _check(dataset, source)
+    return dataset, checksum(Path(results)) if isinstance(results, str | Path) else ""
 
 
 def _check(dataset: xr.Dataset, whose: str) -> None:
     missing = [name for name in NEEDED if name not in dataset]
     if missing or "scene_resolved" not in dataset.attrs:
         kind = kind_of(dataset)
-        found = f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
+        description = (
+            f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
+        )
         raise PoundingError(
-            f"{whose}: is {found}; a report is written from what `pounding-risk scan` writes"
+            f"{whose}: is {description}; a report is written from what `pounding-risk scan` writes"
             + (f": name the scan first, and this one with --with {whose}" if kind else "")
         )
     late = [name for name in ADDED if name not in dataset.variables]
@@ -163,20 +209,20 @@ def kind_of(dataset: xr.Dataset) -> str:
 
 
 def _with_origin(path: Path) -> xr.Dataset:
-    """A dataset from disk that knows its file and its checksum."""
+    """A dataset from disk with its file and checksum as attributes."""
     return open_results(path).assign_attrs(file=str(path), sha256=checksum(path))
 
 
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
     """Datasets of other commands by the command's name; raises PoundingError for another, or two of one kind."""
-    found: dict[str, xr.Dataset] = {}
-    for each in also:
-        whose = str(each) if isinstance(each, str | Path) else "a dataset"
-        dataset = _with_origin(Path(each)) if isinstance(each, str | Path) else each
+    datasets: dict[str, xr.Dataset] = {}
+    for result in also:
+        whose = str(result) if isinstance(result, str | Path) else "a dataset"
+        dataset = _with_origin(Path(result)) if isinstance(result, str | Path) else result
         kind = kind_of(dataset)
         if not kind:
             raise PoundingError(f"{whose}: was written by none of {', '.join(KINDS)}; leave it out")
-        if kind in found:
+        if kind in datasets:
             raise PoundingError(f"{whose}: is the second dataset of `pounding-risk {kind}`; name one of each kind")
-        found[kind] = dataset
-    return found
+        datasets[kind] = dataset
+    return datasets

@@ -1,0 +1,151 @@
+"""Section on contact models: outputs of the scan by model, and the finding of a dataset of `compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pounding_risk.assessment.sensitivity import force_words
+from pounding_risk.figures.style import MEANING, QUIET, blank, plain, svg_text
+from pounding_risk.reports.blocks import (
+    DRAWN,
+    Block,
+    Cell,
+    amount,
+    count,
+    figure,
+    head,
+    heading,
+    middle,
+    name_of,
+    number,
+    paragraph,
+    percentiles,
+    table,
+)
+from pounding_risk.reports.data import Pair, ReportData
+from pounding_risk.units import SHOWN
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+TITLE = "Contact models compared"
+ORDER = 70
+FIRST_OUTPUTS = 4  # of a comparison, which has the most telling ones first
+# Outputs by which models are set side by side: what they are called, and their unit.
+BY_MODEL = {
+    "peak_relative_displacement": ("peak relative displacement", "m"),
+    "peak_contact_force": ("peak contact force", "N"),
+    "impact_count": ("contacts", "1"),
+}
+
+
+def write(data: ReportData) -> list[Block]:
+    """Every contact model at the scene's gap: shares of contact and yielding, and the spread of three outputs."""
+    blocks: list[Block] = []
+    for pair in data.pairs:
+        blocks += _by_model(data, pair)
+    if len(data.laws) == 1 and "compare" not in data.others:
+        other = "more of them under contact_model of the grid" if data.is_row else "`pounding-risk compare`"
+        blocks.append(paragraph(f"One contact model was run. Whether another says otherwise: {other}."))
+    if "compare" in data.others:
+        blocks += _compared(data.others["compare"])
+    return blocks
+
+
+def _by_model(data: ReportData, pair: Pair) -> list[Block]:
+    here = pair.results.sel(gap=pair.grid_gap, yield_force=data.yield_force)
+    # A count of −1 is none: the run failed.
+    touching = here["impact_count"] > 0
+    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(data.yield_force)}{pair.at}"
+    heads = [("contact model", "l"), ("cases", "r"), ("with contact", "r"), ("reach F_E", "r")]
+    heads += [(f"{head(words, unit)}: median (16 to 84 %)", "r") for words, unit in BY_MODEL.values()]
+    rows: list[list[Cell | str]] = []
+    spreads: dict[str, list[tuple[float, float, float]]] = {output: [] for output in BY_MODEL}
+    for law in data.laws:
+        one, touched = here.sel(contact_model=law), touching.sel(contact_model=law).values
+        complete = one["impact_count"].values >= 0
+        cells: list[Cell | str] = [name_of(law), count(complete.sum()), count(touched.sum())]
+        # An instant jump has no force that could reach F_E or not.
+        reached = one["yield_exceedance"].values
+        cells.append(count((reached == 1).sum()) if (reached >= 0).any() else number(np.nan))
+        for output, (_, unit) in BY_MODEL.items():
+            spreads[output].append(percentiles(one[output].values[touched]))
+            cells.append(middle(spreads[output][-1], unit))
+        rows.append(cells)
+    note = f"All motions {where}; the spread is over those with contact."
+    blocks = [table(f"{pair.name}: outputs by contact model. {note}", heads, rows)]
+    panels = {
+        head(words, unit): SHOWN[unit][1] * np.array(spreads[output])
+        for output, (words, unit) in BY_MODEL.items()
+        if np.isfinite(spreads[output]).any()
+    }
+    if panels and len(rows) > 1:
+        caption = f"{pair.name}: median and middle 68 % of {', '.join(panels)} under {len(rows)} contact models"
+        blocks.append(
+            figure(
+                f"{pair.anchor}-models",
+                svg_text(draw_models(list(map(name_of, data.laws)), panels)),
+                f"{caption}, {where}.",
+                f"{caption}, {where}; the table above has the numbers.",
+            )
+        )
+    return blocks
+
+
+def draw_models(names: Sequence[str], panels: dict[str, np.ndarray]) -> Figure:
+    """A panel for each output: 16th, 50th and 84th percentile (models, 3), in the unit of the panel's words."""
+    rows, colour = len(names), MEANING["motions"]
+    drawn, axes = blank(1, len(panels), (DRAWN[0], 1.4 + 0.3 * rows), sharey=True)
+    for axis, (words, spreads) in zip(axes[0], panels.items(), strict=True):
+        for row, (low, median, high) in enumerate(spreads):
+            axis.plot([low, high], [row, row], color=colour, linewidth=5, alpha=0.35, solid_capstyle="butt")
+            axis.plot(median, row, "o", color=colour, markersize=6)
+        axis.set_xlabel(fill(words, 20), fontsize=9.5)
+        axis.set_xlim(left=0.0)
+    axes[0, 0].set_yticks(range(rows), list(map(plain, names)), fontsize=9)
+    axes[0, 0].set_ylim(rows - 0.5, -0.5)
+    axes[0, 0].tick_params(axis="y", colors=QUIET, labelcolor="black")
+    return drawn
+
+
+def _compared(dataset: xr.Dataset) -> list[Block]:
+    """The finding of `compare`, and each law's ratios and changed conclusions."""
+    baseline = str(dataset.attrs["baseline"])
+    outputs = [str(name) for name in dataset["output"].values[:FIRST_OUTPUTS]]
+    conclusions = [str(name) for name in dataset["conclusion"].values]
+    ratios: list[list[Cell | str]] = []
+    differing: list[list[Cell | str]] = []
+    for law in map(str, dataset["contact_model"].values):
+        one = dataset.sel(contact_model=law)
+        counts = [(one["flips"].sel(conclusion=name), one["judged"].sel(conclusion=name)) for name in conclusions]
+        ratios.append([name_of(law), *(_ratio(one.sel(output=name)) for name in outputs)])
+        differing.append([name_of(law), *(_of(*count) for count in counts)])
+    return [
+        heading("On equal terms", "equal-terms"),
+        paragraph(str(dataset.attrs["finding"])),
+        paragraph(f"From `pounding-risk compare` of “{dataset.attrs['title']}”."),
+        table(
+            f"Ratio to {name_of(baseline)}: median (16 to 84 %) over the cases in which that has contact.",
+            [("contact model", "l"), *((name, "r") for name in outputs)],
+            ratios,
+        ),
+        table(
+            f"In how many of the judged cases a conclusion differs from that under {name_of(baseline)}.",
+            [("contact model", "l"), *((name, "r") for name in conclusions)],
+            differing,
+        ),
+    ]
+
+
+def _ratio(one: xr.Dataset) -> Cell:
+    low, median, high = (float(one[f"ratio_{percentile}"]) for percentile in ("low", "median", "high"))
+    return middle((low, median, high), "1")
+
+
+def _of(flips: xr.DataArray, judged: xr.DataArray) -> Cell:
+    return {"text": f"{int(flips)} of {int(judged)}", "parts": [float(flips), float(judged)]}

@@ -1,0 +1,132 @@
+"""Section on provenance: what it takes to run the study again."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE, target_left_by
+from pounding_risk.reports.blocks import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
+from pounding_risk.reports.data import ReportData
+from pounding_risk.results.amplitudes import intensity_words, usual_intensity
+from pounding_risk.results.own_case import own_level, scene_gap
+from pounding_risk.units import GAP, PGA, exact
+
+TITLE = "Provenance"
+ORDER = 110
+
+
+def write(data: ReportData) -> list[Block]:
+    """The scene as written and as resolved, commands, versions, record files and their processing."""
+    attributes = data.results.attrs
+    blocks = [
+        paragraph(
+            "To run this study again, save the scene below under the name that the first command has for it, give the "
+            "commands, and compare the checksums of the record files."
+            + (" With the results file at hand, pounding-risk rerun does all of it." if "options" in attributes else "")
+        ),
+        source("Commands.", "\n".join(_commands(data))),
+        source("The scene, as written.", str(attributes.get("scene", ""))),
+        facts("Versions.", sorted(data.facts("versions", {}).items())),
+        *([facts("Digests.", digests)] if (digests := _digests(attributes)) else []),
+        _files(data),
+        heading("Origin and terms of the records", "origins"),
+        listing(_origins(data)),
+        heading("Processing", "processing"),
+        listing(_steps(data)),
+        source("The scene, every value stated.", str(attributes["scene_resolved"])),
+    ]
+    asked = data.assessment
+    if asked.hazard_rows:
+        heads = [(head(intensity_words(asked.intensity), "m/s2"), "r"), ("exceeded a year", "r")]
+        rows = [[number(im, "m/s2"), number(rate)] for im, rate in asked.hazard_rows]
+        blocks.append(table(f"The hazard curve {asked.hazard}.", heads, rows))
+    written_from = [("results file, sha256", data.checksum)] if data.checksum else []
+    written_from += [
+        (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
+        for kind, other in data.others.items()
+        if "file" in other.attrs
+    ]
+    if written_from:
+        blocks.append(facts("This report was written from", written_from))
+    return blocks
+
+
+def _digests(attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Checksums of the scene and of the solver's source, where the results have them."""
+    names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
+    return [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
+
+
+def _commands(data: ReportData) -> list[str]:
+    """The command that made the dataset, where one did, or one that makes the same."""
+    attributes = data.results.attrs
+    if attributes.get("command"):
+        scan = str(attributes["command"])
+    else:
+        changed = "".join(f" --set '{override}'" for override in data.facts("overrides", []))
+        scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
+    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", "report.html", *_asked(data)])]
+
+
+def _target(scan: str) -> str:
+    """Path of the file that a command writes."""
+    words = shlex.split(scan)
+    indices = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
+    joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
+    return words[indices[-1]] if indices else joined[-1] if joined else "results.nc"
+
+
+def _asked(data: ReportData) -> list[str]:
+    """Options of the report that differ from the defaults."""
+    asked, one = data.assessment, data.assessment.interfaces[0]
+    options = []
+    if one.gap != scene_gap(data.results, 0):
+        options += ["--gap", str(exact(one.gap, GAP))]
+    if asked.percentile != USUAL_PERCENTILE:
+        options += ["--percentile", f"{asked.percentile:.15g}"]
+    if asked.confidence != USUAL_CONFIDENCE:
+        options += ["--confidence", repr(asked.confidence)]
+    if asked.target != target_left_by(asked.percentile):
+        options += ["--target", repr(asked.target)]
+    if asked.intensity != usual_intensity(data.results):
+        options += ["--intensity", asked.intensity]
+    if "pga" in data.results.dims and one.amplitude != data.results["pga"].values[own_level(data.results)]:
+        options += ["--pga", str(exact(one.amplitude or 0.0, PGA))]
+    for name, words in data.signature.lines:
+        options += [f"--{name}", words]
+    for other in data.others.values():
+        options += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
+    return [*options, "--hazard", asked.hazard] if asked.hazard else options
+
+
+def _files(data: ReportData) -> Block:
+    heads = [(words, "l") for words in ("record", "file", "format", "sha256")]
+    rows = [
+        [name, *(str(one.get(key) or MISSING) for key in ("file", "format", "sha256"))]
+        for name, one in data.records.items()
+    ]
+    return table("Record files.", heads, rows)
+
+
+def _origins(data: ReportData) -> list[str]:
+    """Origin and terms of the records; those from one place share a line."""
+    alike: dict[str, list[str]] = {}
+    for name, one in data.records.items():
+        origin = "; ".join(str(one[key]) for key in ("origin", "terms") if one.get(key))
+        alike.setdefault(origin or "not told by the file", []).append(name)
+    return [f"{_who(names, data)}: {origin}" for origin, names in alike.items()]
+
+
+def _who(names: list[str], data: ReportData) -> str:
+    """Names of records, or "all records"."""
+    return "all records" if len(names) == len(data.records) > 1 else ", ".join(names)
+
+
+def _steps(data: ReportData) -> list[str]:
+    """Processing of each record; records treated alike share a line."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for name, steps in data.facts("processing", {}).items():
+        alike.setdefault(tuple(steps), []).append(name)
+    return [f"{_who(names, data)}: {' → '.join(steps) or 'as found'}" for steps, names in alike.items()]

@@ -1,0 +1,154 @@
+"""Section on the scene: the buildings, what stands between them, the grid of cases, and what is assumed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pounding_risk.reports.blocks import (
+    Block,
+    Cell,
+    amount,
+    count,
+    facts,
+    head,
+    heading,
+    listing,
+    name_of,
+    number,
+    paragraph,
+    table,
+)
+from pounding_risk.reports.data import ReportData
+from pounding_risk.results.amplitudes import amplitude_words
+from pounding_risk.units import rounded
+
+TITLE = "Scene and assumptions"
+ORDER = 20
+ASSUMED = (
+    "Each building is linear, with viscous damping, and moves as one mass; it stands on rigid ground.",
+    "The buildings touch at one point, at the height of their masses.",
+    "The ground acceleration is linear between the samples of a record.",
+)
+OF_A_ROW = (
+    "Buildings move along the row only; floors are rigid, and each storey is a spring with viscous damping.",
+    "Neighbours touch at the contact points that are listed with the row; a column moves with the floors at its ends, "
+    "on the straight line between them.",
+    ASSUMED[-1],
+)
+
+
+def write(data: ReportData) -> list[Block]:
+    """Buildings, interfaces, the grid of cases and the assumptions."""
+    results = data.results
+    sides = [("building", "l"), (head("mass", "kg"), "r"), ("period [s]", "r"), (head("damping", "%"), "r")]
+    sides += [("storeys", "r"), ("height [m]", "r"), ("in the row", "l")] if data.is_row else []
+    rows = []
+    for name in map(str, results["building"].values):
+        one = results.sel(building=name)
+        values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
+        rows.append([name, *(number(one[variable], unit) for variable, unit in values), *_stature(data, one)])
+    rigid = [
+        str(row[0]) for row, period in zip(rows, results["building_period"].values, strict=True) if np.isnan(period)
+    ]
+    note = f"{' and '.join(rigid)}: rigid, moves with the ground." if rigid else ""
+    pairs = enumerate(data.pairs)
+    return [
+        table("Buildings, left to right.", sides, rows),
+        *([paragraph(note)] if note else []),
+        *(facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface(data, index)) for index, pair in pairs),
+        facts("The grid of cases.", _grid(data)),
+        heading("Assumptions", "assumptions"),
+        listing([*(OF_A_ROW if data.is_row else ASSUMED), *_assumed(data)]),
+    ]
+
+
+def _stature(data: ReportData, one: Any) -> list[Cell | str]:
+    """Cells of storeys, height and position of a building in a row; none for a pair."""
+    if not data.is_row:
+        return []
+    height = number(one["building_height"])
+    return [count(one["building_storeys"]), height, str(one["building_position"].values)]
+
+
+def _interface(data: ReportData, index: int) -> list[tuple[str, Cell | str]]:
+    """The scene's interface, key by key as its file has it; the gap and the yield force in their units."""
+    rows: list[tuple[str, Cell | str]] = []
+    tables = data.scene["interface"]
+    for key, value in tables[min(index, len(tables) - 1)].items():
+        if key == "gap":
+            rows.append(("gap", amount(_si(value), "m")))
+        elif key in ("yield_force", "column_yield_force"):
+            rows.append(("yield force F_E" if key == "yield_force" else "of a column", _force(_si(value))))
+        else:
+            rows.append((key.replace("_", " "), _value_words(value)))
+    return rows
+
+
+def _si(value: Any) -> float:
+    """The number of a quantity of a resolved scene, which is in SI."""
+    return float(str(value).split()[0])
+
+
+def _value_words(value: Any) -> str:
+    """A value of a resolved scene in words; quantities are in SI there."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key.replace('_', ' ')} {_value_words(item)}" for key, item in value.items()) or "no options"
+    if isinstance(value, list):
+        return ", ".join(map(_value_words, value))
+    first, _, unit = str(value).partition(" ")
+    try:
+        return f"{rounded(float(first))} {unit}".strip()
+    except ValueError:
+        return str(value).replace("_", " ")
+
+
+def _force(value: float) -> Cell:
+    return {"text": "none: never yields", "raw": None} if np.isinf(value) else amount(value, "N")
+
+
+def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
+    results = data.results
+    rows: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
+    rows.append(("records", count(results.sizes["record"])))
+    rows.append(("polarity", ", ".join(map(str, results["polarity"].values))))
+    if "pga" not in results.coords:
+        rows.append(("amplitude", amplitude_words(results)))
+    whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
+    for name, words, unit in (("pga", "amplitude (PGA)", "m/s2"), ("gap", whose, "m"), ("yield_force", "F_E", "N")):
+        if name in results.coords:
+            rows.append((words, _span(np.atleast_1d(results[name].values), unit)))
+    rows.append(("contact models", ", ".join(map(name_of, data.laws))))
+    return rows
+
+
+def _span(values: Any, unit: str) -> Cell:
+    finite = values[np.isfinite(values)]
+    ends = [amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
+    text = " to ".join(end["text"] for end in ends)
+    if len(finite) > 1:
+        text += f", {len(finite)} values"
+    if len(finite) < len(values):
+        text = f"{text}, and never yielding" if text else "never yields"
+    return {"text": text, "parts": [end["raw"] for end in ends]}
+
+
+def _assumed(data: ReportData) -> list[str]:
+    """Further assumptions that follow from the scene's own keys."""
+    sentences = []
+    effects = data.scene.get("effects", {})
+    if "wave_passage" not in effects:
+        both = "All" if data.is_row else "Both"
+        sentences.append(f"{both} buildings stand on the same motion at the same time.")
+    if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
+        sentences.append(
+            "Yielding leaves no dent: laws with a yield force retrace their plateau, as published, unless the effect "
+            "permanent_set is named."
+        )
+    held = int((data.results["restitution_held"] > 0).sum()) if "restitution_held" in data.results else 0
+    if held:
+        sentences.append(
+            f"In {held} cases contacts are faster than the range of the restitution relation, which is held at its end."
+        )
+    return sentences
