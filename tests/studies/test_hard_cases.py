@@ -67,7 +67,7 @@ def test_it_holds_at_other_tolerances(rtol: float):
 
 
 def test_every_number_is_somewhere():
-    """Every number from 1 on, once: measured here, shown by a test of another file, or waiting for rows of buildings."""
+    """Every number from 1 on, once: measured here, shown by a test of another file, or waiting for rows."""
     here = {numbered(case) for case in CASES}
     assert not here & set(ELSEWHERE) and not here & set(LATER) and not set(ELSEWHERE) & set(LATER)
     numbered_anywhere = {int(number) for number in here | set(ELSEWHERE) | set(LATER)}
