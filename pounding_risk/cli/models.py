@@ -9,7 +9,7 @@ def models() -> None:
     """Contact models, effects and typologies: what each takes."""
     from pounding_risk.cli.tables import print_table
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS
-    from pounding_risk.models.effects.contact import EFFECTS
+    from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES
 
     heads = ("contact model", "stiffness", "restitution", "F_E", "what it is and where it is from")
@@ -37,7 +37,7 @@ def _model(name: str, law: Any) -> tuple[str, ...]:
 
 
 def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
-    from pounding_risk.models.effects.contact import acts_on_buildings, acts_on_ground
+    from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
     from pounding_risk.models.effects.defaults import default_words
     from pounding_risk.units import Quantity
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.models.contact.impulsive import is_instant
-from pounding_risk.models.effects.contact import EFFECTS, acts_on_law, bare, references
+from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.recordings import recording_numbers

@@ -30,7 +30,7 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import DESIGN_PENETRATION, EXPONENT, SHIPPED
 from pounding_risk.models.contact.relation import AS_PUBLISHED
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED

@@ -25,9 +25,9 @@ from pounding_risk._common.dates import created
 from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import check_replaceable_scene
-from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.impulsive import is_instant
-from pounding_risk.models.effects.contact import WavePassage, wave_of
+from pounding_risk.models.contact.law import remembers
+from pounding_risk.models.effects import WavePassage, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
 from pounding_risk.results.pair_labels import CONVENTIONS

@@ -18,7 +18,7 @@ from pounding_risk.ensemble.plan.row_cost import row_bench
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.scene.reader import as_study

@@ -23,7 +23,7 @@ import pounding_risk
 from pounding_risk import cli
 from pounding_risk.cli import tables as cli_output
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from pounding_risk.cli import app
 from pounding_risk.ensemble.plan.plan import validate
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.effects.defaults import NOT_A_NUMBER, default_example, default_words, defaults
 from pounding_risk.scene.reader import parse_scene, scene_schema
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import remembers
 from pounding_risk.models.contact.laws import (
     LAWS,
     Bilinear,

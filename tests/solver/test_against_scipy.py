@@ -16,7 +16,7 @@ import pytest
 from oracle import CONCRETE, WALL, Oscillator, Scene, integrate
 
 from pounding_risk.models import restitution
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import remembers
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion

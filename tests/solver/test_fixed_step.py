@@ -11,7 +11,7 @@ import oracle
 import pytest
 from scipy.linalg import expm
 
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import remembers
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building

@@ -26,7 +26,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.solver.row import run as march
 from pounding_risk.models.contact.laws import Bilinear, Hertz, Linear, VanMier, ViscousElastoplastic
-from pounding_risk.models.effects.contact import PermanentSet, StrainRate, UnloadingStiffness
+from pounding_risk.models.effects import PermanentSet, StrainRate, UnloadingStiffness
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from row_cases import EL_CENTRO, floors, meeting, single, storeys

@@ -9,7 +9,7 @@ import pytest
 
 from pounding_risk.cli.stability import print_stability
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import remembers
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.studies.stability import CASES, LATER, Bound, Case, Row, stability

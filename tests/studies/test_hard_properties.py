@@ -15,7 +15,7 @@ import pytest
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
 
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import remembers
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building

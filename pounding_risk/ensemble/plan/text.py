@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_PUBLISHED
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.effects.defaults import NOT_A_NUMBER, option_words
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
 from pounding_risk.models.structures.sdof import Building

@@ -6,7 +6,7 @@ import inspect
 from math import isnan
 from typing import Any
 
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.units import Quantity, exact, say
 
 NOT_A_NUMBER = {  # options whose default follows from something else

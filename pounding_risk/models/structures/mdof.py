@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects.contact import building_effects
+from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.units import STIFFNESS, say

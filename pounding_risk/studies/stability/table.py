@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.law import remembers
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.studies.stability import exact, extremes, limits, rest, touches
 from pounding_risk.studies.stability.case import Bound, Case

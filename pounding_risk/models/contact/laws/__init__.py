@@ -16,7 +16,7 @@ from math import inf, log, pi, sqrt
 from typing import Annotated, NamedTuple, Protocol, get_type_hints
 
 from pounding_risk._jit.compile import kernel, speaks
-from pounding_risk.models.contact.history import complete
+from pounding_risk.models.contact.law import complete
 from pounding_risk.units import Quantity
 
 LINEAR_STIFFNESS = Quantity("N/m", 0.0, inf, "contact stiffness k", open_low=True, open_high=True)
