@@ -8,11 +8,9 @@ from generation.markdown import docstring, plain, table
 from pounding_risk.models.contact import damping as exact_damping
 from pounding_risk.models.contact import impulsive as instant
 from pounding_risk.models.contact import laws as contact
-from pounding_risk.models.contact.damping import EXACT
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
-from pounding_risk.models.contact.laws import LAWS, SHIPPED, stiffness_quantity
-from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
-from pounding_risk.models.effects.defaults import default_words
+from pounding_risk.models.contact.laws import EXACT, LAWS, SHIPPED, stiffness_quantity
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, default_words
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.scene.words import option_example
 from pounding_risk.units import Quantity, bounds

@@ -24,9 +24,8 @@ def models() -> None:
 
 
 def _model(name: str, law: Any) -> tuple[str, ...]:
-    from pounding_risk.models.contact.damping import EXACT
     from pounding_risk.models.contact.impulsive import is_instant, needs_floors
-    from pounding_risk.models.contact.laws import stiffness_quantity
+    from pounding_risk.models.contact.laws import EXACT, stiffness_quantity
 
     stiffness = "floor lengths" if needs_floors(law) else "–" if is_instant(law) else stiffness_quantity(law).unit
     exact = law in EXACT or is_instant(law)
@@ -37,8 +36,7 @@ def _model(name: str, law: Any) -> tuple[str, ...]:
 
 
 def _effect(entry: tuple[str, Any]) -> tuple[str, ...]:
-    from pounding_risk.models.effects import acts_on_buildings, acts_on_ground
-    from pounding_risk.models.effects.defaults import default_words
+    from pounding_risk.models.effects import acts_on_buildings, acts_on_ground, default_words
     from pounding_risk.units import Quantity
 
     name, kind = entry

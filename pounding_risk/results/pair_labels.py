@@ -212,7 +212,7 @@ def _building_coordinates(study: Study) -> dict[str, Any]:
 def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
     """Where these laws and the scene's effects are from."""
     others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
-    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))  # type: ignore[attr-defined]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))
 
 
 def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:

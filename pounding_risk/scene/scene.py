@@ -14,7 +14,8 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, needs_floors
-from pounding_risk.models.contact.laws import DESIGN_PENETRATION, stiffness_quantity
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.contact.laws.bilinear import DESIGN_PENETRATION
 from pounding_risk.models.contact.relation import AS_PUBLISHED, related
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution
@@ -51,7 +52,7 @@ class Effect(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """The options as a scene file has them: quantities as text, exact."""
-        kinds = EFFECTS[self.name].options  # type: ignore[attr-defined]
+        kinds = EFFECTS[self.name].options
         return {
             key: exact(value, kinds[key]) if isinstance(kinds[key], Quantity) else value for key, value in self.options
         }

@@ -94,7 +94,7 @@ def combinations(asked: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
     known = {effect.name: effect for effect in asked}
     found: dict[str, tuple[Effect, ...]] = {NONE: ()}
     for name, effect in known.items():
-        needs = tuple(known.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
+        needs = tuple(known.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)
         found[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
     if len(known) > 1 and set(asked) != set(found[list(found)[-1]]):
         found[ALL] = asked

@@ -223,7 +223,7 @@ class Cushion(NamedTuple):
     stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
     softness: float = {softness}
     capped, needs_restitution = False, False
-    begin = contact.forgets
+    begin = contact.undamped
     def force(self, memory, delta, rate, approaching):
         return FACTOR * self.stiffness * share(delta) {formula}
     def stored(self, delta, strength):

@@ -79,7 +79,7 @@ def spring(factor):
     class Cushion(NamedTuple):
         stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
         capped, needs_restitution = False, False
-        begin = contact.forgets
+        begin = contact.undamped
         def force(self, memory, delta, rate, approaching):
             return factor * self.stiffness * delta
         def stored(self, delta, strength):

@@ -15,7 +15,7 @@ import pounding_risk as pr
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, Merged, is_instant
 from pounding_risk.models.contact.laws import ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects import WavePassage
+from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.ground import Rippled
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building

@@ -1,15 +1,55 @@
-"""What a contact law may remember: verbs that a law without memory need not say."""
+"""What a contact law is to the kernels, and the methods and units that several laws share.
+
+A law is a NamedTuple whose fields are its parameters and whose methods are its physics. A kernel never asks which law
+it has: it says ``law.force(...)``. A law must have the methods of `ContactLaw`; those of `PathDependence` it has by
+default.
+
+Symbols: δ penetration [m, > 0 in contact], δ̇ its rate [m/s, > 0 on approach], F force [N, > 0 compression],
+k stiffness [N/m], β stiffness [N/m^1.5], m = m1 m2 / (m1 + m2), v0 approach speed at the touch, e restitution.
+"""
 
 from __future__ import annotations
 
-from typing import Protocol
+from math import inf, sqrt
+from typing import Protocol, get_type_hints
 
-from pounding_risk._jit.compile import speaks
+from pounding_risk._jit.compile import kernel, speaks
+from pounding_risk.units import Quantity
+
+LINEAR_STIFFNESS = Quantity("N/m", 0.0, inf, "contact stiffness k", open_low=True, open_high=True)
+HERTZ_STIFFNESS = Quantity("N/m^1.5", 0.0, inf, "impact stiffness β", open_low=True, open_high=True)
+
+# Laws that divide by v0 have no value for a touch from rest. Slower touches than this count as this fast; the
+# published fits of restitution start some hundred times higher.
+SLOWEST_TOUCH = 1e-4  # m/s
 
 
 @speaks
-class Remembers(Protocol):
-    """What the kernels also ask of a law, and what `complete` gives to one that does not say it: no memory."""
+class ContactLaw(Protocol):
+    """The methods that every law has."""
+
+    def begin(self, e, speed, mass):
+        """What this contact remembers of its start: a damping constant."""
+
+    def force(self, memory, delta, rate, approaching):
+        """Force without any cap; smooth in (δ, δ̇) for a given ``approaching``."""
+
+    def plateau(self, delta, strength):
+        """Force transmitted while the uncapped force exceeds ``strength``."""
+
+    def stored(self, delta, strength):
+        """Energy that comes back if the bodies part slowly from δ [J]."""
+
+    def ceiling(self, yield_force):
+        """The force at which the law yields: ``yield_force``, or infinity for a law without a cap."""
+
+    def floor(self):
+        """The smallest force: 0 where tension is cut, minus infinity otherwise."""
+
+
+@speaks
+class PathDependence(Protocol):
+    """The further methods of a law whose force depends on its path; `complete` gives the others a default."""
 
     def yields_at(self, force):
         """Penetration at which the elastic force reaches ``force``; only capped laws have it [m]."""
@@ -36,63 +76,127 @@ class Remembers(Protocol):
         """The part of a contact's loss that its hysteresis takes, and no damper [J]."""
 
 
-# What a law does that does not say otherwise.
+# Defaults of `PathDependence`.
 
 
-def keeps_its_strength(self, speed):
-    """No hardening."""
+def no_hardening(self, speed):
+    """The factor 1."""
     return 1.0
 
 
-def starts_anew(self, memory, worn):
-    """Earlier contacts do not count."""
+def no_wear_felt(self, memory, worn):
+    """The memory as it began: earlier contacts do not count."""
     return memory
 
 
-def retraces(self, memory, delta, strength):
-    """The plateau is retraced: nothing stays, nothing is lost."""
+def plateau_retraced(self, memory, delta, strength):
+    """The memory as it was, no dent, no energy lost."""
     return memory, -1.0, 0.0
 
 
-def goes_on(self, memory, delta, approaching):
-    """Turning changes nothing but the branch."""
+def turn_not_remembered(self, memory, delta, approaching):
+    """The memory as it was."""
     return memory
 
 
-def damps(self, loss):
-    """All loss is the damper's."""
+def no_wear_left(self, memory):
+    """0: nothing for later contacts."""
     return 0.0
 
 
-def leaves_nothing(self, memory):
-    """Nothing for later contacts."""
-    return 0.0
-
-
-def holds(self, memory, delta, strength):
-    """What is stored, whatever is remembered."""
+def held_as_stored(self, memory, delta, strength):
+    """The energy of ``stored``, whatever is remembered."""
     return self.stored(delta, strength)
 
 
+def no_hysteresis(self, loss):
+    """0: all loss is the damper's."""
+    return 0.0
+
+
 DEFAULTS = {
-    "hardening": keeps_its_strength,
-    "resume": starts_anew,
-    "turn": retraces,
-    "turned": goes_on,
-    "worn": leaves_nothing,
-    "held": holds,
-    "yielded": damps,
+    "hardening": no_hardening,
+    "resume": no_wear_felt,
+    "turn": plateau_retraced,
+    "turned": turn_not_remembered,
+    "worn": no_wear_left,
+    "held": held_as_stored,
+    "yielded": no_hysteresis,
 }
 
 
 def complete(law: type) -> type:
-    """Give a law the verbs of `Remembers` that it neither says nor inherits."""
-    for verb, default in DEFAULTS.items():
-        if not hasattr(law, verb):
-            setattr(law, verb, default)
+    """Give a law the methods of `PathDependence` that it neither has nor inherits."""
+    for name, default in DEFAULTS.items():
+        if not hasattr(law, name):
+            setattr(law, name, default)
     return law
 
 
-def remembers(law: type) -> bool:
+def is_path_dependent(law: type) -> bool:
     """True for a law whose force depends on its path, which methods that know δ and δ̇ alone cannot follow."""
-    return getattr(law, "turned", goes_on) is not goes_on
+    return getattr(law, "turned", turn_not_remembered) is not turn_not_remembered
+
+
+def snake_case(name: str) -> str:
+    """Scene-file name of a class: ``HertzDampExact`` is ``hertz_damp_exact``."""
+    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")
+
+
+def stiffness_quantity(law: type) -> Quantity:
+    """Unit and bounds of a law's stiffness, as stated beside its field."""
+    return get_type_hints(law, include_extras=True)["stiffness"].__metadata__[0]
+
+
+# Methods that several laws share; a law takes them by name, as in ``plateau = flat``.
+
+
+def undamped(self, e, speed, mass):
+    """``begin`` of a law without damping: 0."""
+    return 0.0
+
+
+def flat(self, delta, strength):
+    """``plateau`` of a law that is ideally plastic: the yield force."""
+    return strength
+
+
+def never_yields(self, yield_force):
+    """``ceiling`` of a law without a cap: infinity."""
+    return inf
+
+
+def capped_at_yield(self, yield_force):
+    """``ceiling`` of a law with a cap: the yield force."""
+    return yield_force
+
+
+def may_pull(self):
+    """``floor`` of a law whose force is not cut at zero: minus infinity."""
+    return -inf
+
+
+def linear_energy(self, delta, strength):
+    """``stored`` of a linear spring: k δ² / 2."""
+    return 0.5 * self.stiffness * delta * delta
+
+
+@kernel
+def hertz_work(stiffness, delta):
+    """∫ β x^1.5 dx from 0 to δ = 0.4 β δ^2.5."""
+    return 0.4 * stiffness * delta * delta * sqrt(delta)
+
+
+def hertz_energy(self, delta, strength):
+    """``stored`` of a Hertz spring: 0.4 β δ^2.5."""
+    return hertz_work(self.stiffness, delta)
+
+
+def hertz_force(self, memory, delta, rate, approaching):
+    """``force`` of a Hertz spring: β δ^1.5."""
+    return self.stiffness * (delta * sqrt(delta))
+
+
+def hertz_yields_at(self, force):
+    """``yields_at`` of a Hertz spring: (F / β)^(2/3)."""
+    return (force / self.stiffness) ** (2.0 / 3.0)

@@ -10,16 +10,15 @@ from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.law import complete
-from pounding_risk.models.contact.laws import (
+from pounding_risk.models.contact.law import (
     HERTZ_STIFFNESS,
-    LAWS,
     LINEAR_STIFFNESS,
-    SHIPPED,
     ContactLaw,
+    complete,
     snake_case,
     stiffness_quantity,
 )
+from pounding_risk.models.contact.laws import LAWS, SHIPPED
 
 Law = TypeVar("Law", bound=type)
 

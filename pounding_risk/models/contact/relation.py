@@ -8,8 +8,8 @@ from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.damping import BILINEAR_LOWEST, EXACT, BilinearExact
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
+from pounding_risk.models.contact.laws import EXACT
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.units import shown
 
@@ -60,22 +60,10 @@ def misfit(laws: Iterable[Any], relation: str) -> str:
 def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
     """A sentence where a class under its relation cannot return this e; "" where it can.
 
-    Only the exact bilinear law has a limit: its loop is bounded, and fixed by a design penetration that is given [m].
+    Only a class with a method ``out_of_reach`` has a limit: the exact bilinear law.
     """
-    if law is not BilinearExact:
-        return ""
-    if design_penetration > 0.0:
-        return (
-            "bilinear with a design_penetration of its own returns another e at every approach speed, and no loop the "
-            "one asked for; remove design_penetration, which then follows each approach speed, "
-            'or write relation = "published"'
-        )
-    if e < BILINEAR_LOWEST:
-        return (
-            f"bilinear returns no e below {BILINEAR_LOWEST:.3f} without pulling, and {e:g} is asked for; "
-            'write a larger e, or relation = "published"'
-        )
-    return ""
+    limit = getattr(law, "out_of_reach", None)
+    return limit(e, design_penetration) if limit else ""
 
 
 def least_of(rule: Restitution) -> float:

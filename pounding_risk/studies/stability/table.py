@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
-from pounding_risk.models.contact.law import remembers
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.studies.stability import exact, extremes, limits, rest, touches
 from pounding_risk.studies.stability.case import Bound, Case
@@ -16,7 +16,7 @@ DAMPED = tuple(name for name in SHIPPED if LAWS[name].needs_restitution)  # type
 LINEAR = tuple(name for name in ALL if Trial(name, 1e-6).is_linear)
 HERTZ = tuple(name for name in ALL if name not in LINEAR)
 # A law that remembers its path rests where the path leaves it, and its corners are stepped over, not landed on.
-PATH = tuple(name for name in SHIPPED if remembers(LAWS[name]))
+PATH = tuple(name for name in SHIPPED if is_path_dependent(LAWS[name]))
 POTENTIAL = tuple(name for name in ALL if name not in PATH)
 
 BITS = Bound(0.0, 0.0, "exact: to the last bit")

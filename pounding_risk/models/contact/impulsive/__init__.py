@@ -1,8 +1,8 @@
 """Contact models without a force-penetration law: the velocities jump at the touch, and nothing penetrates.
 
-A model is a NamedTuple like the laws of `contact`, with one verb of its own, ``strike``. Kernels see by its type that
-it has this verb, so that the laws of `contact` compile to code that knows nothing of jumps. All of its verbs together
-are those that a grid asks of any law, and ``strike``.
+A module here is found by its file, as a law is: see `pounding_risk.models.contact.laws`. A model is a NamedTuple like a
+law, with a method ``strike`` of its own. Kernels see by its type that it has one, so that the laws of force compile to
+code that knows nothing of jumps.
 
     v1' = v1 − (1 + e) (v1 − v2) m2 / (m1 + m2),   v2' = v2 + (1 + e) (v1 − v2) m1 / (m1 + m2)
 
@@ -15,17 +15,14 @@ and part when F would be tension.
 
 from __future__ import annotations
 
-import inspect
-import sys
 from collections import ChainMap
-from collections.abc import Iterator, Mapping
-from math import exp, expm1, floor, inf, log, log1p, nan
-from typing import Annotated, Any, NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
 
-from pounding_risk._jit.compile import kernel, speaks
-from pounding_risk.models.contact.laws import LAWS, never_yields, snake_case
-from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
-from pounding_risk.units import FLOOR_LENGTH, WAVE_SPEED
+from pounding_risk._jit.compile import speaks
+from pounding_risk.models._discovery import classes_of, modules_in_order
+from pounding_risk.models.contact.law import snake_case
+from pounding_risk.models.contact.laws import LAWS
 
 
 @speaks
@@ -40,156 +37,20 @@ class InstantLaw(Protocol):
         """
 
 
-class Stereomechanical(NamedTuple):
-    """Instant impulse: separation speed v1' = e v0, impulse (1 + e) m v0, energy taken (1 − e²) m v0² / 2.
-
-    A train of ever smaller bounces ends in resting contact: the buildings then move as one while they press.
-
-    >>> Stereomechanical().strike(0.65, 1.0, 1.0)
-    (0.65, nan, 0.0)
-    """
-
-    blank: float = 0.0  # no parameter: compiled code cannot call a method of a tuple without a field
-
-    reference = "Goldsmith (1960, 2001), Impact: The Theory and Physical Behaviour of Colliding Solids"
-    capped = False
-    needs_restitution = True
-
-    ceiling = never_yields
-
-    def strike(self, e, left, right):
-        return e, nan, 0.0
-
-
-class Merged(NamedTuple):
-    """One structure while pressed together: v' = (m1 v1 + m2 v2) / (m1 + m2); parts when F = m (A1 − A2) is tension.
-
-    The touch takes m v0² / 2, the joined motion nothing. No restitution is needed.
-
-    >>> Merged().strike(0.65, 1.0, 1.0)
-    (0.0, nan, 0.0)
-    """
-
-    blank: float = 0.0  # no parameter: compiled code cannot call a method of a tuple without a field
-
-    reference = "Chouw (2002), Influence of soil-structure interaction on pounding response of adjacent buildings"
-    capped = False
-    needs_restitution = False
-
-    ceiling = never_yields
-
-    def strike(self, e, left, right):
-        return 0.0, nan, 0.0
-
-
-EQUAL = 1.0 - 1e-12  # impedances that differ by less are equal: their waves leave no force that goes on
-
-
-@kernel
-def floor_of(length, speed, inverse_mass):
-    """(there and back of a wave [s], 1 / impedance [m/(N s)]) of a floor; a rigid building is a wall: (inf, 0)."""
-    if inverse_mass == 0.0:
-        return inf, 0.0
-    return 2.0 * length / speed, length * inverse_mass / speed
-
-
-@kernel
-def short_and_long(law, left, right):
-    """`floor_of` both floors, the one whose wave is back first in front; of equals the softer one."""
-    one = floor_of(law.left_length, law.left_speed, left)
-    other = floor_of(law.right_length, law.right_speed, right)
-    if one[0] < other[0] or (one[0] == other[0] and one[1] >= other[1]):
-        return one, other
-    return other, one
-
-
-@kernel
-def stepped_sum(give, total, steps):
-    """(1 + r + r² + … over ``steps``, which need not be whole; 1 − r^K (1 − q f)), K + f = steps, q = 1 − r.
-
-    r = (total − 2 give) / total, in a form that keeps its digits where r is close to 1.
-    """
-    fall = 2.0 * give / total
-    whole = floor(steps)
-    part = steps - whole
-    rate = log1p(-fall) if fall < 0.5 else log((total - 2.0 * give) / total)
-    left = exp(whole * rate)
-    return -expm1(whole * rate) / fall + part * left, left * (1.0 - fall * part)
-
-
-class DistributedMass(NamedTuple):
-    """The floors as elastic bars that collide end to end: one-dimensional waves, no loss of material.
-
-    A floor of length L, wave speed c and the building's mass m has impedance Z = m c / L and sends a wave back after
-    T = 2 L / c. At the touch F0 = v0 / (1/Z1 + 1/Z2). With s the floor of the shorter T, l the other, τ = T_s / T_l:
-
-        Z_s ≤ Z_l:  F = F0 for T_s, then they part;  e = (Z_l − Z_s + 2 Z_s τ) / (Z_s + Z_l)
-        Z_s > Z_l:  F = F0 r^k from k T_s to (k + 1) T_s, r = (Z_s − Z_l) / (Z_s + Z_l), until they part at T_l;
-                    e = τ (1 + r) (1 + r + … + r^(K−1) + f r^K) − r^K (1 − f (1 − r)),  K + f = 1 / τ, K whole
-
-    e is that of the masses' centres; what is missing, (1 − e²) m v0² / 2, is left as waves in the floors. 0 ≤ e ≤ 1:
-    in the first line τ ≤ 1, in the second the sum is at least r^K / τ, and no energy is made. Equal Z give
-    e = L_s / L_l where c is the same; a rigid building is a wall: e = 1, F0 = v0 Z for T.
-
-    The buildings' velocities jump at the touch, for T is short beside their periods, and every touch finds the floors
-    without waves. A floor that carries more than its own mass has c = L sqrt(K / m), K = E A / L its stiffness.
-
-    >>> [round(number, 3) for number in DistributedMass(10.0, 20.0).strike(1.0, 2e-6, 1e-6)]
-    [0.5, 87500000.0, 0.006]
-    """
-
-    left_length: Annotated[float, FLOOR_LENGTH]
-    right_length: Annotated[float, FLOOR_LENGTH]
-    left_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
-    right_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
-
-    reference = "Cole et al. (2011), effects of mass distribution, Earthquake Engineering and Structural Dynamics 40"
-    capped = False
-    needs_restitution = False
-
-    ceiling = never_yields
-
-    @classmethod
-    def between(cls, left: Any, right: Any) -> DistributedMass:
-        """The model between two `Building`s, each with its ``floor_length`` and ``wave_speed``."""
-        numbers = left.floor_length, right.floor_length, left.wave_speed, right.wave_speed
-        return cls(*numbers)  # type: ignore[call-arg]
-
-    def strike(self, e, left, right):
-        (back, give), (later, other) = short_and_long(self, left, right)
-        total, share = give + other, back / later
-        if give >= EQUAL * other:
-            ratio, lasts = (give - other + 2.0 * other * share) / total, back
-        else:
-            summed, rest = stepped_sum(give, total, later / back)
-            ratio, lasts = 2.0 * other / total * share * summed - rest, later
-        # Within the bounds but for rounding.
-        return min(max(ratio, 0.0), 1.0), 1.0 / total, lasts
-
-    def course(self, left: float, right: float) -> Iterator[tuple[float, float, float]]:
-        """The steps of the force between inverse masses: (start [s], end [s], force over approach speed [N s/m])."""
-        (back, give), (later, other) = short_and_long(self, left, right)
-        total = give + other
-        ends = back if give >= EQUAL * other else later
-        force, count = 1.0 / total, 0
-        while count * back < ends:
-            yield count * back, min((count + 1) * back, ends), force
-            force *= (other - give) / total
-            count += 1
-
-
-def _instant_laws() -> dict[str, type]:
-    members = vars(sys.modules[__name__]).items()
-    return {
-        snake_case(name): member
-        for name, member in members
-        if inspect.isclass(member) and issubclass(member, tuple) and "strike" in vars(member)
-    }
-
-
-INSTANT_LAWS: dict[str, type] = _instant_laws()
-# Everything that a scene may name, a user's own laws included: those of `contact` first.
+INSTANT_LAWS: dict[str, type] = {
+    snake_case(name): law
+    for module in modules_in_order(__name__, __path__)
+    for name, law in classes_of(module).items()
+    if "strike" in vars(law)
+}
+globals().update({law.__name__: law for law in INSTANT_LAWS.values()})
+# Everything that a scene may name, a user's own laws included: the laws of force first.
 CONTACT_MODELS: Mapping[str, type] = ChainMap(INSTANT_LAWS, LAWS)
+
+if TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        """The classes of the modules, by name."""
 
 
 def is_instant(law: object) -> bool:

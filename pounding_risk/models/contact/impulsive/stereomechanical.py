@@ -1,0 +1,36 @@
+"""The stereomechanical model: instant impulse with restitution."""
+
+from __future__ import annotations
+
+from math import nan
+from typing import NamedTuple
+
+from pounding_risk.models.contact.law import never_yields
+
+ORDER = 10
+
+
+class Stereomechanical(NamedTuple):
+    """Instant impulse: separation speed v1' = e v0, impulse (1 + e) m v0, energy taken (1 − e²) m v0² / 2.
+
+    A train of ever smaller bounces ends in resting contact: the buildings then move as one while they press.
+
+    >>> Stereomechanical().strike(0.65, 1.0, 1.0)
+    (0.65, nan, 0.0)
+
+    Parameters
+    ----------
+    blank : float
+        Not used.
+    """
+
+    blank: float = 0.0  # compiled code cannot call a method of a tuple without a field
+
+    reference = "Goldsmith (1960, 2001), Impact: The Theory and Physical Behaviour of Colliding Solids"
+    capped = False
+    needs_restitution = True
+
+    ceiling = never_yields
+
+    def strike(self, e, left, right):
+        return e, nan, 0.0
