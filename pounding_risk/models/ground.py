@@ -143,7 +143,7 @@ class Level(NamedTuple):
 class Together(NamedTuple):
     """The same motion under both buildings at the same time."""
 
-    blank: float = 0.0  # nothing: compiled code cannot call a method of a tuple without a field
+    unused: float = 0.0  # nothing: compiled code cannot call a method of a tuple without a field
 
     def stretch(self, ground, step, node, offset):
         slope = (ground[node + 1] - ground[node]) / step

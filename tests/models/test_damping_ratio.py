@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.models.contact.damping_ratio import restitution_of_ratio
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO
+from pounding_risk.models.contact.relation import restitution_of_ratio
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = """

@@ -13,7 +13,7 @@ from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, Bilinear, VanMier, ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.contact.laws.hertz import exact_hertz_damping
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
-from pounding_risk.models.contact.laws.kelvin_voigt import kelvin_voigt_ratio
+from pounding_risk.models.contact.laws.linear import kelvin_voigt_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve

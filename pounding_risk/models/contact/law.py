@@ -10,8 +10,9 @@ k stiffness [N/m], β stiffness [N/m^1.5], m = m1 m2 / (m1 + m2), v0 approach sp
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, sqrt
-from typing import Protocol, get_type_hints
+from typing import Any, Protocol, get_type_hints
 
 from pounding_risk._jit.compile import kernel, speaks
 from pounding_risk.units import Quantity
@@ -77,51 +78,14 @@ class PathDependence(Protocol):
 
 
 # Defaults of `PathDependence`.
-
-
-def no_hardening(self, speed):
-    """The factor 1."""
-    return 1.0
-
-
-def no_wear_felt(self, memory, worn):
-    """The memory as it began: earlier contacts do not count."""
-    return memory
-
-
-def plateau_retraced(self, memory, delta, strength):
-    """The memory as it was, no dent, no energy lost."""
-    return memory, -1.0, 0.0
-
-
-def turn_not_remembered(self, memory, delta, approaching):
-    """The memory as it was."""
-    return memory
-
-
-def no_wear_left(self, memory):
-    """0: nothing for later contacts."""
-    return 0.0
-
-
-def held_as_stored(self, memory, delta, strength):
-    """The energy of ``stored``, whatever is remembered."""
-    return self.stored(delta, strength)
-
-
-def no_hysteresis(self, loss):
-    """0: all loss is the damper's."""
-    return 0.0
-
-
-DEFAULTS = {
-    "hardening": no_hardening,
-    "resume": no_wear_felt,
-    "turn": plateau_retraced,
-    "turned": turn_not_remembered,
-    "worn": no_wear_left,
-    "held": held_as_stored,
-    "yielded": no_hysteresis,
+DEFAULTS: dict[str, Callable[..., Any]] = {
+    "hardening": lambda self, speed: 1.0,  # none
+    "resume": lambda self, memory, worn: memory,  # earlier contacts do not count
+    "turn": lambda self, memory, delta, strength: (memory, -1.0, 0.0),  # the plateau is retraced, nothing is lost
+    "turned": lambda self, memory, delta, approaching: memory,
+    "worn": lambda self, memory: 0.0,  # nothing
+    "held": lambda self, memory, delta, strength: self.stored(delta, strength),
+    "yielded": lambda self, loss: 0.0,  # all loss is the damper's
 }
 
 
@@ -135,7 +99,7 @@ def complete(law: type) -> type:
 
 def is_path_dependent(law: type) -> bool:
     """True for a law whose force depends on its path, which methods that know δ and δ̇ alone cannot follow."""
-    return getattr(law, "turned", turn_not_remembered) is not turn_not_remembered
+    return getattr(law, "turned", DEFAULTS["turned"]) is not DEFAULTS["turned"]
 
 
 def snake_case(name: str) -> str:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EFFECTS", "PASSED_ON", "acts_on_buildings", "acts_on_ground", "acts_on_law", "bare", "effect"]
 
-_MODULES = [module.__name__ for module in modules_in_order(__name__, __path__)]
+_MODULES = [module.__name__ for module in modules_in_order(__name__)]
 for _name in sorted(EFFECTS, key=lambda name: _MODULES.index(EFFECTS[name].__module__)):
     EFFECTS[_name] = EFFECTS.pop(_name)
 globals().update({kind.__name__: kind for kind in EFFECTS.values()})

@@ -37,40 +37,28 @@ class SoilFlexibility:
     foundation come on top of the building's own mass and damping. Sway only: no rocking, no embedment, the same soil
     and radius under every building. A rigid building stays on rigid ground.
 
-    >>> soil = SoilFlexibility.on(shear_wave_velocity=200.0, radius=8.0)
+    >>> soil = SoilFlexibility(shear_wave_velocity=200.0, radius=8.0)
     >>> round(soil.stiffness / 1e9, 4), round(soil.dashpot / 1e6, 2)
     (2.7648, 72.38)
     """
 
-    velocity: float  # m/s
+    shear_wave_velocity: float  # m/s
     radius: float  # m
-    density: float  # kg/m³
-    poisson: float
-    foundation: float  # kg; NaN for that of the lowest floor
-
-    @classmethod
-    def on(
-        cls,
-        shear_wave_velocity: float,
-        radius: float,
-        density: float = 1800.0,
-        poisson: float = 1.0 / 3.0,
-        foundation_mass: float = nan,
-    ) -> SoilFlexibility:
-        """Soil of this shear wave velocity [m/s] and density [kg/m³] under discs of this radius [m]."""
-        return cls(shear_wave_velocity, radius, density, poisson, foundation_mass)
+    density: float = 1800.0  # kg/m³
+    poisson: float = 1.0 / 3.0
+    foundation_mass: float = nan  # kg; NaN for that of the lowest floor
 
     @property
     def stiffness(self) -> float:
         """8 G r / (2 − ν) [N/m]."""
-        return 8.0 * self.density * self.velocity**2 * self.radius / (2.0 - self.poisson)
+        return 8.0 * self.density * self.shear_wave_velocity**2 * self.radius / (2.0 - self.poisson)
 
     @property
     def dashpot(self) -> float:
         """ρ V_s π r² [N s/m]."""
-        return self.density * self.velocity * pi * self.radius**2
+        return self.density * self.shear_wave_velocity * pi * self.radius**2
 
     def built(self, chain: Any, building: Any) -> Any:
         """The chain on its foundation."""
-        mass = float(chain.mass[0]) if isnan(self.foundation) else self.foundation
+        mass = float(chain.mass[0]) if isnan(self.foundation_mass) else self.foundation_mass
         return chain.founded(mass, self.stiffness, self.dashpot)

@@ -20,7 +20,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pounding_risk._jit.compile import speaks
-from pounding_risk.models._discovery import classes_of, modules_in_order
+from pounding_risk.models._discovery import classes_of, documented, modules_in_order
 from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.contact.laws import LAWS
 
@@ -38,8 +38,8 @@ class InstantLaw(Protocol):
 
 
 INSTANT_LAWS: dict[str, type] = {
-    snake_case(name): law
-    for module in modules_in_order(__name__, __path__)
+    snake_case(name): documented(law)
+    for module in modules_in_order(__name__)
     for name, law in classes_of(module).items()
     if "strike" in vars(law)
 }

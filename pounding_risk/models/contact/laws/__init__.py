@@ -5,7 +5,7 @@ example; ``ORDER``, its place in tables and grids; in ``EXACT`` the class that e
 of damping to restitution; in ``RESTITUTION_OF_RATIO``, where the law is published with a damping ratio ξ, the function
 that gives e from ξ and the largest ξ, 1 itself excluded. Commands, conformance tests and docs find them in `LAWS`.
 
-The names imported here are what a law of the user's own takes: `pounding_risk.contact_law` registers it.
+A law of the user's own takes its units and shared methods from here too: `pounding_risk.contact_law` registers it.
 """
 
 from __future__ import annotations
@@ -13,46 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.models._discovery import classes_of, modules_in_order
-from pounding_risk.models.contact.law import (
-    HERTZ_STIFFNESS,
-    LINEAR_STIFFNESS,
-    SLOWEST_TOUCH,
-    ContactLaw,
-    capped_at_yield,
-    complete,
-    flat,
-    hertz_energy,
-    hertz_force,
-    hertz_yields_at,
-    linear_energy,
-    may_pull,
-    never_yields,
-    snake_case,
-    stiffness_quantity,
-    undamped,
-)
-
-__all__ = [
-    "EXACT",
-    "HERTZ_STIFFNESS",
-    "LAWS",
-    "LINEAR_STIFFNESS",
-    "RESTITUTION_OF_RATIO",
-    "SHIPPED",
-    "SLOWEST_TOUCH",
-    "ContactLaw",
-    "capped_at_yield",
-    "flat",
-    "hertz_energy",
-    "hertz_force",
-    "hertz_yields_at",
-    "linear_energy",
-    "may_pull",
-    "never_yields",
-    "stiffness_quantity",
-    "undamped",
-]
+from pounding_risk.models._discovery import classes_of, documented, modules_in_order
+from pounding_risk.models.contact.law import *  # noqa: F403 - what a law of the user's own takes
+from pounding_risk.models.contact.law import ContactLaw, complete, snake_case
 
 LAWS: dict[str, type] = {}  # by scene-file name; a user's own are added as they are defined
 EXACT: dict[type, type] = {}  # the class that a law becomes under the exact relation; some are exact as they are
@@ -60,12 +23,12 @@ RESTITUTION_OF_RATIO: dict[str, tuple[Callable[[float], float], float]] = {}
 
 _REQUIRED = [name for name in vars(ContactLaw) if not name.startswith("_")]
 
-for _module in modules_in_order(__name__, __path__):
+for _module in modules_in_order(__name__):
     _classes = classes_of(_module)
     globals().update(_classes)
     # The exact form of a law inherits its methods, and has no name of its own in a scene.
     LAWS |= {
-        snake_case(name): complete(law)
+        snake_case(name): documented(complete(law))
         for name, law in _classes.items()
         if all(method in vars(law) for method in _REQUIRED)
     }

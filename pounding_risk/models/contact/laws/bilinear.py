@@ -9,7 +9,7 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.models.contact.law import HERTZ_STIFFNESS, SLOWEST_TOUCH, flat, may_pull, never_yields
 from pounding_risk.units import Quantity
 
-ORDER = 50
+ORDER = 40
 DESIGN_PENETRATION = Quantity(
     "m", 0.0, inf, "design penetration δ_m of the bilinear law", open_high=True, example="10 mm"
 )
@@ -49,21 +49,13 @@ class Bilinear(NamedTuple):
 
     >>> round(Bilinear(1e9, 0.01).force(Bilinear(1e9, 0.01).begin(1.0, 1.0, 1.0), 0.005, 0.0, True))
     500000
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness β [N/m^1.5].
-    design_penetration : float
-        δ_m [m]; 0 for that of each approach speed.
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
     design_penetration: Annotated[float, DESIGN_PENETRATION] = 0.0
 
     reference = "Muthukumar and DesRoches (2006); OpenSees ImpactMaterial for the form"
-    capped = False
-    needs_restitution = True
+    capped, needs_restitution = False, True
 
     def begin(self, e, speed, mass):
         depth = self.design_penetration
@@ -100,8 +92,7 @@ class Bilinear(NamedTuple):
     def yielded(self, loss):
         return loss
 
-    ceiling = never_yields
-    floor = may_pull
+    ceiling, floor = never_yields, may_pull
 
 
 class BilinearExact(Bilinear):
@@ -117,7 +108,6 @@ class BilinearExact(Bilinear):
     __slots__ = ()
 
     def begin(self, e, speed, mass):
-        """K2, K1 − K2, δ_y, and the δ from which the elastic part is measured."""
         fast = max(speed, SLOWEST_TOUCH)
         depth = (1.25 * mass * fast * fast / self.stiffness) ** 0.4
         whole = self.stiffness * sqrt(depth)

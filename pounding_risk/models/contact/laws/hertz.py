@@ -17,7 +17,7 @@ from pounding_risk.models.contact.law import (
     undamped,
 )
 
-ORDER = 30
+ORDER = 20
 
 
 @kernel
@@ -59,25 +59,14 @@ class Hertz(NamedTuple):
 
     >>> Hertz(1e9).force(0.0, 0.01, 1.0, True)
     1000000.0
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness β [N/m^1.5].
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
     reference = "Hertz (1881); Goldsmith (2001), Impact"
-    capped = False
-    needs_restitution = False
+    capped, needs_restitution = False, False
 
-    begin = undamped
-    force = hertz_force
-    plateau = flat
-    stored = hertz_energy
-    ceiling = never_yields
-    floor = may_pull
+    begin, force, plateau, stored, ceiling, floor = undamped, hertz_force, flat, hertz_energy, never_yields, may_pull
 
 
 class HertzDamp(NamedTuple):
@@ -87,27 +76,17 @@ class HertzDamp(NamedTuple):
 
     >>> HertzDamp(1e9).force(0.5, 0.01, 1.0, True)
     1500000.0
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness β [N/m^1.5].
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
     reference = "Muthukumar and DesRoches (2006), Earthquake Engineering and Structural Dynamics 35"
-    capped = False
-    needs_restitution = True
+    capped, needs_restitution = False, True
 
     def begin(self, e, speed, mass):
         return 0.75 * (1.0 - e * e) / max(speed, SLOWEST_TOUCH)
 
-    force = hertz_damp_force
-    plateau = flat
-    stored = hertz_energy
-    ceiling = never_yields
-    floor = may_pull
+    force, plateau, stored, ceiling, floor = hertz_damp_force, flat, hertz_energy, never_yields, may_pull
 
 
 class HertzDampExact(NamedTuple):
@@ -115,27 +94,17 @@ class HertzDampExact(NamedTuple):
 
     >>> round(HertzDampExact(1e9).begin(0.65, 1.0, 1.0), 5)
     0.7931
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness β [N/m^1.5].
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
     reference = "Hunt and Crossley form; exact d by separation of variables; Ye, Li and Zhu (2009) for the need"
-    capped = False
-    needs_restitution = True
+    capped, needs_restitution = False, True
 
     def begin(self, e, speed, mass):
         return exact_hertz_damping(e) / max(speed, SLOWEST_TOUCH)
 
-    force = hertz_damp_force
-    plateau = flat
-    stored = hertz_energy
-    ceiling = never_yields
-    floor = may_pull
+    force, plateau, stored, ceiling, floor = hertz_damp_force, flat, hertz_energy, never_yields, may_pull
 
 
 EXACT = {HertzDamp: HertzDampExact, HertzDampExact: HertzDampExact}

@@ -9,7 +9,7 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.models.contact.damping import approach_ratio, positive_root
 from pounding_risk.models.contact.law import HERTZ_STIFFNESS, flat, hertz_energy, may_pull, never_yields
 
-ORDER = 40
+ORDER = 30
 
 
 @kernel
@@ -43,25 +43,15 @@ class Jankowski(NamedTuple):
 
     >>> Jankowski(1e9).force(1e6, 1e-4, 1.0, True)
     101000.0
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness β [N/m^1.5].
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
     reference = "Jankowski (2005, 2006); Khatiwada et al. (2011) eq. 2, 2a, 2b"
-    capped = False
-    needs_restitution = True
+    capped, needs_restitution = False, True
 
-    begin = jankowski_damping
-    force = jankowski_force
-    plateau = flat
-    stored = hertz_energy
-    ceiling = never_yields
-    floor = may_pull
+    begin, force, plateau = jankowski_damping, jankowski_force, flat
+    stored, ceiling, floor = hertz_energy, never_yields, may_pull
 
 
 class JankowskiExact(Jankowski):

@@ -16,7 +16,7 @@ from pounding_risk.models.contact.law import (
 )
 from pounding_risk.units import Quantity
 
-ORDER = 60
+ORDER = 50
 EXPONENT = Quantity("1", 0.0, 1.5, "exponent n of the plastic branch")
 
 
@@ -28,24 +28,15 @@ class VanMier(NamedTuple):
 
     >>> VanMier(1e9, 0.0).plateau(1.0, 5e5)
     500000.0
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness K_e [N/m^1.5].
-    plastic_exponent : float
-        n, from 0 to 1.5.
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
     plastic_exponent: Annotated[float, EXPONENT] = 0.0
 
     reference = "van Mier et al. (1991), Journal of Structural Engineering 117; Khatiwada et al. (2011) eq. 1"
-    capped = True
-    needs_restitution = False
+    capped, needs_restitution = True, False
 
-    begin = undamped
-    force = hertz_force
+    begin, force = undamped, hertz_force
     yields_at = hertz_yields_at
 
     def plateau(self, delta, strength):
@@ -59,5 +50,4 @@ class VanMier(NamedTuple):
         plastic = strength * yields_at * ((delta / yields_at) ** (n + 1.0) - 1.0) / (n + 1.0)
         return hertz_work(self.stiffness, yields_at) + plastic
 
-    ceiling = capped_at_yield
-    floor = may_pull
+    ceiling, floor = capped_at_yield, may_pull

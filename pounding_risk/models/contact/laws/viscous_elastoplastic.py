@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated, NamedTuple
 
-from pounding_risk._jit.compile import kernel
 from pounding_risk.models.contact.law import (
     HERTZ_STIFFNESS,
     capped_at_yield,
@@ -21,17 +20,7 @@ from pounding_risk.models.contact.laws.jankowski import (
     jankowski_restitution,
 )
 
-ORDER = 70
-
-
-@kernel
-def capped_hertz_work(stiffness, delta, strength):
-    """∫ min(β x^1.5, F_E) dx from 0 to δ."""
-    force = stiffness * delta * sqrt(delta)
-    if force <= strength:
-        return hertz_work(stiffness, delta)
-    yields_at = (strength / stiffness) ** (2.0 / 3.0)
-    return hertz_work(stiffness, yields_at) + strength * (delta - yields_at)
+ORDER = 60
 
 
 class ViscousElastoplastic(NamedTuple):
@@ -43,29 +32,23 @@ class ViscousElastoplastic(NamedTuple):
 
     >>> ViscousElastoplastic(1e9).plateau(0.02, 4.5e5)
     450000.0
-
-    Parameters
-    ----------
-    stiffness : float
-        Impact stiffness β [N/m^1.5].
     """
 
     stiffness: Annotated[float, HERTZ_STIFFNESS]
 
     reference = "Khatiwada et al. (2011), Development of pounding model for adjacent structures, eq. 3, 3a, 3b"
-    capped = True
-    needs_restitution = True
+    capped, needs_restitution = True, True
 
-    begin = jankowski_damping
-    force = jankowski_force
+    begin, force, plateau = jankowski_damping, jankowski_force, flat
     yields_at = hertz_yields_at
-    plateau = flat
 
     def stored(self, delta, strength):
-        return capped_hertz_work(self.stiffness, delta, strength)
+        if self.stiffness * delta * sqrt(delta) <= strength:
+            return hertz_work(self.stiffness, delta)
+        yields_at = self.yields_at(strength)
+        return hertz_work(self.stiffness, yields_at) + strength * (delta - yields_at)
 
-    ceiling = capped_at_yield
-    floor = may_pull
+    ceiling, floor = capped_at_yield, may_pull
 
 
 class ViscousElastoplasticExact(ViscousElastoplastic):
