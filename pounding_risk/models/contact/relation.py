@@ -108,24 +108,9 @@ def relation_fault(value: Any) -> str:
 
 
 def restitution_of_ratio(ratio: float, law: str) -> float:
-    """The coefficient of restitution at which a law has a damping ratio.
+    """e in (0, 1] at which a law has the damping ratio ξ >= 0, which is below 1 for the Kelvin-Voigt laws.
 
-    Parameters
-    ----------
-    ratio : float
-        Damping ratio ξ of the contact: at least 0, and below 1 for the Kelvin-Voigt laws.
-    law : str
-        Name of a contact model whose damping is published as ξ(e).
-
-    Returns
-    -------
-    float
-        e in (0, 1].
-
-    Raises
-    ------
-    QuantityError
-        For a law without a ratio, and a ratio out of range.
+    Raises QuantityError for a law without a ratio, and a ratio out of range.
     """
     if law not in RESTITUTION_OF_RATIO:
         known = ", ".join(RESTITUTION_OF_RATIO)
@@ -145,12 +130,9 @@ def is_ratio(text: object) -> bool:
 
 
 def written_ratio(text: str) -> tuple[float, str]:
-    """The e of a text such as "xi 0.35 of jankowski", and words that say where e is from.
+    """The e of a text such as "xi 0.35 of jankowski", and words that state its origin.
 
-    Raises
-    ------
-    QuantityError
-        For text of another form, and as `restitution_of_ratio`.
+    Raises QuantityError for text of another form, and as `restitution_of_ratio`.
     """
     match = WRITTEN_RATIO.fullmatch(text.strip())
     if match is None or match["law"] is None:

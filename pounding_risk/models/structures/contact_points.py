@@ -96,13 +96,9 @@ def automatic_points(left: Any, right: Any, is_one: IsOne | None = None) -> list
     neighbour. A rigid building is a wall: floors meet it wherever they are, and without a height it is as tall as its
     neighbour. Two buildings without heights meet mass to mass.
 
-    Parameters
-    ----------
-    left, right
-        A `Building`, or what has ``levels`` [m].
-    is_one
-        As `LevelRule.is_one`, by default that of `usual_rule`. No floor is one with two floors of the other building:
-        the rule's depths, or its tolerance, are less than half of any storey.
+    ``left`` and ``right`` are a `Building` or have ``levels`` [m]; ``is_one`` is as `LevelRule.is_one`, by default that
+    of `usual_rule`. No floor is one with two floors of the other building: the rule's depths, or its tolerance, are
+    less than half of any storey.
     """
     one, other = outlines(left, right)
     if isnan(one.levels[-1]):
