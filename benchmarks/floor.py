@@ -19,7 +19,7 @@ import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.models.effects.ground import Level
+from pounding_risk.models.ground import Level
 from pounding_risk.solver.pair.api import free_response
 from pounding_risk.solver.pair.flight import block_is_quiet, unquiet
 from pounding_risk.solver.pair.stages import ELASTIC, Phase, attempt, begin, make_desk, slopes, state_of

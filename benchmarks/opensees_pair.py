@@ -25,7 +25,8 @@ import numpy as np
 from pair_scenes import Scene
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.laws import hertz_work, jankowski_ratio
+from pounding_risk.models.contact.law import hertz_work
+from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 

@@ -18,7 +18,7 @@ from opensees_pair import ITERATIONS, NEAREST, TEST, silenced
 from row_scenes import RowScene
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.laws import jankowski_ratio
+from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.structures.mdof import Chain
 
 GROUND = 1  # node; mass i is node i + 2

@@ -23,7 +23,7 @@ import pounding_risk
 from pounding_risk.assessment.separations.rules import RULES
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import SHIPPED
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions import quality

@@ -5,22 +5,18 @@ from __future__ import annotations
 from typing import Any, get_type_hints
 
 from generation.markdown import docstring, plain, table
-from pounding_risk.models.contact import damping as exact_damping
-from pounding_risk.models.contact import impulsive as instant
-from pounding_risk.models.contact import laws as contact
-from pounding_risk.models.contact.damping import EXACT
+from pounding_risk.models.contact import damping, impulsive, law
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
-from pounding_risk.models.contact.laws import LAWS, SHIPPED, stiffness_quantity
-from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground
-from pounding_risk.models.effects.defaults import default_words
+from pounding_risk.models.contact.laws import EXACT, LAWS, SHIPPED, stiffness_quantity
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, default_words
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.scene.words import option_example
 from pounding_risk.units import Quantity, bounds
 
 LAWS_HEAD = """# Contact models
 
-Each is a class of `pounding_risk/models/contact/laws.py` or `impulsive.py`; this
-page is what the classes say of themselves.
+Each is a class of a module in `pounding_risk/models/contact/laws/` or `impulsive/`; this page is made of their
+docstrings.
 [Contact](../theory/contact.md) has the main formulas side by side. `pounding-risk models` prints a list in a terminal,
 a user's own laws too.
 
@@ -34,9 +30,9 @@ def laws_page() -> str:
     rows = [(f"[`{name}`](#{_anchor(name)})", *_facts(law)) for name, law in (laws | INSTANT_LAWS).items()]
     text = f"{LAWS_HEAD}{table(heads, rows)}\n## Laws of force and penetration\n\n{_symbols()}\n"
     text += "".join(_model(name, law) for name, law in laws.items())
-    text += f"## Models whose velocities jump\n\n{_after_first(instant)}\n"
+    text += f"## Models whose velocities jump\n\n{_after_first(impulsive)}\n"
     text += "".join(_model(name, law) for name, law in INSTANT_LAWS.items())
-    return f"{text}## Exact damping\n\n{docstring(exact_damping)}"
+    return f"{text}## Exact damping\n\n{docstring(damping)}"
 
 
 def _anchor(name: str) -> str:
@@ -44,7 +40,7 @@ def _anchor(name: str) -> str:
 
 
 def _facts(law: Any) -> tuple[str, str, str]:
-    jumps = instant.is_instant(law)
+    jumps = impulsive.is_instant(law)
     unit = "no stiffness" if jumps else plain(stiffness_quantity(law).unit)
     exact = "published, or exact" if law in EXACT else "exact" if jumps else "published"
     return unit, exact if law.needs_restitution else "takes no part", "yes" if law.capped else "no"
@@ -52,7 +48,7 @@ def _facts(law: Any) -> tuple[str, str, str]:
 
 def _symbols() -> str:
     """The module's paragraph of symbols."""
-    return docstring("Symbols" + (contact.__doc__ or "").partition("Symbols")[2])
+    return docstring("Symbols" + (law.__doc__ or "").partition("Symbols")[2])
 
 
 def _after_first(module: Any) -> str:
@@ -60,14 +56,19 @@ def _after_first(module: Any) -> str:
 
 
 def _model(name: str, law: Any) -> str:
-    text = f"({_anchor(name)})=\n### {plain(name)}\n\n{docstring(law)}\n"
+    text = f"({_anchor(name)})=\n### {plain(name)}\n\n{_without_parameters(law)}\n"
     rows = list(_parameters(law))
     if len(rows) > 1:
         text += table(("parameter", "what", "unit and range", "default"), rows) + "\n"
     exact = EXACT.get(law, law)
     if exact is not law:
-        text += f'With `relation = "exact"`: {docstring(exact)}\n'
+        text += f'With `relation = "exact"`: {_without_parameters(exact)}\n'
     return f"{text}Source: {plain(law.reference)}.\n\n"
+
+
+def _without_parameters(kind: Any) -> str:
+    """A class's docstring; its section of parameters is the table's."""
+    return docstring((kind.__doc__ or "").partition("\nParameters\n")[0])
 
 
 def _parameters(law: Any) -> Any:
@@ -86,8 +87,8 @@ def _range(quantity: Quantity) -> str:
 
 EFFECTS_HEAD = """# Effects
 
-Each is off unless a scene names it, and what is off is not in the machine code. This page is what the classes of
-`pounding_risk/models/effects/contact.py` and `building_effects.py` beside it say of themselves.
+Each is off unless a scene names it, and what is off is not in the machine code. Each is a class of a module in
+`pounding_risk/models/effects/`; this page is made of their docstrings. Effects act in this order.
 
 """
 
@@ -96,7 +97,7 @@ def effects_page() -> str:
     """Every effect: what it does, its options, its source."""
     text = EFFECTS_HEAD
     for name, kind in EFFECTS.items():
-        text += f"## {plain(name)}\n\n{docstring(kind)}\n"
+        text += f"## {plain(name)}\n\n{_without_parameters(kind)}\n"
         rows = [(f"`{key}`", *_option(allowed, default_words(name, key))) for key, allowed in kind.options.items()]
         heads = ("option", "what", "unit and range", "example", "left out")
         text += f"{table(heads, rows)}\n" if rows else "It has no option.\n\n"

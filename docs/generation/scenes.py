@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from generation.markdown import docstring, plain, table
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene.reader import scene_schema
 from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import BUILDING, RUN

@@ -12,7 +12,7 @@ ORDER = 100
 def models() -> None:
     """Contact models, effects and typologies: what each takes."""
     from pounding_risk.models.contact.impulsive import CONTACT_MODELS
-    from pounding_risk.models.effects.contact import EFFECTS
+    from pounding_risk.models.effects import EFFECTS
     from pounding_risk.models.structures.typologies import TYPOLOGIES
 
     heads = ("contact model", "stiffness", "restitution", "F_E", "what it is and where it is from")
@@ -30,9 +30,8 @@ def models() -> None:
 
 def _model(name: str, law: Any) -> tuple[str, ...]:
     """Cells of a contact model."""
-    from pounding_risk.models.contact.damping import EXACT
     from pounding_risk.models.contact.impulsive import is_instant, needs_floors
-    from pounding_risk.models.contact.laws import stiffness_quantity
+    from pounding_risk.models.contact.laws import EXACT, stiffness_quantity
 
     stiffness = "floor lengths" if needs_floors(law) else "–" if is_instant(law) else stiffness_quantity(law).unit
     is_exact = law in EXACT or is_instant(law)
@@ -43,8 +42,7 @@ def _model(name: str, law: Any) -> tuple[str, ...]:
 
 def _effect(name: str, effect: Any) -> tuple[str, ...]:
     """Cells of an effect."""
-    from pounding_risk.models.effects.contact import acts_on_buildings, acts_on_ground
-    from pounding_risk.models.effects.defaults import default_words
+    from pounding_risk.models.effects import acts_on_buildings, acts_on_ground, default_words
     from pounding_risk.units import Quantity
 
     options = [

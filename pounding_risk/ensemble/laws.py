@@ -7,7 +7,7 @@ from typing import Any
 
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.relation import least_of, out_of_reach
-from pounding_risk.models.effects.contact import with_effects
+from pounding_risk.models.effects import with_effects
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.pair.isolated import equal_stiffness
 

@@ -22,7 +22,7 @@ from pounding_risk.ensemble.tolerance_check import (
     made_again,
     not_made_again,
 )
-from pounding_risk.models.effects.contact import wave_of
+from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.layout import Form, Stretch, bytes_a_case, stretches
 from pounding_risk.results.pair_labels import OUTCOME, amplitudes, pair_skeleton, pair_values, pair_variables

@@ -6,20 +6,22 @@ from math import inf
 from typing import Annotated, NamedTuple, Protocol
 
 from pounding_risk._jit.compile import speaks
+from pounding_risk.models._discovery import documented
 from pounding_risk.units import RESTITUTION, Quantity
 
 
 @speaks
 class RestitutionRule(Protocol):
-    """What the kernels ask of a rule."""
+    """The methods of a relation e(v)."""
 
     def at(self, speed):
         """e at an approach speed [m/s]."""
 
     def beyond(self, speed):
-        """True where the rule has left its range of validity."""
+        """True for a speed past the range of validity."""
 
 
+@documented
 class Restitution(NamedTuple):
     """e(v) = c0 + c1 v + c2 v² + c3 v³ for approach speeds v up to ``fastest`` [m/s], held beyond it.
 
@@ -36,12 +38,10 @@ class Restitution(NamedTuple):
     fastest: Annotated[float, Quantity("m/s", 0.0, inf, "largest approach speed of the fit")] = inf
 
     def at(self, speed):
-        """e at the approach ``speed`` [m/s]."""
         v = min(speed, self.fastest)
         return self.c0 + v * (self.c1 + v * (self.c2 + v * self.c3))
 
     def beyond(self, speed):
-        """True where ``speed`` lies past the range of the fit, so that e is held."""
         return speed > self.fastest
 
 

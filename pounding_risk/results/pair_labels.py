@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.models.contact.impulsive import is_instant
-from pounding_risk.models.effects.contact import EFFECTS, acts_on_law, bare, references
+from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.record import recording_numbers
@@ -212,7 +212,7 @@ def _building_coordinates(study: Study) -> dict[str, Any]:
 def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
     """Where these laws and the scene's effects are from."""
     others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
-    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))  # type: ignore[attr-defined]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))
 
 
 def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:

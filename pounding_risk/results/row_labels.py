@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pounding_risk.models.effects.contact import bare
+from pounding_risk.models.effects import bare
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import as_text

@@ -19,7 +19,7 @@ from pounding_risk.models.contact.relation import (
     out_of_reach,
     related,
 )
-from pounding_risk.models.effects.contact import EFFECTS, refusal
+from pounding_risk.models.effects import EFFECTS, refusal
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.scene.buildings import building_checks
 from pounding_risk.scene.interfaces import is_row, lacks_gap, most_interfaces, row_checks

@@ -15,7 +15,7 @@ from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.contact.relation import AS_PUBLISHED
-from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground
 from pounding_risk.models.structures.contact_points import (
     LevelRule,
     Meeting,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pounding_risk.errors import SceneError
-from pounding_risk.models.effects.contact import wave_of
+from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality

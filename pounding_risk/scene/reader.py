@@ -28,9 +28,11 @@ from pydantic_core import CoreSchema, core_schema
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
-from pounding_risk.models.contact.laws import DESIGN_PENETRATION, EXPONENT, SHIPPED
+from pounding_risk.models.contact.laws import SHIPPED
+from pounding_risk.models.contact.laws.bilinear import DESIGN_PENETRATION
+from pounding_risk.models.contact.laws.van_mier import EXPONENT
 from pounding_risk.models.contact.relation import AS_PUBLISHED
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED

@@ -14,9 +14,10 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant, needs_floors
-from pounding_risk.models.contact.laws import DESIGN_PENETRATION, stiffness_quantity
+from pounding_risk.models.contact.laws import stiffness_quantity
+from pounding_risk.models.contact.laws.bilinear import DESIGN_PENETRATION
 from pounding_risk.models.contact.relation import AS_PUBLISHED, related
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED, Restitution
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, LevelRule, Point, floor_words
 from pounding_risk.models.structures.sdof import Building
@@ -51,7 +52,7 @@ class Effect(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """The options as a scene file has them: quantities as text, exact."""
-        kinds = EFFECTS[self.name].options  # type: ignore[attr-defined]
+        kinds = EFFECTS[self.name].options
         return {
             key: exact(value, kinds[key]) if isinstance(kinds[key], Quantity) else value for key, value in self.options
         }
@@ -425,7 +426,7 @@ def _ends(values: Sequence[float], quantity: Quantity) -> str:
 
 def own_laws(study: Study) -> dict[str, str]:
     """Digests of the code of those contact laws of the scene that are not the package's."""
-    from pounding_risk.models.contact.register_digest import is_own, law_digest
+    from pounding_risk.models.contact.register import is_own, law_digest
 
     kinds = {name: known_law(name) for name in (study.law_name, *study.grid.contact_models)}
     return {name: law_digest(kind) for name, kind in kinds.items() if is_own(kind)}

@@ -11,7 +11,7 @@ from math import inf, isnan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
-from pounding_risk.models.effects.contact import acts_on_law, wave_of
+from pounding_risk.models.effects import acts_on_law, wave_of
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys

@@ -14,11 +14,9 @@ from math import inf
 from typing import Any
 
 from pounding_risk._common.words import nearest
-from pounding_risk.models.contact.damping_ratio import is_ratio, written_ratio
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
-from pounding_risk.models.contact.relation import AS_PUBLISHED, faults
-from pounding_risk.models.effects.contact import EFFECTS
-from pounding_risk.models.effects.defaults import defaults
+from pounding_risk.models.contact.relation import AS_PUBLISHED, faults, is_ratio, written_ratio
+from pounding_risk.models.effects import EFFECTS, defaults
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import floor_number
 from pounding_risk.models.structures.storeys import MOST_STOREYS

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from pounding_risk.models.effects.contact import EFFECTS
-from pounding_risk.models.effects.defaults import default_example
+from pounding_risk.models.effects import EFFECTS, default_example
 from pounding_risk.units import EXAMPLES, Quantity, bounds, shown
 
 REQUIRED = "required"

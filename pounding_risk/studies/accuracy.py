@@ -25,9 +25,10 @@ from pounding_risk._common.dates import created
 from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.replacing import check_replaceable_scene
-from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.impulsive import is_instant
-from pounding_risk.models.effects.contact import WavePassage, wave_of
+from pounding_risk.models.contact.law import is_path_dependent
+from pounding_risk.models.effects import wave_of
+from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text, check_target, save, versions
 from pounding_risk.results.pair_labels import CONVENTIONS, described
@@ -201,7 +202,9 @@ def accuracy(
 
 def _event_only(study: Study) -> str:
     """Effects, path-dependent and impulsive models of the scene, which only the event-driven solver has."""
-    paths = (name for name in study.grid.contact_models if remembers(known_law(name)) or is_instant(known_law(name)))
+    paths = (
+        name for name in study.grid.contact_models if is_path_dependent(known_law(name)) or is_instant(known_law(name))
+    )
     return ", ".join([*(effect.name for effect in study.effects), *paths])
 
 

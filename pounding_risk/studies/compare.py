@@ -26,7 +26,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_ASKED, AS_PUBLISHED, misfit, relation_fault
-from pounding_risk.models.effects.contact import refusal, wave_of
+from pounding_risk.models.effects import refusal, wave_of
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import check_target, save
 from pounding_risk.results.pair_labels import described

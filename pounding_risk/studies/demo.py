@@ -26,7 +26,7 @@ SEARCHED = np.linspace(100e3, 1.5e6, 281)  # N; yield forces tried, 5 kN apart
 # Figure 4 of the paper: strikers of van Mier et al. (1991). Stiffness and F_E are not published; β as for concrete in
 # Jankowski (2005), and a plateau below the 441 kN that the lighter striker would reach without one.
 STRIKERS = ((570.0, 2.5), (290.0, 2.5), (570.0, 0.5), (290.0, 0.5))  # kg, m/s
-STRIKER_LAW = ViscousElastoplastic(2.75e9)  # type: ignore[call-arg]
+STRIKER_LAW = ViscousElastoplastic(2.75e9)
 STRIKER_STRENGTH = 300e3  # N
 STRIKER_NOTE = (
     f"β = {STRIKER_LAW.stiffness / 1e9:g}e9 N/m$^{{1.5}}$ and $F_E$ = {STRIKER_STRENGTH / 1e3:.0f} kN assumed, not "

@@ -18,7 +18,7 @@ from pounding_risk.ensemble.plan.row_cost import row_bench
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects.contact import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
+from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.files import as_text, check_target, save
 from pounding_risk.results.pair_labels import described
@@ -116,7 +116,7 @@ def combinations(switched: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
     by_name = {effect.name: effect for effect in switched}
     sets: dict[str, tuple[Effect, ...]] = {NONE: ()}
     for name, effect in by_name.items():
-        needs = tuple(by_name.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)  # type: ignore[attr-defined]
+        needs = tuple(by_name.get(needed, Effect(needed)) for needed in EFFECTS[name].needs)
         sets[" + ".join([*(needed.name for needed in needs), name])] = (*needs, effect)
     if len(by_name) > 1 and set(switched) != set(sets[list(sets)[-1]]):
         sets[ALL] = switched

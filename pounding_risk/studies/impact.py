@@ -7,10 +7,17 @@ from math import inf
 from typing import Any, get_type_hints
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.damping_ratio import is_ratio, written_ratio
 from pounding_risk.models.contact.impulsive import needs_floors
-from pounding_risk.models.contact.relation import AS_PUBLISHED, faults, misfit, out_of_reach, related
-from pounding_risk.models.effects.contact import bare
+from pounding_risk.models.contact.relation import (
+    AS_PUBLISHED,
+    faults,
+    is_ratio,
+    misfit,
+    out_of_reach,
+    related,
+    written_ratio,
+)
+from pounding_risk.models.effects import bare
 from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.solver.pair.isolated import Impact, collide
 from pounding_risk.units import (

@@ -17,8 +17,8 @@ from pounding_risk.ensemble.laws import law_of
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects.contact import wave_of
-from pounding_risk.models.effects.ground import Passing
+from pounding_risk.models.effects import wave_of
+from pounding_risk.models.ground import Passing
 from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.motions.motion import Motion, driven

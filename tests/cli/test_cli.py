@@ -28,7 +28,7 @@ from pounding_risk import cli
 from pounding_risk.cli._common import progress
 from pounding_risk.cli._common.tables import engineering
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 
 PACKAGE = Path(pounding_risk.__file__).resolve().parent

@@ -22,7 +22,7 @@ from pounding_risk.ensemble.job import Order
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.laws import LAWS
-from pounding_risk.models.contact.register_digest import law_digest
+from pounding_risk.models.contact.register import law_digest
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
@@ -214,7 +214,7 @@ class Cushion(NamedTuple):
     stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
     softness: float = {softness}
     capped, needs_restitution = False, False
-    begin = contact.forgets
+    begin = contact.undamped
     def force(self, memory, delta, rate, approaching):
         return FACTOR * self.stiffness * share(delta) {formula}
     def stored(self, delta, strength):
@@ -246,7 +246,7 @@ def test_a_law_of_ones_own_is_told_by_its_code():
 
 
 def test_a_law_of_ones_own_is_told_the_same_in_another_process():
-    code = "from pounding_risk.models.contact.register_digest import law_digest\nprint(law_digest(Cushion))"
+    code = "from pounding_risk.models.contact.register import law_digest\nprint(law_digest(Cushion))"
     line = [sys.executable, "-c", CELL.format(**PLAIN) + code]
     package = str(Path(pr.__file__).resolve().parent.parent)
     found = subprocess.run(line, capture_output=True, text=True, timeout=120, cwd=package, check=True)

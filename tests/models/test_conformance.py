@@ -20,9 +20,18 @@ from oracle_laws import exact_hertz_damp
 from pounding_risk._jit import compile as _jit
 from pounding_risk.models.contact import impulsive as instant
 from pounding_risk.models.contact import laws as contact
-from pounding_risk.models.contact.damping import BILINEAR_LOWEST, EXACT
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, DistributedMass, Stereomechanical, is_instant
-from pounding_risk.models.contact.laws import LAWS, Bilinear, Hertz, Jankowski, Linear, VanMier, ViscousElastoplastic
+from pounding_risk.models.contact.laws import (
+    EXACT,
+    LAWS,
+    Bilinear,
+    Hertz,
+    Jankowski,
+    Linear,
+    VanMier,
+    ViscousElastoplastic,
+)
+from pounding_risk.models.contact.laws.bilinear import BILINEAR_LOWEST
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, solve

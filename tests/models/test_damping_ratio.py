@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from scenes import scene_text, single
 
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.models.contact.damping_ratio import INVERSES, restitution_of_ratio
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
+from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO
+from pounding_risk.models.contact.relation import restitution_of_ratio
 from pounding_risk.scene.reader import parse_scene
 
 
@@ -20,7 +21,7 @@ def scene(restitution):
     return parse_scene(scene_text(single("A", "40 t", "0.5 s"), single("B", "60 t", "0.3 s"), restitution=restitution))
 
 
-@pytest.mark.parametrize("name", INVERSES)
+@pytest.mark.parametrize("name", RESTITUTION_OF_RATIO)
 @given(ratio=st.floats(0.0, 0.95))
 def test_the_law_damps_with_the_ratio_that_was_given(name, ratio):
     """With unit stiffness and mass a published law's damping is 2 ξ, computed by the law itself from e."""

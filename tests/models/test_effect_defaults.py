@@ -11,8 +11,7 @@ from typer.testing import CliRunner
 
 from pounding_risk.cli import app
 from pounding_risk.ensemble.plan.plan import validate
-from pounding_risk.models.effects.contact import EFFECTS
-from pounding_risk.models.effects.defaults import NOT_A_NUMBER, default_example, default_words, defaults
+from pounding_risk.models.effects import EFFECTS, default_example, default_words, defaults
 from pounding_risk.scene.reader import parse_scene, scene_schema
 
 ROW = scene_text(
@@ -30,7 +29,7 @@ def test_every_option_that_may_be_left_out_has_its_default_told(name, option):
     default = inspect.signature(EFFECTS[name].on).parameters[option].default
     assert default is not inspect.Parameter.empty
     if isinstance(default, float) and isnan(default):
-        assert default_words(name, option) == NOT_A_NUMBER[name, option]
+        assert default_words(name, option) == EFFECTS[name].absent[option]
         assert option not in defaults(name)
     else:
         assert defaults(name)[option] == default

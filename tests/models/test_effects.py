@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.laws import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects.contact import (
+from pounding_risk.models.effects import (
     EFFECTS,
     PermanentSet,
     StrainRate,
@@ -230,7 +230,7 @@ def test_interpreted_is_compiled():
 import json
 from pounding_risk.studies.stability.trial import shaking
 from pounding_risk.models.contact.laws import ViscousElastoplastic
-from pounding_risk.models.effects.contact import with_effects
+from pounding_risk.models.effects import with_effects
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve

@@ -18,25 +18,21 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk import cli
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.models.contact.damping import (
-    BILINEAR_LOWEST,
-    EXACT,
-    BilinearExact,
-    JankowskiExact,
-    approach_ratio,
-    bilinear_loop,
-    speed_lost,
-)
+from pounding_risk.models.contact.damping import approach_ratio, speed_lost
 from pounding_risk.models.contact.laws import (
+    EXACT,
     LAWS,
     SHIPPED,
     Bilinear,
+    BilinearExact,
     HertzDampExact,
     Jankowski,
+    JankowskiExact,
     KelvinVoigt,
-    exact_hertz_damping,
     stiffness_quantity,
 )
+from pounding_risk.models.contact.laws.bilinear import BILINEAR_LOWEST, bilinear_loop
+from pounding_risk.models.contact.laws.hertz import exact_hertz_damping
 from pounding_risk.models.contact.relation import name_of
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.scene.reader import parse_scene

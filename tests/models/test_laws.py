@@ -9,17 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from pounding_risk.models.contact.history import remembers
-from pounding_risk.models.contact.laws import (
-    LAWS,
-    Bilinear,
-    VanMier,
-    ViscousElastoplastic,
-    exact_hertz_damping,
-    jankowski_ratio,
-    kelvin_voigt_ratio,
-    stiffness_quantity,
-)
+from pounding_risk.models.contact.law import is_path_dependent
+from pounding_risk.models.contact.laws import LAWS, Bilinear, VanMier, ViscousElastoplastic, stiffness_quantity
+from pounding_risk.models.contact.laws.hertz import exact_hertz_damping
+from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
+from pounding_risk.models.contact.laws.linear import kelvin_voigt_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, solve
@@ -50,12 +44,12 @@ def test_full_restitution_takes_no_energy(name: str):
     """e = 1 leaves no damping: the force on approach is the force on restitution."""
     law = law_of(name)
     memory = law.begin(1.0, 0.5, 570.0)
-    assert memory == 0.0 or remembers(LAWS[name])
+    assert memory == 0.0 or is_path_dependent(LAWS[name])
     for depth in DEPTHS:
         assert law.force(memory, depth, 0.4, True) == law.force(memory, depth, -0.4, False)
 
 
-@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if not remembers(law)])
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if not is_path_dependent(law)])
 def test_stored_energy_is_the_work_of_a_slow_push(name: str):
     """∫ min(F, plateau) dδ at rest; to 1e-10, what the quadrature resolves over the corner at yield."""
     law = law_of(name)

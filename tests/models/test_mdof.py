@@ -11,7 +11,7 @@ import scipy.linalg
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Jankowski, Linear
-from pounding_risk.models.effects.contact import acts_on_buildings, acts_on_law, refusal, wave_of, with_effects
+from pounding_risk.models.effects import acts_on_buildings, acts_on_law, refusal, wave_of, with_effects
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, stiffness_matrix

@@ -90,7 +90,7 @@ def spring(factor: float, name: str = "Cushion") -> type:
     class Cushion(NamedTuple):
         stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
         capped, needs_restitution = False, False
-        begin = contact.forgets
+        begin = contact.undamped
 
         def force(self, memory, delta, rate, approaching):
             return factor * self.stiffness * delta
@@ -132,7 +132,7 @@ from pounding_risk.models.contact import laws as contact
 class Pad(NamedTuple):
     stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
     capped, needs_restitution = False, False
-    begin, plateau, ceiling, floor = contact.forgets, contact.flat, contact.never_yields, contact.may_pull
+    begin, plateau, ceiling, floor = contact.undamped, contact.flat, contact.never_yields, contact.may_pull
     def force(self, memory, delta, rate, approaching):
         return FACTOR * self.stiffness * delta
     def stored(self, delta, strength):
@@ -275,7 +275,7 @@ def test_what_a_law_cannot_be():
         stiffness: float
         depth: float
         capped, needs_restitution = False, False
-        begin, force, plateau = contact.forgets, contact.hertz_force, contact.flat
+        begin, force, plateau = contact.undamped, contact.hertz_force, contact.flat
         stored, ceiling, floor = contact.hertz_energy, contact.never_yields, contact.may_pull
 
     assert faults(Bare) == [

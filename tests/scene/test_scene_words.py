@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter
 
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene.reader import TABLES, EqualTermsTable, scene_schema
 from pounding_risk.scene.words import KEYS, option_example
 

@@ -17,7 +17,7 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects.contact import EFFECTS
+from pounding_risk.models.effects import EFFECTS
 from pounding_risk.reports import report
 from pounding_risk.results.files import told
 from pounding_risk.scene.reader import parse_scene, study_from

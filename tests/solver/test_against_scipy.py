@@ -16,7 +16,7 @@ import pytest
 from oracle import CONCRETE, WALL, Oscillator, Scene, integrate
 
 from pounding_risk.models import restitution
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
@@ -276,7 +276,7 @@ def test_the_paper_pair_makes_31_contacts(yield_force: float):
 def test_scenes_cover_what_they_should():
     scenes = [p.values[0] for p in SCENES]  # type: ignore[attr-defined]
     # Laws with a path have their own whole run against SciPy, in tests/models.
-    assert {scene.law for scene in scenes} == {name for name, law in LAWS.items() if not remembers(law)}
+    assert {scene.law for scene in scenes} == {name for name, law in LAWS.items() if not is_path_dependent(law)}
     ratios = [s.left.mass / s.right.mass for s in scenes if math.isfinite(s.right.mass)]
     assert min(ratios) <= 0.1 and max(ratios) >= 10.0
     periods = [b.period for s in scenes for b in (s.left, s.right)]

@@ -17,7 +17,7 @@ from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 
 from pounding_risk.models.contact.laws import Hertz, Jankowski
-from pounding_risk.models.effects.ground import Level
+from pounding_risk.models.ground import Level
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair import flight

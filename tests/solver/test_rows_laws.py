@@ -25,7 +25,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.solver.row import run as march
 from pounding_risk.models.contact.laws import Bilinear, Hertz, Linear, VanMier, ViscousElastoplastic
-from pounding_risk.models.effects.contact import PermanentSet, StrainRate, UnloadingStiffness
+from pounding_risk.models.effects import PermanentSet, StrainRate, UnloadingStiffness
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from row_cases import EL_CENTRO, floors, meeting, named, points_of, single, storeys
@@ -77,7 +77,7 @@ def spring(factor):
     class Cushion(NamedTuple):
         stiffness: Annotated[float, contact.LINEAR_STIFFNESS]
         capped, needs_restitution = False, False
-        begin = contact.forgets
+        begin = contact.undamped
         def force(self, memory, delta, rate, approaching):
             return factor * self.stiffness * delta
         def stored(self, delta, strength):

@@ -11,7 +11,7 @@ import oracle
 import pytest
 
 import pounding_risk.solver.baselines
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
@@ -21,7 +21,7 @@ from pounding_risk.solver.pair.api import Interface, oscillators
 DT = 0.01  # s
 LEFT, RIGHT = Building("left", 5e4, 0.3, 0.05), Building("right", 9e4, 0.15, 0.05)
 GAP, E, STRENGTH = 1e-3, 0.6, 1.5e5
-FOLLOWED = [name for name, law in LAWS.items() if not remembers(law)]  # by δ and δ̇ alone
+FOLLOWED = [name for name, law in LAWS.items() if not is_path_dependent(law)]  # by δ and δ̇ alone
 STIFFNESS = {law: 2.5e8 if law in oracle.LINEAR else 1.05e10 for law in oracle.LAWS}
 # What both integrators tell, by their names for it.
 ALIKE = {

@@ -15,8 +15,8 @@ import pounding_risk as pr
 from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, Merged, is_instant
 from pounding_risk.models.contact.laws import ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects.contact import WavePassage
-from pounding_risk.models.effects.ground import Rippled
+from pounding_risk.models.effects.wave_passage import WavePassage
+from pounding_risk.models.ground import Rippled
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.reader import study_from

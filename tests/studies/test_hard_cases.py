@@ -9,7 +9,7 @@ import pytest
 
 from pounding_risk.cli.stability import print_stability
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.studies.stability import CASES, Bound, Case, Row, stability
@@ -89,7 +89,7 @@ def test_the_tests_that_are_pointed_to_exist(file: str, name: str):
 def test_every_law_meets_the_cases_that_are_about_contact():
     """A law may be left out only where the case cannot be put to it: no cap, no restitution, a path, a power of δ."""
     for case in CASES:
-        kinds = {name: (law.capped, law.needs_restitution, remembers(law)) for name, law in LAWS.items()}
+        kinds = {name: (law.capped, law.needs_restitution, is_path_dependent(law)) for name, law in LAWS.items()}
         # Models whose velocities jump meet the cases that need no force; they are never met instead of a law of force.
         forced = set(case.laws) & set(LAWS)
         few = forced != set(LAWS) and case.laws != ONE

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
 
-from pounding_risk.models.contact.history import remembers
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
@@ -32,7 +32,7 @@ PEAKS = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration
 COUNTS = ("impact_count", "yield_count", "yield_exceedance", "restitution_held")
 NAMES = st.sampled_from(list(LAWS))
 # Laws whose force is a function of δ and δ̇ alone, which the integrator of the tests can follow.
-FOLLOWED = [name for name, law in LAWS.items() if not remembers(law)]
+FOLLOWED = [name for name, law in LAWS.items() if not is_path_dependent(law)]
 SEEDS = st.integers(0, 10**6)
 
 

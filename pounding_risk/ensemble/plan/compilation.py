@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import INTERPRETED, ForgivingCache, is_foreign, lowered
 from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.models.effects.contact import wave_of, with_effects
+from pounding_risk.models.effects import wave_of, with_effects
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.pair.api import at_rest, oscillators
 from pounding_risk.solver.pair.contact import pound

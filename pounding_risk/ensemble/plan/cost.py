@@ -19,7 +19,7 @@ from pounding_risk.ensemble.job import Job, Order, never
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.plan.size import bytes_of
 from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.models.effects.contact import wave_of
+from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import COMPLETE

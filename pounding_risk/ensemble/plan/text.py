@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_PUBLISHED
-from pounding_risk.models.effects.contact import EFFECTS
-from pounding_risk.models.effects.defaults import NOT_A_NUMBER, option_words
+from pounding_risk.models.effects import EFFECTS, option_words
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
@@ -173,9 +172,9 @@ def _restitution(study: Study) -> str:
 
 def _effect(effect: Effect, given: Given) -> str:
     """The options in force; those that the scene leaves out are marked."""
-    kinds = EFFECTS[effect.name].options  # type: ignore[attr-defined]
-    values = {key: option_words(kinds[key], value) for key, value in effect.options}
-    values |= {key: words for (name, key), words in NOT_A_NUMBER.items() if name == effect.name and key not in values}
+    kind = EFFECTS[effect.name]
+    values = {key: option_words(kind.options[key], value) for key, value in effect.options}
+    values |= {key: words for key, words in kind.absent.items() if key not in values}
     values = {key: words for key, words in values.items() if not words.startswith("none")}
     options = ", ".join(
         f"{key} {value}{'' if ('effects', effect.name, key) in given else ' (default)'}"

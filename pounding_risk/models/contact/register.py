@@ -1,27 +1,28 @@
-"""A contact law of the user's own: checked, and made known to every command of this process."""
+"""Registration of a user's own contact law: its checks, and the digest of its code that identifies it."""
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 from collections.abc import Iterator
 from math import isfinite
+from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.history import complete
-from pounding_risk.models.contact.laws import (
+from pounding_risk.models.contact.law import (
     HERTZ_STIFFNESS,
-    LAWS,
     LINEAR_STIFFNESS,
-    SHIPPED,
     ContactLaw,
+    complete,
     snake_case,
     stiffness_quantity,
 )
+from pounding_risk.models.contact.laws import LAWS, SHIPPED
 
 Law = TypeVar("Law", bound=type)
 
-VERBS = {name: verb for name, verb in vars(ContactLaw).items() if not name.startswith("_")}
+METHODS = {name: method for name, method in vars(ContactLaw).items() if not name.startswith("_")}
 FACTS = {
     "capped": "True where ceiling returns yield_force",
     "needs_restitution": "True where begin uses e",
@@ -29,24 +30,36 @@ FACTS = {
 
 
 def contact_law(law: Law) -> Law:
-    """Make a class known as a contact law, under its name in snake_case; for use as a decorator.
+    """Register a class as a contact law under its name in snake_case; for use as a decorator.
 
-    The class is a NamedTuple, or derives from a law of ``pounding_risk.models.contact.laws``. Its first field is
-    ``stiffness``, annotated with LINEAR_STIFFNESS [N/m] or HERTZ_STIFFNESS [N/m^1.5]; further fields have defaults.
-    It has the verbs of `ContactLaw` and says ``capped`` and ``needs_restitution``; ``reference``, its source, is
-    stored with every result. Scenes read afterwards may name it, in this process; ``impact`` takes its instances.
+    Scenes that are read afterwards in this process may name the law, and ``impact`` takes its instances. A class
+    defined again under the same name replaces the one before. A method is compiled at its first use: a number that it
+    takes from outside the class is frozen then, so make it a field.
 
-    Defined again under the same name it replaces the class before, and answers with its own numbers. A verb is
-    compiled at its first use: a number that it takes from outside the class is frozen then, so make it a field.
+    Parameters
+    ----------
+    law : type
+        A NamedTuple, or a class derived from a law of ``pounding_risk.models.contact.laws``. Its first field is
+        ``stiffness``, annotated with LINEAR_STIFFNESS [N/m] or HERTZ_STIFFNESS [N/m^1.5]; further fields have defaults.
+        It has the methods of `ContactLaw`, the facts ``capped`` and ``needs_restitution``, and may have ``reference``,
+        its source, which is stored with every result.
 
-    Raises PoundingError that names every verb, field or fact that is missing or does not fit, and for the name
-    of a law of the package.
+    Returns
+    -------
+    type
+        The class.
+
+    Raises
+    ------
+    PoundingError
+        Names every method, field or fact that is missing or does not fit; also for the name of a law of the package.
     """
     faults = list(_faults(law))
     if faults:
         name = getattr(law, "__name__", repr(law))
         raise PoundingError("\n".join([f"contact law {name}:", *(f"  - {fault}" for fault in faults)]))
-    if not hasattr(law, "reference") or _inherited_from_shipped(law, "reference"):
+    source = next((kind for kind in law.__mro__ if "reference" in vars(kind)), None)
+    if source is None or source in [LAWS[name] for name in SHIPPED]:  # none, or that of the law it derives from
         law.reference = f"{law.__name__}, a law of the user's own"  # type: ignore[attr-defined]
     LAWS[snake_case(law.__name__)] = complete(law)
     return law
@@ -59,8 +72,7 @@ def _faults(law: Any) -> Iterator[str]:
     name = snake_case(law.__name__)
     if name in SHIPPED:
         yield f"{name} is a law of the package; give the class another name"
-    before = [*_fields(law), *_facts(law), *_verbs(law)]
-    yield from before or _first_use(law)
+    yield from [*_fields(law), *_facts(law), *_methods(law)] or _first_use(law)
 
 
 def _fields(law: Any) -> Iterator[str]:
@@ -88,24 +100,23 @@ def _facts(law: Any) -> Iterator[str]:
             yield f"{fact} is not given; write {fact} = True or {fact} = False in the class ({meaning})"
 
 
-def _verbs(law: Any) -> Iterator[str]:
-    for name, verb in VERBS.items():
-        asked = inspect.signature(verb)
-        own = getattr(law, name, None)
+def _methods(law: Any) -> Iterator[str]:
+    for name, method in METHODS.items():
+        required, own = _arguments(method), getattr(law, name, None)
         if not inspect.isfunction(own):
-            yield f"verb {name} is missing; write def {name}{_words(asked)}: {inspect.getdoc(verb)}"
-        elif list(inspect.signature(own).parameters) != list(asked.parameters):
-            yield f"verb {name} takes {_words(inspect.signature(own))}; kernels call {name}{_words(asked)}"
+            yield f"verb {name} is missing; write def {name}{required}: {inspect.getdoc(method)}"
+        elif _arguments(own) != required:
+            yield f"verb {name} takes {_arguments(own)}; kernels call {name}{required}"
 
 
-def _words(signature: inspect.Signature) -> str:
-    return f"({', '.join(signature.parameters)})"
+def _arguments(function: Any) -> str:
+    return f"({', '.join(inspect.signature(function).parameters)})"
 
 
 def _first_use(law: Any) -> Iterator[str]:
-    """Each verb asked once, interpreted, so that what fails in it fails here and not deep in a compiler."""
-    one = law(1e8)
-    calls = {
+    """Call each method once, interpreted, so that what fails in it fails here and not deep in a compiler."""
+    instance = law(1e8)
+    arguments: dict[str, tuple[float, ...]] = {
         "begin": (0.65, 0.5, 570.0),
         "force": (0.0, 1e-3, 0.1, True),
         "plateau": (1e-3, 1e5),
@@ -113,19 +124,96 @@ def _first_use(law: Any) -> Iterator[str]:
         "ceiling": (1e5,),
         "floor": (),
     }
-    for name, given in calls.items():
+    for name, values in arguments.items():
         try:
-            value = float(getattr(one, name)(*given))
+            value = float(getattr(instance, name)(*values))
         except Exception as error:  # whatever a user's line may raise
             yield f"verb {name} fails: {type(error).__name__}: {error}"
             continue
         if name in ("begin", "force", "plateau", "stored") and not isfinite(value):
-            yield f"verb {name}{given} returns {value:g}, which is no finite number"
+            yield f"verb {name}{values} returns {value:g}, which is no finite number"
         if name == "ceiling" and (value == 1e5) != law.capped:
             yield f"capped is {law.capped}, but ceiling(1e5) returns {value:g}; a capped law returns yield_force"
 
 
-def _inherited_from_shipped(law: type, fact: str) -> bool:
-    """True where a class has only the source of the law of the package that it derives from."""
-    home = next((each for each in law.__mro__ if fact in vars(each)), law)
-    return home in [LAWS[name] for name in SHIPPED]
+OF_EVERY_TUPLE = frozenset((*dir(tuple), "_make", "_replace", "_asdict", "_fields", "_field_defaults"))
+
+
+def is_own(kind: Any) -> bool:
+    """True for a class or function that is not the package's, whose source is digested with the package."""
+    return (kind.__module__ or "").partition(".")[0] != __name__.partition(".")[0]
+
+
+def law_digest(law: Any) -> str:
+    """SHA-256 of what a law computes: its fields, its facts, and the compiled code of its methods.
+
+    Of what a method takes from outside the class, numbers count by their value and functions by their code; those of
+    the package by their names. Lines, comments and the place where the class was written do not count.
+    """
+    text = "\n".join(_law(law))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _law(law: Any) -> Iterator[str]:
+    yield f"stiffness in {stiffness_quantity(law).unit}"
+    yield from (f"field {name} = {law._field_defaults.get(name)!r}" for name in law._fields)
+    for name in sorted(set(dir(law)) - OF_EVERY_TUPLE - set(law._fields)):
+        if not name.startswith("__"):
+            yield f"{name}: {_described(inspect.getattr_static(law, name), ())}"
+
+
+def _described(value: Any, above: tuple[CodeType, ...]) -> str:
+    """A description of a value that is the same in another process; ``above`` are the functions that lead to it."""
+    value = getattr(value, "py_func", value)  # of a compiled function, the one it was compiled from
+    if isinstance(value, staticmethod | classmethod):
+        value = value.__func__
+    if isinstance(value, FunctionType):
+        return _function(value, above)
+    if isinstance(value, CodeType):
+        return _code(value, above)
+    if isinstance(value, ModuleType):
+        return f"module {value.__name__}"
+    if isinstance(value, tuple | list):
+        return f"{type(value).__name__}({', '.join(_described(part, above) for part in value)})"
+    if isinstance(value, frozenset):
+        return f"frozenset({', '.join(sorted(_described(part, above) for part in value))})"
+    if value is None or isinstance(value, bool | int | float | complex | str | bytes):
+        return f"{type(value).__name__} {value!r}"
+    if hasattr(value, "tobytes"):  # a number or an array of NumPy's
+        return f"{value.dtype.str}{value.shape} {value.tobytes().hex()}"
+    kind = value if hasattr(value, "__qualname__") else type(value)
+    return f"{getattr(kind, '__module__', '')}.{kind.__qualname__}"
+
+
+def _function(function: FunctionType, above: tuple[CodeType, ...]) -> str:
+    if not is_own(function):
+        return f"{function.__module__}.{function.__qualname__}"
+    code = function.__code__
+    if code in above:
+        return f"{code.co_name} again"
+    above = (*above, code)
+    outside = {name: function.__globals__[name] for name in _names(code) if name in function.__globals__}
+    cells = dict(zip(code.co_freevars, function.__closure__ or (), strict=True))
+    outside |= {name: _content(cell) for name, cell in cells.items()}
+    names = [f"{name} = {_described(outside[name], above)}" for name in sorted(outside)]
+    return f"{_code(code, above)} defaults {_described(function.__defaults__, above)} from outside [{'; '.join(names)}]"
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Every name that a function, or a function within it, may look up outside itself."""
+    yield from code.co_names
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from _names(inner)
+
+
+def _code(code: CodeType, above: tuple[CodeType, ...]) -> str:
+    constants = ", ".join(_described(constant, above) for constant in code.co_consts)
+    return f"code {code.co_code.hex()} names {code.co_names} arguments {code.co_argcount} constants [{constants}]"
+
+
+def _content(cell: CellType) -> Any:
+    try:
+        return cell.cell_contents
+    except ValueError:  # of a name that is not bound yet
+        return None

@@ -1,21 +1,27 @@
-"""Which relation between restitution and damping, or a loop, a law takes: the published one, or the exact one."""
+"""Restitution and damping of a law: the published relation or the exact one, and e from a damping ratio ξ.
+
+Papers give ξ in the place of e; a law's inverse of the relation ξ(e) under which it was published stands beside it.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from math import inf
 from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.damping import BILINEAR_LOWEST, EXACT, BilinearExact
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
+from pounding_risk.models.contact.laws import EXACT, RESTITUTION_OF_RATIO
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.units import shown
+from pounding_risk.units import Quantity, QuantityError, parse, shown
 
 AS_PUBLISHED, AS_ASKED = RELATIONS = ("published", "exact")
 EXAMPLE = '{value = 0.65, relation = "exact"}'
 KEYS = ("value", "relation")
+WRITTEN_RATIO = re.compile(r"(?:xi|ξ)\s*=?\s*(?P<ratio>\S+)(?:\s+of\s+(?P<law>\S+))?")
+RATIO_EXAMPLE = '"xi 0.35 of jankowski"'
 
 _FAMILY = {exact: law for law, exact in EXACT.items()}
 
@@ -53,29 +59,17 @@ def misfit(laws: Iterable[Any], relation: str) -> str:
     if damped:
         return ""
     names = [name_of(law) for law in laws]
-    told = f"{names[0]} uses" if len(names) == 1 else f"{', '.join(names)} use"
-    return f"{told} no restitution, so that no relation leads to a damping; remove relation, or choose {_able()}"
+    subject = f"{names[0]} uses" if len(names) == 1 else f"{', '.join(names)} use"
+    return f"{subject} no restitution, so that no relation leads to a damping; remove relation, or choose {_able()}"
 
 
 def out_of_reach(law: Any, e: float, design_penetration: float = 0.0) -> str:
     """A sentence where a class under its relation cannot return this e; "" where it can.
 
-    Only the exact bilinear law has a limit: its loop is bounded, and fixed by a design penetration that is given [m].
+    Only a class with a method ``out_of_reach`` has a limit: the exact bilinear law.
     """
-    if law is not BilinearExact:
-        return ""
-    if design_penetration > 0.0:
-        return (
-            "bilinear with a design_penetration of its own returns another e at every approach speed, and no loop the "
-            "one asked for; remove design_penetration, which then follows each approach speed, "
-            'or write relation = "published"'
-        )
-    if e < BILINEAR_LOWEST:
-        return (
-            f"bilinear returns no e below {BILINEAR_LOWEST:.3f} without pulling, and {e:g} is asked for; "
-            'write a larger e, or relation = "published"'
-        )
-    return ""
+    limit = getattr(law, "out_of_reach", None)
+    return limit(e, design_penetration) if limit else ""
 
 
 def least_of(rule: Restitution) -> float:
@@ -93,16 +87,16 @@ def _able() -> str:
 
 
 def faults(table: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What is wrong with a table of value and relation, the value itself apart: key and sentence of each."""
-    found = [
+    """Faults of a table of value and relation other than those of the value: (key, sentence) of each."""
+    sentences = [
         (key, f"unknown key{nearest(key, KEYS)}; a restitution takes value and relation")
         for key in table
         if key not in KEYS
     ]
     if "value" not in table:
-        found.append(("value", f"missing; write restitution = {EXAMPLE}"))
-    wrong = relation_fault(table.get("relation", AS_PUBLISHED))
-    return [*found, ("relation", wrong)] if wrong else found
+        sentences.append(("value", f"missing; write restitution = {EXAMPLE}"))
+    fault = relation_fault(table.get("relation", AS_PUBLISHED))
+    return [*sentences, ("relation", fault)] if fault else sentences
 
 
 def relation_fault(value: Any) -> str:
@@ -111,3 +105,38 @@ def relation_fault(value: Any) -> str:
         return ""
     hint = nearest(value, RELATIONS) if isinstance(value, str) else ""
     return f'{shown(value)} is not a relation of restitution and damping{hint}; it may be "published" or "exact"'
+
+
+def restitution_of_ratio(ratio: float, law: str) -> float:
+    """e in (0, 1] at which a law has the damping ratio ξ >= 0, which is below 1 for the Kelvin-Voigt laws.
+
+    Raises QuantityError for a law without a ratio, and a ratio out of range.
+    """
+    if law not in RESTITUTION_OF_RATIO:
+        known = ", ".join(RESTITUTION_OF_RATIO)
+        raise QuantityError(f"{law} has no damping ratio ξ; it may be of {known}, or write e itself")
+    function, largest = RESTITUTION_OF_RATIO[law]
+    words = f"damping ratio ξ of {law}"
+    limits = Quantity("1", 0.0, largest, words, open_high=largest == 1.0, example=RATIO_EXAMPLE)
+    restitution = function(parse(ratio, limits))
+    if not restitution > 0.0:
+        raise QuantityError(f"ξ = {ratio:g} of {law} leaves no rebound at all; write a smaller ratio")
+    return restitution
+
+
+def is_ratio(text: object) -> bool:
+    """Whether a text is meant as a damping ratio: it begins with xi or ξ."""
+    return isinstance(text, str) and re.match(r"\s*(xi|ξ)\b", text) is not None
+
+
+def written_ratio(text: str) -> tuple[float, str]:
+    """The e of a text such as "xi 0.35 of jankowski", and words that state its origin.
+
+    Raises QuantityError for text of another form, and as `restitution_of_ratio`.
+    """
+    match = WRITTEN_RATIO.fullmatch(text.strip())
+    if match is None or match["law"] is None:
+        raise QuantityError(f"{shown(text)} does not say the damping ratio of which law; write such as {RATIO_EXAMPLE}")
+    ratio = parse(match["ratio"], Quantity("1", 0.0, float("inf"), "damping ratio ξ", example=RATIO_EXAMPLE))
+    restitution = restitution_of_ratio(ratio, match["law"])
+    return restitution, f"{restitution:.6g}, from ξ = {ratio:g} of {match['law']}"

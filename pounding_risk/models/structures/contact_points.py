@@ -1,4 +1,4 @@
-"""Where neighbours in a row meet: floor to floor at matching levels, or floor to column part-way up a storey.
+"""Contact points of neighbours in a row: floor to floor at matching levels, or floor to column within a storey.
 
 A floor is a slab whose top is its level. Two slabs overlap in height where the higher one is deeper than their levels
 are apart: with the levels z_A > z_B, where z_A - z_B < d_A. Slabs that overlap are one contact point, floor to floor.
@@ -68,7 +68,7 @@ class LevelRule(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """A building as its neighbour sees it."""
+    """The floor levels of a building, and how floors of a neighbour meet it."""
 
     levels: tuple[float, ...]  # m above the ground, of each floor from the bottom up
     is_mass: bool = False  # a single mass stands for a whole building, and is met once
@@ -96,13 +96,9 @@ def automatic_points(left: Any, right: Any, is_one: IsOne | None = None) -> list
     neighbour. A rigid building is a wall: floors meet it wherever they are, and without a height it is as tall as its
     neighbour. Two buildings without heights meet mass to mass.
 
-    Parameters
-    ----------
-    left, right
-        A `Building`, or what has ``levels`` [m].
-    is_one
-        As `LevelRule.is_one`, by default that of `usual_rule`. No floor is one with two floors of the other building:
-        the rule's depths, or its tolerance, are less than half of any storey.
+    ``left`` and ``right`` are a `Building` or have ``levels`` [m]; ``is_one`` is as `LevelRule.is_one`, by default that
+    of `usual_rule`. No floor is one with two floors of the other building: the rule's depths, or its tolerance, are
+    less than half of any storey.
     """
     one, other = outlines(left, right)
     if isnan(one.levels[-1]):
@@ -148,13 +144,13 @@ def floor_number(words: str) -> float | None:
     >>> floor_number("storey 2"), floor_number("column 3 at 0.4"), floor_number("column 3 at 1.4")
     (2.0, 2.4, None)
     """
-    found = re.fullmatch(HERE, " ".join(words.split()))
-    if not found or (found[1] == "column") != (found[3] is not None):
+    match = re.fullmatch(HERE, " ".join(words.split()))
+    if not match or (match[1] == "column") != (match[3] is not None):
         return None
-    if found[3] is None:
-        return float(found[2])
-    part = float(found[3])
-    return int(found[2]) - 1 + part if LOWEST <= part <= 1.0 - LOWEST else None
+    if match[3] is None:
+        return float(match[2])
+    part = float(match[3])
+    return int(match[2]) - 1 + part if LOWEST <= part <= 1.0 - LOWEST else None
 
 
 def floor_words(floor: float) -> str:
@@ -166,12 +162,12 @@ def floor_words(floor: float) -> str:
     below = int(floor)
     if floor == below:
         return f"storey {below}"
-    words = (f"column {below + 1} at {floor - below:.{digits}f}" for digits in range(1, 40))
-    return next(each for each in words if floor_number(each) == floor)
+    texts = (f"column {below + 1} at {floor - below:.{digits}f}" for digits in range(1, 40))
+    return next(text for text in texts if floor_number(text) == floor)
 
 
 def outlines(left: Any, right: Any) -> tuple[Outline, Outline]:
-    """Both neighbours as the other sees them; without a height of its own, each is as tall as the other."""
+    """The outlines of two neighbours; one without a height of its own is as tall as the other."""
     one, other = _own_levels(left), _own_levels(right)
     tops = (one or other or (nan,))[-1:], (other or one or (nan,))[-1:]
     return _outline(left, one or tops[0]), _outline(right, other or tops[1])
@@ -190,17 +186,17 @@ def _outline(building: Any, levels: tuple[float, ...]) -> Outline:
 
 def _pairs(one: tuple[float, ...], other: tuple[float, ...], is_one: IsOne) -> list[tuple[float | None, float | None]]:
     """The levels that meet, from the ground up to the lower roof; None where a floor meets no floor."""
-    found: list[tuple[float | None, float | None]] = []
+    pairs: list[tuple[float | None, float | None]] = []
     i = j = 0
     while i < len(one) and j < len(other):
         if is_one(one[i], other[j]):
-            found.append((one[i], other[j]))
+            pairs.append((one[i], other[j]))
         elif one[i] < other[j]:
-            found.append((one[i], None))
+            pairs.append((one[i], None))
         else:
-            found.append((None, other[j]))
-        i, j = i + (found[-1][0] is not None), j + (found[-1][1] is not None)
-    return found
+            pairs.append((None, other[j]))
+        i, j = i + (pairs[-1][0] is not None), j + (pairs[-1][1] is not None)
+    return pairs
 
 
 def _meeting(one: Outline, other: Outline, low: float | None, high: float | None) -> Meeting:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects.contact import building_effects
+from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.units import STIFFNESS, say
@@ -65,10 +65,26 @@ class Chain(NamedTuple):
 
 
 def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]] = ()) -> Chain:
-    """The building under these effects, (name, options) each; those that act on no building are passed over.
+    """The chain of masses and springs that a building is under effects.
 
-    A rigid building moves with the ground, whatever the effects. Its own damping is that without any effect. Raises
-    PoundingError where an effect misses something of the building, or leaves a storey without stiffness.
+    A rigid building moves with the ground, whatever the effects. A building's own damping is that without any effect.
+
+    Parameters
+    ----------
+    building : Building or Storeys
+        A single mass, a rigid building, or a building of storeys.
+    effects : iterable of (str, mapping or pairs), optional
+        Names and options [SI]; those that act on no building are passed over.
+
+    Returns
+    -------
+    Chain
+        Masses, springs, damping and strengths from the bottom up.
+
+    Raises
+    ------
+    PoundingError
+        Where an effect needs a property that the building lacks, or leaves a storey without stiffness.
     """
     chain = _bare(building)
     if building.is_rigid:
@@ -77,18 +93,18 @@ def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable
         chain = effect.built(chain, building)
     gone = np.flatnonzero(chain.spring <= 0.0)
     if gone.size:
-        place = int(gone[0])
+        storey = int(gone[0])
         raise PoundingError(
-            f"p_delta: storey {place + 1 - chain.foundations} of {building.name} has no stiffness left: the weight "
-            f"above it takes {say((chain.shear - chain.spring)[place], STIFFNESS)} of its "
-            f"{say(chain.shear[place], STIFFNESS)}; "
+            f"p_delta: storey {storey + 1 - chain.foundations} of {building.name} has no stiffness left: the weight "
+            f"above it takes {say((chain.shear - chain.spring)[storey], STIFFNESS)} of its "
+            f"{say(chain.shear[storey], STIFFNESS)}; "
             "check masses, stiffnesses and heights, or remove p_delta"
         )
     return chain
 
 
 def _bare(building: Building | Storeys) -> Chain:
-    """The building without effects."""
+    """The chain of a building without any effect."""
     if isinstance(building, Storeys):
         mass, damping, _ = building.matrices()
         springs = np.array(building.stiffnesses)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from math import inf, pi
 from typing import Annotated, NamedTuple
 
+from pounding_risk.models._discovery import documented
 from pounding_risk.units import DAMPING, FLOOR_LENGTH, HEIGHT, MASS, PERIOD, WAVE_SPEED
 
 # sqrt(E/ρ) of concrete C25/30 is 3490 m/s: E_cm = 31 GPa (EN 1992-1-1, Table 3.1), 25 kN/m³ (EN 1991-1-1, Table A.1).
 CONCRETE_WAVE_SPEED = 3500.0  # m/s
 
 
+@documented
 class Building(NamedTuple):
     """A mass on a linear spring and damper, u measured relative to the ground.
 

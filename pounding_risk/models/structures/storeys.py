@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from math import pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,10 +109,10 @@ class Storeys:
             raise PoundingError(
                 f"{self.name}: {len(values)} {key} for {floors} floor_masses; write one for each, from the ground up"
             )
-        for place, value in enumerate(values, 1):
+        for number, value in enumerate(values, 1):
             if not quantity.allows(value):
                 raise PoundingError(
-                    f"{self.name}: {value:g} {quantity.unit} is out of range for number {place} of {key}; "
+                    f"{self.name}: {value:g} {quantity.unit} is out of range for number {number} of {key}; "
                     f"a {quantity.words} must be {bounds(quantity)}"
                 )
 
@@ -161,8 +161,9 @@ class Storeys:
         """C [N s/m] by the building's rule."""
         frequencies, shapes = self.vibration()
         if self.damping_rule == "modal":
-            pushed = masses[:, None] * shapes
-            return _symmetric((pushed * (2.0 * self.damping * frequencies)) @ pushed.T)
+            weighted = masses[:, None] * shapes
+            damping = (weighted * (2.0 * self.damping * frequencies)) @ weighted.T
+            return 0.5 * (damping + damping.T)  # without the last bits by which the product is not symmetric
         first = frequencies[0]
         if self.damping_rule == "stiffness":
             return 2.0 * self.damping / first * stiffness_matrix(springs)
@@ -181,14 +182,7 @@ _LISTS = (
 
 def effective_shares(masses: Array, shapes: Array) -> Array:
     """Each mode's share of the mass that the ground moves: (φᵀ M 1)² / Σ m, where φᵀ M φ = 1."""
-    shares: Array = (masses @ shapes) ** 2 / masses.sum()
-    return shares
-
-
-def _symmetric(matrix: Any) -> Array:
-    """The matrix without the last bits by which a product of matrices is not symmetric."""
-    half: Array = 0.5 * (matrix + matrix.T)
-    return half
+    return (masses @ shapes) ** 2 / masses.sum()
 
 
 def stiffnesses_for(masses: Sequence[float], shape: Sequence[float], period: float) -> tuple[float, ...]:
@@ -257,5 +251,4 @@ def generated(
 
 def _carried(masses: Sequence[float], shape: Sequence[float]) -> Array:
     """Σ_{j≥i} m_j φ_j, what each storey carries."""
-    carried: Array = np.cumsum((np.asarray(masses, float) * np.asarray(shape, float))[::-1])[::-1]
-    return carried
+    return np.cumsum((np.asarray(masses, float) * np.asarray(shape, float))[::-1])[::-1]

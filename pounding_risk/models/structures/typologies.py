@@ -1,4 +1,4 @@
-"""Kinds of buildings as data: what stands in for a building of which no more than height and storeys is known.
+"""Typologies: period, mode shape and yield acceleration of a building of which only height and storeys are known.
 
     >>> round(TYPOLOGIES["concrete_frame"].period(30.0), 3)
     0.995
@@ -13,7 +13,7 @@ kinds C1, S1, S2, C2 and, of any code, URM, as the data of the SimCenter's capac
 from __future__ import annotations
 
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
@@ -37,7 +37,7 @@ class CodePeriod(NamedTuple):
 
 
 class Typology(NamedTuple):
-    """One kind of building."""
+    """A kind of building and what its code and mode shape say of it."""
 
     name: str
     words: str
@@ -64,56 +64,46 @@ class Typology(NamedTuple):
 
     @property
     def period_words(self) -> str:
-        """The code's formula."""
+        """The code's formula of the period, in s for a height in m."""
         limit = "" if self.code.highest == inf else f" up to {self.code.highest:g} m"
         return f"{self.code.coefficient:g} h^{self.code.exponent:g}{limit}"
 
     @property
     def shape_words(self) -> str:
-        """The first mode's shape."""
+        """The formula of the first mode's shape."""
         return "z / h" if self.power == 1.0 else f"(z / h)^{self.power:g}"
 
     @property
     def yield_words(self) -> str:
         """Yield acceleration [g] by the number of storeys."""
-        told = [
+        ranges = [
             f"{value:g} to {rise} storeys" for value, rise in zip(self.yield_accelerations, self.rises, strict=False)
         ]
-        return ", ".join([*told, f"{self.yield_accelerations[-1]:g} above"])
+        return ", ".join([*ranges, f"{self.yield_accelerations[-1]:g} above"])
 
     def yield_acceleration(self, storeys: int) -> float:
         """The spectral acceleration [g] at which a building of so many storeys yields."""
         return self.yield_accelerations[sum(storeys > rise for rise in self.rises)]
 
 
-def _asce7(coefficient: float, exponent: float) -> CodePeriod:
-    return CodePeriod(coefficient, exponent, inf, ASCE7, True, ASCE7_SOURCE)
-
-
-def _ec8(coefficient: float) -> CodePeriod:
-    return CodePeriod(coefficient, 0.75, 40.0, EC8, False, EC8_SOURCE)
-
-
-_KINDS = (
-    Typology("concrete_frame", "concrete moment frame", _asce7(0.0466, 0.9), 1.0, (3, 7), (0.125, 0.104, 0.049)),
-    Typology("steel_frame", "steel moment frame", _asce7(0.0724, 0.8), 1.0, (3, 7), (0.125, 0.078, 0.049)),
-    Typology("braced_frame", "eccentrically braced frame", _asce7(0.0731, 0.75), 1.0, (3, 7), (0.2, 0.167, 0.127)),
-    Typology("concrete_walls", "concrete walls", _asce7(0.0488, 0.75), 1.5, (3, 7), (0.2, 0.167, 0.127)),
-    Typology("masonry", "unreinforced masonry walls", _asce7(0.0488, 0.75), 1.0, (2,), (0.2, 0.111)),
+# Name, words, C_t and x of ASCE 7, C_t of Eurocode 8, p, storeys up to which each yield acceleration holds, these [g].
+_KINDS: tuple[tuple[Any, ...], ...] = (
+    ("concrete_frame", "concrete moment frame", (0.0466, 0.9), 0.075, 1.0, (3, 7), (0.125, 0.104, 0.049)),
+    ("steel_frame", "steel moment frame", (0.0724, 0.8), 0.085, 1.0, (3, 7), (0.125, 0.078, 0.049)),
+    ("braced_frame", "eccentrically braced frame", (0.0731, 0.75), 0.075, 1.0, (3, 7), (0.2, 0.167, 0.127)),
+    ("concrete_walls", "concrete walls", (0.0488, 0.75), 0.050, 1.5, (3, 7), (0.2, 0.167, 0.127)),
+    ("masonry", "unreinforced masonry walls", (0.0488, 0.75), 0.050, 1.0, (2,), (0.2, 0.111)),
 )
-_EUROPEAN_COEFFICIENTS = {
-    "concrete_frame": 0.075,
-    "steel_frame": 0.085,
-    "braced_frame": 0.075,
-    "concrete_walls": 0.050,
-    "masonry": 0.050,
-}
 
 
 def _both_codes() -> dict[str, Typology]:
     """Each kind with the period of ASCE 7, and under a name of its own with that of Eurocode 8."""
-    other = [kind._replace(name=kind.name + EUROPEAN, code=_ec8(_EUROPEAN_COEFFICIENTS[kind.name])) for kind in _KINDS]
-    return {kind.name: kind for kind in (*_KINDS, *other)}
+    kinds = []
+    for name, words, (coefficient, exponent), ec8, *rest in _KINDS:
+        kinds.append(Typology(name, words, CodePeriod(coefficient, exponent, inf, ASCE7, True, ASCE7_SOURCE), *rest))
+        other = CodePeriod(ec8, 0.75, 40.0, EC8, False, EC8_SOURCE)
+        kinds.append(Typology(name + EUROPEAN, words, other, *rest))
+    return {kind.name: kind for kind in (*kinds[::2], *kinds[1::2])}
 
 
 TYPOLOGIES = _both_codes()

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import lowered
-from pounding_risk.models.effects.contact import WavePassage
-from pounding_risk.models.effects.ground import Passing, Together
+from pounding_risk.models.effects.wave_passage import WavePassage
+from pounding_risk.models.ground import Passing, Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.models.effects.ground import Passing, Together
+from pounding_risk.models.ground import Passing, Together
 from pounding_risk.solver.pair.taylor import (
     HERE,
     HIGH,

@@ -16,8 +16,8 @@ from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import needs_floors
 from pounding_risk.models.contact.relation import name_of
-from pounding_risk.models.effects.contact import bare
-from pounding_risk.models.effects.ground import Together
+from pounding_risk.models.effects import bare
+from pounding_risk.models.ground import Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log

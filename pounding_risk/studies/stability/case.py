@@ -6,8 +6,8 @@ from collections.abc import Callable
 from functools import partial, update_wrapper
 from typing import Any, NamedTuple
 
-from pounding_risk.models.contact.history import remembers
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
+from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.studies.stability.trial import Scene, Trial
@@ -20,7 +20,7 @@ DAMPED = tuple(name for name in FORCES if LAWS[name].needs_restitution)  # type:
 LINEAR = tuple(name for name in FORCES if Trial(name, 1e-6).is_linear)
 HERTZ = tuple(name for name in FORCES if name not in LINEAR)
 # A law that remembers its path rests where the path leaves it, and its corners are stepped over, not landed on.
-PATH = tuple(name for name in FORCES if remembers(LAWS[name]))
+PATH = tuple(name for name in FORCES if is_path_dependent(LAWS[name]))
 POTENTIAL = tuple(name for name in FORCES if name not in PATH)
 ONE = ("jankowski",)  # for cases without contact
 

@@ -1,87 +1,17 @@
-"""Contact models without a force-penetration law: the velocities jump at the touch, and nothing penetrates.
-
-A model is a NamedTuple like the laws of `contact`, with one verb of its own, ``strike``. Kernels see by its type that
-it has this verb, so that the laws of `contact` compile to code that knows nothing of jumps. All of its verbs together
-are those that a grid asks of any law, and ``strike``.
-
-    v1' = v1 − (1 + e) (v1 − v2) m2 / (m1 + m2),   v2' = v2 + (1 + e) (v1 − v2) m1 / (m1 + m2)
-
-Where the buildings press on each other once the rebound has gone, they move as one structure:
-
-    F = m (A1 − A2),   m = m1 m2 / (m1 + m2),   A the acceleration that each building would have alone,
-
-and part when F would be tension.
-"""
+"""The distributed-mass model: floors as elastic bars that collide end to end."""
 
 from __future__ import annotations
 
-import inspect
-import sys
-from collections import ChainMap
-from collections.abc import Iterator, Mapping
-from math import exp, expm1, floor, inf, log, log1p, nan
-from typing import Annotated, Any, NamedTuple, Protocol
+from collections.abc import Iterator
+from math import exp, expm1, floor, inf, log, log1p
+from typing import Annotated, Any, NamedTuple
 
-from pounding_risk._jit.compile import kernel, speaks
-from pounding_risk.models.contact.laws import LAWS, never_yields, snake_case
+from pounding_risk._jit.compile import kernel
+from pounding_risk.models.contact.law import never_yields
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.units import FLOOR_LENGTH, WAVE_SPEED
 
-
-@speaks
-class InstantLaw(Protocol):
-    """What the kernels ask of a contact model without a force-penetration law."""
-
-    def strike(self, e, left, right):
-        """What a touch is like where the restitution relation gives ``e``, between inverse masses (0 is rigid).
-
-        Returns (separation speed over approach speed, largest force over approach speed [N s/m], duration [s]). The
-        force is NaN where the impulse has no duration.
-        """
-
-
-class Stereomechanical(NamedTuple):
-    """Instant impulse: separation speed v1' = e v0, impulse (1 + e) m v0, energy taken (1 − e²) m v0² / 2.
-
-    A train of ever smaller bounces ends in resting contact: the buildings then move as one while they press.
-
-    >>> Stereomechanical().strike(0.65, 1.0, 1.0)
-    (0.65, nan, 0.0)
-    """
-
-    blank: float = 0.0  # no parameter: compiled code cannot call a method of a tuple without a field
-
-    reference = "Goldsmith (1960, 2001), Impact: The Theory and Physical Behaviour of Colliding Solids"
-    capped = False
-    needs_restitution = True
-
-    ceiling = never_yields
-
-    def strike(self, e, left, right):
-        return e, nan, 0.0
-
-
-class Merged(NamedTuple):
-    """One structure while pressed together: v' = (m1 v1 + m2 v2) / (m1 + m2); parts when F = m (A1 − A2) is tension.
-
-    The touch takes m v0² / 2, the joined motion nothing. No restitution is needed.
-
-    >>> Merged().strike(0.65, 1.0, 1.0)
-    (0.0, nan, 0.0)
-    """
-
-    blank: float = 0.0  # no parameter: compiled code cannot call a method of a tuple without a field
-
-    reference = "Chouw (2002), Influence of soil-structure interaction on pounding response of adjacent buildings"
-    capped = False
-    needs_restitution = False
-
-    ceiling = never_yields
-
-    def strike(self, e, left, right):
-        return 0.0, nan, 0.0
-
-
+ORDER = 20
 EQUAL = 1.0 - 1e-12  # impedances that differ by less are equal: their waves leave no force that goes on
 
 
@@ -144,8 +74,7 @@ class DistributedMass(NamedTuple):
     right_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
 
     reference = "Cole et al. (2011), effects of mass distribution, Earthquake Engineering and Structural Dynamics 40"
-    capped = False
-    needs_restitution = False
+    capped, needs_restitution = False, False
 
     ceiling = never_yields
 
@@ -176,27 +105,3 @@ class DistributedMass(NamedTuple):
             yield count * back, min((count + 1) * back, ends), force
             force *= (other - give) / total
             count += 1
-
-
-def _instant_laws() -> dict[str, type]:
-    members = vars(sys.modules[__name__]).items()
-    return {
-        snake_case(name): member
-        for name, member in members
-        if inspect.isclass(member) and issubclass(member, tuple) and "strike" in vars(member)
-    }
-
-
-INSTANT_LAWS: dict[str, type] = _instant_laws()
-# Everything that a scene may name, a user's own laws included: those of `contact` first.
-CONTACT_MODELS: Mapping[str, type] = ChainMap(INSTANT_LAWS, LAWS)
-
-
-def is_instant(law: object) -> bool:
-    """True for a model, or its class, whose velocities jump; it has no stiffness."""
-    return hasattr(law, "strike")
-
-
-def needs_floors(law: object) -> bool:
-    """True for a model, or its class, that collides floors: it has a length of each, and a finite force."""
-    return is_instant(law) and hasattr(law, "between")

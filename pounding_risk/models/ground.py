@@ -1,4 +1,4 @@
-"""The ground under a pair: one motion under both buildings, or a wave that passes one of them before the other.
+"""Ground motion of a pair: one motion under both buildings, or a wave that reaches one of them before the other.
 
 With a wave the ground itself widens the gap, by w = x_right − x_left with ẅ = a_right − a_left:
 
@@ -11,7 +11,7 @@ left one, y = u_right + w, where a contact is what it is without a wave, and
 
 Both a_g are linear between their own samples, and nodes stand at the samples of both: each a_g is linear between two
 nodes, w is a cubic there, and nothing of the solver's exactness is lost.
-Kernels see by the type which of the two there is: without a wave w is a constant zero that compiles to nothing.
+Which of the two a kernel has is decided by type when it is compiled: without a wave w is the constant zero.
 """
 
 from __future__ import annotations
@@ -26,46 +26,46 @@ from pounding_risk._jit.compile import borrowed, speaks
 
 @speaks
 class Stretch(Protocol):
-    """The ground over a part of one node interval, x the time since its beginning.
+    """The ground motion over a part of one node interval; x is the time since the part's beginning.
 
-    A push is what stands in an equation of motion, ü = −push − ..., as the four coefficients of a cubic in x.
+    A load is the ground's term in an equation of motion, ü = −load − ..., as the four coefficients of a cubic in x.
     """
 
     def under_left(self):
         """a_g under the left building: its value at x = 0 [m/s²], its slope [m/s³]."""
 
     def push_left(self, oscillator):
-        """Of the left building."""
+        """Load of the left building."""
 
     def push_right(self, oscillator):
-        """Of the right building, followed from its own ground."""
+        """Load of the right building, followed from its own ground."""
 
     def push_across(self, oscillator):
-        """Of the right building, followed from the ground under the left one."""
+        """Load of the right building, followed from the ground under the left one."""
 
     def left_at(self, x):
         """a_g under the left building [m/s²]."""
 
     def across_at(self, oscillator, x):
-        """The push of the right building at x, followed from the ground under the left one."""
+        """Load of the right building at x, followed from the ground under the left one."""
 
     def widening(self):
         """w as the four coefficients of a cubic in x [m]."""
 
     def moved(self, x):
-        """(w, ẇ, ẅ) at x."""
+        """The relative motion of the two grounds at x: (w, ẇ, ẅ) [m, m/s, m/s²]."""
 
     def bend(self, length):
-        """No |ẅ| up to this length is larger [m/s²]."""
+        """An upper bound of |ẅ| from x = 0 to ``length`` [m/s²]."""
 
     def taken_along(self, oscillator, force, speed):
-        """Power that goes into a rigid right building, which its ground moves: no building of the ledger has it."""
+        """Power of the contact force on a rigid right building, which moves with its ground; no energy sum has it."""
 
     def across(self, oscillator, state, x):
-        """A state with the right building seen from the ground under the left one, from one where it is not."""
+        """A state with the right building relative to the left one's ground, from one relative to its own."""
 
     def apart(self, oscillator, state, x):
-        """A state with each building seen from its own ground, from one where the right building is not."""
+        """The inverse of `across`: each building relative to its own ground."""
 
     def apart_slopes(self, oscillator, slopes, x, clock):
         """As `apart`, of d(state)/ds with dt = ``clock`` ds."""
@@ -73,13 +73,13 @@ class Stretch(Protocol):
 
 @speaks
 class Passage(Protocol):
-    """How the ground motion comes to the right building."""
+    """The ground motion of a pair, node by node."""
 
     def stretch(self, ground, step, node, offset):
-        """The ground on the interval after a node, its x counted from ``offset`` after the node; a_g is the left's."""
+        """The ground motion after a node, its x counted from ``offset`` after it [s]; ``ground`` is a_g of the left."""
 
     def widened(self, node):
-        """w at a node [m]."""
+        """The relative displacement w of the two grounds at a node [m]."""
 
     def width(self, step, node):
         """Time from a node to the next [s], ``step`` that between two samples."""
@@ -88,10 +88,10 @@ class Passage(Protocol):
         """Time of a node [s]."""
 
     def node_maps(self, maps, node):
-        """The maps of both buildings' free vibration over the interval after a node; ``maps`` those after the first."""
+        """Maps of both buildings' free vibration over the interval after a node, from those after the first node."""
 
     def lent(self):
-        """Itself with its arrays' references not counted."""
+        """A copy whose arrays are borrowed: their references are not counted."""
 
 
 class Level(NamedTuple):
@@ -143,7 +143,7 @@ class Level(NamedTuple):
 class Together(NamedTuple):
     """The same motion under both buildings at the same time."""
 
-    blank: float = 0.0  # nothing: compiled code cannot call a method of a tuple without a field
+    unused: float = 0.0  # compiled code cannot call a method of a tuple without a field
 
     def stretch(self, ground, step, node, offset):
         slope = (ground[node + 1] - ground[node]) / step
@@ -166,7 +166,7 @@ class Together(NamedTuple):
 
 
 class Rippled(NamedTuple):
-    """a_g under each building and w, from the values at a node and the slopes after it."""
+    """A ground motion of its own under each building: values at a node, and slopes after it."""
 
     ground: float  # a_left at the node [m/s²]
     slope: float  # m/s³
@@ -287,16 +287,16 @@ class Passing(NamedTuple):
 
 
 def delayed(ground: np.ndarray, step: float, lag: float) -> Passing:
-    """Both motions where the right building has a_g later by ``lag`` [s], below zero the left one; ``maps`` are empty.
+    """Both motions where the right building has a_g later by ``lag`` [s], below zero the left one; ``maps`` are zero.
 
-    ``ground`` holds a_g [m/s²] at samples ``step`` [s] apart. Whatever is later is at rest until then.
+    ``ground`` holds a_g [m/s²] at samples ``step`` [s] apart. The later building is at rest until a_g arrives.
     """
     whole = round(abs(lag) / step)
     if abs(abs(lag) - whole * step) > 1e-9 * step:
         whole = floor(abs(lag) / step)
     part = max(abs(lag) - whole * step, 0.0)
     part = part if part > 1e-9 * step else 0.0
-    # With a lag of whole samples there is nothing to stand between them; the middle is as good as any place.
+    # With a lag of whole samples any place between two samples serves as the odd node: the middle is taken.
     first = part or 0.5 * step
     slopes = np.diff(ground) / step
     count = slopes.size

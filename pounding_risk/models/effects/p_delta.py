@@ -1,0 +1,34 @@
+"""Weight of the floors on leaning storeys."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.effects._effect import effect
+from pounding_risk.units import STANDARD_GRAVITY
+
+ORDER = 60  # before soil_flexibility: the foundation below has no storey height
+
+
+@effect("Wilson and Habibullah (1987), Earthquake Spectra 3: storey geometric stiffness P / h")
+@dataclass(frozen=True)
+class PDelta:
+    """Weight pushes a leaning storey further: the storey's stiffness is less by P / h.
+
+    P is the weight of all floors above the storey, h its height. The damping stays that of the building without it. A
+    building whose storey has no stiffness left would fall over, and is refused.
+    """
+
+    def built(self, chain: Any, building: Any) -> Any:
+        """The softened chain; raises PoundingError for a building without a height."""
+        if not building.heights:
+            raise PoundingError(
+                f"p_delta: {building.name} has no height, and P / h needs it; "
+                'write height = "12 m" in its [[building]], or remove p_delta'
+            )
+        above = reversed(list(accumulate(reversed(chain.mass.tolist()))))
+        weights = [STANDARD_GRAVITY * mass for mass in above]
+        return chain.softened([weight / height for weight, height in zip(weights, building.heights, strict=True)])
