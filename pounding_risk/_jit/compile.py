@@ -220,7 +220,7 @@ def part(function):
 def by_type_alone(compiled):
     """Let a call compile for the types of its arguments, not for every number that stands in the source of one.
 
-    Numba takes a constant's value into its type: row 4 of the desk and row 5 would be two kernels, of one machine code
+    Numba takes a constant's value into its type: row 4 of an array and row 5 would be two kernels, of one machine code
     once they are taken into their caller. This is a quarter of the time that compiling takes.
     """
     resolve = compiled.get_call_template

@@ -34,8 +34,9 @@ from pounding_risk._jit.compile import kernel
     IMPLICIT,
     WORKED,
 ) = range(23)
-# Of these are outputs; BUSY, until when the contacts so far last, IMPLICIT, whether the present step is, and WORKED,
-# evaluations of the equations of motion in contact, serve the run alone.
+COUNTERS = 23
+# The first 20 are outputs. BUSY (time at which the contacts so far have ended), IMPLICIT (whether the present step is
+# implicit) and WORKED (evaluations of the equations of motion in contact) serve the run alone.
 TALLIED = 20
 
 # How a contact phase, and with it a run, may end.

@@ -168,7 +168,7 @@ begin, solve, solved = march.begin_run, implicit.closing_changes, []
 
 def drawn(row, run):
     begin(row, run)
-    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+    run.dofs[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
 
 def counted(*arguments):
     changes = solve(*arguments)

@@ -36,7 +36,7 @@ begin = march.begin_run
 
 def drawn(row, run):
     begin(row, run)
-    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+    run.dofs[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
 
 march.begin_run = drawn
 run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(60))

@@ -17,10 +17,10 @@ from pounding_risk.solver.pair.free import survey
 from pounding_risk.solver.pair.grid import sweep
 from pounding_risk.solver.pair.isolated import meeting
 from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import laws as rows_laws
 from pounding_risk.solver.row import run as rows_march
+from pounding_risk.solver.workspace import make_workspace
 
 # Compiling on one core of the machine that this was written on [s].
 LAW_OF_A_PAIR, MOTION_OF_A_PAIR = 12.0, 5.0
@@ -67,13 +67,15 @@ def _of_pair(study: Study) -> Kernels:
     pair = oscillators(*study.pair)
     free = at_rest(pair, *STILL, wave_of(study.effects))
     cases = np.zeros(1), np.zeros(1), study.restitution
-    room = make_desk(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
+    room = make_workspace(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
 
     def known(name: str) -> bool:
         law = lowered(_like(study, name))
         return is_compiled(sweep, (pair, free, law, cases, study.rtol, True, *room)) and _calibrates(study, name)
 
-    return Kernels(is_compiled(survey, (pair, free)), True, tuple(map(known, study.grid.contact_models)), False)
+    return Kernels(
+        is_compiled(survey, (pair, free, room[0])), True, tuple(map(known, study.grid.contact_models)), False
+    )
 
 
 def _of_row(study: Study) -> Kernels:

@@ -13,12 +13,11 @@ from pounding_risk.models.effects.ground import Passing, Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
-from pounding_risk.solver.pair.flight import BLOCK, SIGNALS, Free
+from pounding_risk.solver.pair.flight import BLOCK, Free
 from pounding_risk.solver.pair.free import survey
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import HIGH, LOW, MAX_TERMS, TALLY
+from pounding_risk.solver.workspace import MAX_TERMS, SIGNALS, make_workspace
 
 
 class Interface(NamedTuple):
@@ -67,7 +66,7 @@ def free_response(
     sums to rounding over every interval.
     """
     free = at_rest(pair, acceleration, dt, wave)
-    survey(pair, free)
+    survey(pair, free, make_workspace())
     passage = free.passage
     closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
     return free._replace(fastest=float(np.abs(closing).max()))
@@ -103,10 +102,10 @@ def at_rest(
 
 def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:
     """`march` for one interface; returns its raw columns (see `outputs`)."""
-    desk = make_desk(rtol)
+    workspace = make_workspace(rtol)
     limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
-    march(pair, free, lowered(interface.law), limits, float(rtol), desk, log or make_log(0, 0, np.zeros(0)))
-    return np.concatenate([desk[TALLY, :TALLIED], desk[HIGH, :SIGNALS], desk[LOW, :SIGNALS]])
+    march(pair, free, lowered(interface.law), limits, float(rtol), workspace, log or make_log(0, 0, np.zeros(0)))
+    return np.concatenate([workspace.counters[:TALLIED], workspace.high, workspace.low])
 
 
 def solve(

@@ -13,21 +13,20 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import COMPLETE, DEMAND, FIRST_YIELD, STATUS, TALLIED, YIELDS, make_log
-from pounding_risk.solver.pair.flight import SIGNALS
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.taylor import HIGH, LOW, TALLY
+from pounding_risk.solver.workspace import SIGNALS
 
 KNOWN, SIMULATED = 0, 1
 
 
 @kernel
-def write_out(desk, out):
-    """Copy a run from the desk to its row."""
+def write_out(workspace, out):
+    """Copy the counters and the extremes of a run from the workspace to its row of raw columns."""
     for place in range(TALLIED):
-        out[place] = desk[TALLY, place]
+        out[place] = workspace.counters[place]
     for signal in range(SIGNALS):
-        out[TALLIED + signal] = desk[HIGH, signal]
-        out[TALLIED + SIGNALS + signal] = desk[LOW, signal]
+        out[TALLIED + signal] = workspace.high[signal]
+        out[TALLIED + SIGNALS + signal] = workspace.low[signal]
 
 
 @kernel
@@ -38,10 +37,10 @@ def answer_levels(log, row, out):
 
 
 @kernel
-def sweep(pair, free, law, grid, rtol, screening, desk, out, how):
+def sweep(pair, free, law, grid, rtol, screening, workspace, out, how):
     """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``how`` (gaps, yield forces).
 
-    ``grid`` = (gaps, yield forces ascending, restitution); ``desk`` is this thread's own.
+    ``grid`` = (gaps, yield forces ascending, restitution); ``workspace`` is this thread's own.
     """
     gaps, yield_forces, restitution = grid
     capped = law.ceiling(1.0) < inf
@@ -61,20 +60,20 @@ def sweep(pair, free, law, grid, rtol, screening, desk, out, how):
             if not capped and contact:
                 levels = yield_forces if f < 0 else yield_forces[f : f + 1]
             log = make_log(0, 0, levels)
-            march(pair, free, law, (gaps[g], strength, restitution), rtol, desk, log)
+            march(pair, free, law, (gaps[g], strength, restitution), rtol, workspace, log)
             if f >= 0:
-                write_out(desk, out[g, f])
+                write_out(workspace, out[g, f])
                 how[g, f] = SIMULATED
                 if levels.size > 0:
                     answer_levels(log, 0, out[g, f])
             else:
                 known_from = 0
                 if capped and contact:
-                    whole = desk[TALLY, STATUS] == COMPLETE
-                    while known_from < count and not (whole and yield_forces[known_from] > desk[TALLY, DEMAND]):
+                    whole = workspace.counters[STATUS] == COMPLETE
+                    while known_from < count and not (whole and yield_forces[known_from] > workspace.counters[DEMAND]):
                         known_from += 1
                 for known in range(known_from, count):
-                    write_out(desk, out[g, known])
+                    write_out(workspace, out[g, known])
                     how[g, known] = KNOWN
                     if levels.size > 0:
                         answer_levels(log, known, out[g, known])

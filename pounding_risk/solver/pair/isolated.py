@@ -21,10 +21,9 @@ from pounding_risk.models.effects.ground import Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
-from pounding_risk.solver.pair.flight import SIGNALS, Free
+from pounding_risk.solver.pair.flight import Free
 from pounding_risk.solver.pair.run import meet
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import STATE
+from pounding_risk.solver.workspace import BEGIN, SIGNALS, make_workspace
 from pounding_risk.units import GAP, TIME, YIELD_FORCE, say
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
@@ -92,7 +91,7 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         Where the contact does not end, or takes more steps than `ROWS`.
     """
     mass, other_mass, *_ = values
-    pair, *_, desk, log = arguments = meeting(law, rule, speed, values)
+    pair, *_, workspace, log = arguments = meeting(law, rule, speed, values)
     finish, *_ = meet(*arguments)
     if finish not in (FINISHED, AT_END):
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
@@ -100,7 +99,8 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         raise PoundingError(f"impact: the contact takes {log.used[1]} steps, more than {ROWS}; raise rtol")
     facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=False))
     rows = _steps_of(law, pair, facts) if needs_floors(law) else log.steps[: log.used[1]]
-    momentum = mass * (desk[STATE, 2] - speed) + (other_mass * desk[STATE, 3] if other_mass < inf else np.nan)
+    after = workspace.states[BEGIN]
+    momentum = mass * (after[2] - speed) + (other_mass * after[3] if other_mass < inf else np.nan)
     return Impact(
         law=name_of(type(bare(law))),
         mass=float(mass),
@@ -138,9 +138,9 @@ def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         Together(),
     )
     start = (0.0, 0.0, float(speed), 0.0)
-    log, desk = make_log(1, ROWS, np.zeros(0)), make_desk(rtol)
+    log, workspace = make_log(1, ROWS, np.zeros(0)), make_workspace(rtol)
     pair = free_mass(mass), free_mass(other_mass)
-    return pair, free, lowered(law), (0.0, yield_force, rule), rtol, (0, 0.0), start, desk, log
+    return pair, free, lowered(law), (0.0, yield_force, rule), rtol, (0, 0.0), start, workspace, log
 
 
 def _steps_of(law: Any, pair: Any, facts: dict[str, float]) -> NDArray[np.float64]:

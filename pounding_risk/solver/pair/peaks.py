@@ -6,15 +6,13 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import LOWEST_FORCE
-from pounding_risk.solver.pair.flight import SIGNALS
 from pounding_risk.solver.pair.readings import FORCE, peek
-from pounding_risk.solver.pair.stages import PEEKED, PEEKED_RISE
 from pounding_risk.solver.pair.step import spread
-from pounding_risk.solver.pair.taylor import HERE, HERE_SLOPE, HIGH, LOW, NEXT, NEXT_SLOPE, TALLY
+from pounding_risk.solver.workspace import BEGIN, BETWEEN, END, SIGNALS
 
 
 @kernel
-def crest(watch, sign, ends, impact, phase, span, desk):
+def crest(watch, sign, ends, impact, phase, span, workspace):
     """The largest sign × reading inside the step, where its slope turns, and its place; on the step's polynomial.
 
     ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the crest
@@ -26,13 +24,13 @@ def crest(watch, sign, ends, impact, phase, span, desk):
     side = 0
     x = low_slope / (low_slope - high_slope)
     if span[0] > 0.0:
-        rise = sign * (desk[NEXT, watch] - desk[HERE, watch]) / span[1]
+        rise = sign * (workspace.readings[END, watch] - workspace.readings[BEGIN, watch]) / span[1]
         x = cubic_crest(rise, low_slope, high_slope)
     for _ in range(60):
-        peek(impact, phase, span, x, desk)
-        if sign * desk[PEEKED, watch] > best:
-            best, there = sign * desk[PEEKED, watch], x
-        slope = sign * desk[PEEKED_RISE, watch]
+        peek(impact, phase, span, x, workspace)
+        if sign * workspace.readings[BETWEEN, watch] > best:
+            best, there = sign * workspace.readings[BETWEEN, watch], x
+        slope = sign * workspace.reading_slopes[BETWEEN, watch]
         if slope > 0.0:
             low, low_slope = x, slope
             high_slope = 0.5 * high_slope if side == 1 else high_slope
@@ -62,60 +60,61 @@ def cubic_crest(rise, start_slope, stop_slope):
 
 
 @small
-def hides_crest(watch, sign, best, span, desk):
+def hides_crest(watch, sign, best, span, workspace):
     """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
     s, h = span
-    end_slope = sign * desk[NEXT_SLOPE, watch]
+    end_slope = sign * workspace.reading_slopes[END, watch]
     if end_slope >= 0.0:
         return 0.0, 0.0
     if s == 0.0:
         # The slope at the touch itself may be infinite and is no measure of what follows.
         return -end_slope, end_slope
-    start_slope = sign * desk[HERE_SLOPE, watch]
+    start_slope = sign * workspace.reading_slopes[BEGIN, watch]
     if start_slope <= 0.0:
         return 0.0, 0.0
     # A concave stretch stays under the crossing of its end tangents.
     reach = h * start_slope * end_slope / (end_slope - start_slope)
-    if max(sign * desk[HERE, watch], sign * desk[NEXT, watch]) + reach < best:
+    if max(sign * workspace.readings[BEGIN, watch], sign * workspace.readings[END, watch]) + reach < best:
         return 0.0, 0.0
     return start_slope, end_slope
 
 
 @kernel
-def raise_peak(watch, sign, best, impact, phase, span, desk):
+def raise_peak(watch, sign, best, impact, phase, span, workspace):
     """max(best, sign × reading over the step), with the crest between its ends; and whether the step is laid out.
 
     ``span`` = (s, h, whether the step is laid out already by `spread`).
     """
-    best = max(best, sign * desk[NEXT, watch])
-    ends = hides_crest(watch, sign, best, (span[0], span[1]), desk)
+    best = max(best, sign * workspace.readings[END, watch])
+    ends = hides_crest(watch, sign, best, (span[0], span[1]), workspace)
     if not ends[0] > 0.0:
         return best, span[2]
     if not span[2]:
-        spread(impact, phase, (span[0], span[1]), desk)
-    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), desk)[0]), True
+        spread(impact, phase, (span[0], span[1]), workspace)
+    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), workspace)[0]), True
 
 
 @small
-def watch_step(impact, phase, span, peak, desk):
-    """Peaks over an accepted step onto the desk; returns this contact's peak uncapped force so far.
+def watch_step(impact, phase, span, peak, workspace):
+    """Peaks over an accepted step into the workspace; returns this contact's peak uncapped force so far.
 
-    Its readings stand on the desk already. Error control keeps a step from hiding a crest twice as high as both its
-    ends: what stays below half of the peak so far is not looked at.
+    The readings at its ends are those in the workspace. Error control keeps a step from hiding a crest twice as high as
+    both its ends: what stays below half of the peak so far is not searched.
     """
     laid = False
-    here, there = desk[HERE, FORCE], desk[NEXT, FORCE]
+    counters, readings, high, low = workspace.counters, workspace.readings, workspace.high, workspace.low
+    here, there = readings[BEGIN, FORCE], readings[END, FORCE]
     peak = max(peak, here)
     if 2.0 * max(here, there) > peak:
-        peak, laid = raise_peak(FORCE, 1.0, peak, impact, phase, (*span, laid), desk)
-    if impact.least == -inf and 2.0 * min(here, there) < desk[TALLY, LOWEST_FORCE]:
-        lowest, laid = raise_peak(FORCE, -1.0, -desk[TALLY, LOWEST_FORCE], impact, phase, (*span, laid), desk)
-        desk[TALLY, LOWEST_FORCE] = -lowest
+        peak, laid = raise_peak(FORCE, 1.0, peak, impact, phase, (*span, laid), workspace)
+    if impact.least == -inf and 2.0 * min(here, there) < counters[LOWEST_FORCE]:
+        lowest, laid = raise_peak(FORCE, -1.0, -counters[LOWEST_FORCE], impact, phase, (*span, laid), workspace)
+        counters[LOWEST_FORCE] = -lowest
     for watch in range(FORCE + 1, SIGNALS):
-        here, there = desk[HERE, watch], desk[NEXT, watch]
-        if 2.0 * max(here, there) > desk[HIGH, watch]:
-            desk[HIGH, watch], laid = raise_peak(watch, 1.0, desk[HIGH, watch], impact, phase, (*span, laid), desk)
-        if 2.0 * min(here, there) < desk[LOW, watch]:
-            lowest, laid = raise_peak(watch, -1.0, -desk[LOW, watch], impact, phase, (*span, laid), desk)
-            desk[LOW, watch] = -lowest
+        here, there = readings[BEGIN, watch], readings[END, watch]
+        if 2.0 * max(here, there) > high[watch]:
+            high[watch], laid = raise_peak(watch, 1.0, high[watch], impact, phase, (*span, laid), workspace)
+        if 2.0 * min(here, there) < low[watch]:
+            lowest, laid = raise_peak(watch, -1.0, -low[watch], impact, phase, (*span, laid), workspace)
+            low[watch] = -lowest
     return peak

@@ -15,52 +15,40 @@ from scipy.linalg import expm
 
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
+from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import MAX_TERMS
 from pounding_risk.solver.row.laws import verbs_of
 from pounding_risk.solver.row.run import WATCHED, march, survey
 from pounding_risk.solver.row.workspace import (
+    ACCELERATION,
     BAND,
     BENDS,
-    BOOKED,
     BOTTOM,
     BRANCH,
+    DISPLACEMENT,
     DRIFT,
-    ENERGY,
-    FASTEST,
     FIRST,
-    FORCE,
-    FORCE_VERB,
-    GAPS,
-    GREW,
     INVERSE,
-    LAW,
     LIMIT,
     MAP,
     MASS,
-    PLACE,
     PLASTIC,
     QUICK,
-    RESIDUAL,
-    RULE,
-    SHAKE,
     SHEAR,
     SOFT,
     SPRING,
     START,
     STATIC,
-    STATUS,
-    STEPS,
-    WHOLE,
-    WRITTEN,
+    STOREY_FORCE,
+    VERBS,
     Row,
     Run,
     log_of,
     new_run,
 )
 from pounding_risk.solver.row.workspace import NODE as AT_END
+from pounding_risk.solver.workspace import MAX_TERMS
 
 if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
@@ -276,9 +264,8 @@ def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> R
 def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tuple[Any, ...]:
     """What `survey` is called with for `free_row`."""
     row, points = laid.row, laid.row.ends.shape[0]
-    limits = np.zeros((points, LAW))
-    limits[:, GAPS] = inf
-    run = new_run(row, limits, np.zeros(0), make_desk())
+    run = new_run(row, np.zeros((points, 0)), np.zeros(0))
+    set_column(run.contacts, "given_gap", np.full(points, inf))
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
     return row, run, ground, laid.step, laid.terms, _room(ground.size if states else 0, row)
 
@@ -320,23 +307,24 @@ def _run(
     given = np.zeros((points, max([0, *(room for room, _ in verbs)])))
     for place, own in enumerate(numbers):
         given[place, : len(own)] = own
-    watched = np.zeros(points) if contacts.watched is None else contacts.watched
-    fastest = np.zeros(points) if contacts.fastest is None else contacts.fastest
-    limits = np.column_stack(
-        [
-            *(contacts.gaps, contacts.yield_forces, watched, fastest),
-            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, FORCE_VERB - RULE),
-            np.array([places for _, places in verbs]).reshape(points, LAW - FORCE_VERB),
-            given,
-        ]
-    )
-    limits = np.ascontiguousarray(limits, dtype=np.float64)
+    fields = {
+        "given_gap": contacts.gaps,
+        "yield_force": contacts.yield_forces,
+        "watched": np.zeros(points) if contacts.watched is None else contacts.watched,
+        "fastest": np.zeros(points) if contacts.fastest is None else contacts.fastest,
+        "rule": np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(
+            points, len(Restitution._fields)
+        ),
+        **dict(zip(VERBS, np.array([addresses for _, addresses in verbs]).reshape(points, len(VERBS)).T, strict=True)),
+    }
     lines = LINES if histories else 0
     while True:
-        run = new_run(row, limits, levels, make_desk(rtol), lines)
+        run = new_run(row, given.copy(), levels, rtol, lines)
+        for name, values in fields.items():
+            set_column(run.contacts, name, values)
         kept = _room(ground.size if histories else 0, row)
         march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
-        written = int(run.board[WHOLE, WRITTEN])
+        written = int(run.workspace.lines_written)
         if written <= lines or not histories:
             return _told(row, run, kept)
         lines = written
@@ -351,26 +339,27 @@ def _room(nodes: int, row: Row) -> np.ndarray:
 
 def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
     """What a run has left, by name."""
-    floors = np.ascontiguousarray(run.desk[PLACE : SHAKE + 1].T)
+    floors = np.ascontiguousarray(run.dofs[DISPLACEMENT : ACCELERATION + 1].T)
     # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
-    elastic = floors[:, DRIFT - PLACE] <= row.floors[LIMIT]
-    floors[elastic, FORCE - PLACE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - PLACE]
-    at_end = run.desk[AT_END]
+    elastic = floors[:, DRIFT - DISPLACEMENT] <= row.floors[LIMIT]
+    floors[elastic, STOREY_FORCE - DISPLACEMENT] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - DISPLACEMENT]
+    at_end = run.dofs[AT_END]
     drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
     # A storey that yields drags its elastic range along, which is written down when it turns.
-    plastic, yields = run.desk[PLASTIC].copy(), run.desk[BRANCH] != 0.0
-    plastic[yields] = drift[yields] - run.desk[BRANCH, yields] * row.floors[LIMIT, yields]
-    whole = run.board[WHOLE]
+    plastic, yields = run.dofs[PLASTIC].copy(), run.dofs[BRANCH] != 0.0
+    plastic[yields] = drift[yields] - run.dofs[BRANCH, yields] * row.floors[LIMIT, yields]
+    workspace, contacts = run.workspace, run.contacts
+    points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
     return RowRun(
-        run.book[:, BOOKED:].copy(),
+        np.column_stack([points[0].reshape(len(contacts), TALLIED), *points[1:]]),
         floors,
         np.column_stack([drift, plastic]),
-        int(whole[STATUS]),
-        int(whole[STEPS]),
-        float(whole[ENERGY]),
-        float(whole[RESIDUAL]),
-        int(whole[GREW]),
-        run.limits[:, FASTEST].copy(),
+        int(workspace.status),
+        int(workspace.steps),
+        float(workspace.energy),
+        float(workspace.residual),
+        int(workspace.watched_point),
+        column(contacts, "fastest"),
         run.timed[1],
         run.timed[2],
         kept,

@@ -12,8 +12,6 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.solver.pair.stages import (
     ELASTIC,
-    END_WEIGHT,
-    FINAL,
     SHARE,
     next_step,
 )
@@ -29,17 +27,16 @@ from pounding_risk.solver.row.event_functions import (
 from pounding_risk.solver.row.stages import slopes
 from pounding_risk.solver.row.step import attempt, spread
 from pounding_risk.solver.row.workspace import (
+    AT_END,
+    AT_START,
     END,
-    END_FORCE,
     FIRST,
     LAST,
     NOW,
-    REGION,
     SLOPE,
     SLOPES,
     START,
-    START_FORCE,
-    STRENGTH,
+    VELOCITY,
 )
 
 
@@ -78,7 +75,7 @@ def dip_of(row, run, group, kind, k, span, terms, laid):
 def graze(run, kind, k):
     """How far a margin may dip without an event: rounding."""
     if kind == YIELD:
-        return 1e-9 * run.book[k, STRENGTH]
+        return 1e-9 * run.contacts[k].strength
     return 0.0
 
 
@@ -171,8 +168,8 @@ def fill_spectators(row, run, group, watch, after, terms, line):
     for b in range(watch[0], watch[1] + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                run.desk[line, i] = value_at(run.series, i, terms, after)
-                run.desk[line + 1, i] = slope_at(run.series, i, terms, after)
+                run.dofs[line, i] = value_at(run.series, i, terms, after)
+                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, terms, after)
 
 
 @kernel
@@ -187,8 +184,8 @@ def fill_ends(row, run, group, watch, span, terms):
         for b in range(watch[0], watch[1] + 1):
             if not group.first <= b <= group.last:
                 for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                    run.desk[line, i] = 4.0 * cube * run.desk[(END if at_end else NOW) + 1, i]
-                    run.desk[line + SLOPES, i] = 0.0
+                    run.dofs[line, i] = 4.0 * cube * run.dofs[(END if at_end else NOW) + VELOCITY, i]
+                    run.dofs[line + SLOPES, i] = 0.0
 
 
 @kernel
@@ -204,7 +201,7 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
         slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, watch, (s, length, span[2]), terms)
         if kind in (YIELD, CUT):
-            read_force(row, run, group, h, END, SLOPE + LAST, END_FORCE)
+            read_force(row, run, group, h, END, SLOPE + LAST, AT_END)
         value, slope = margin(row, run, kind, k, True)
         if value > 0.0:
             low = length
@@ -226,14 +223,14 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
 @kernel
 def slide(row, run, group, length):
     """Move the end of a step along its slopes."""
-    desk, points = run.desk, run.limits.shape[0]
+    dofs, points = run.dofs, run.laws.shape[0]
     for i in range(group.low, group.high):
-        desk[END, i] += length * desk[SLOPE + LAST, i]
-        desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
+        dofs[END, i] += length * dofs[SLOPE + LAST, i]
+        dofs[END + VELOCITY, i] += length * dofs[SLOPE + LAST + SLOPES, i]
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         for column in (k, points + k):
-            run.quads[SLOPES, column] += length * run.quads[LAST, column]
-    run.quads[SLOPES, 2 * points] += length * run.quads[LAST, 2 * points]
+            run.quadratures[SLOPES, column] += length * run.quadratures[LAST, column]
+    run.quadratures[SLOPES, 2 * points] += length * run.quadratures[LAST, 2 * points]
 
 
 @kernel
@@ -258,7 +255,7 @@ def passed(row, run, group, watch, landed, which):
 def look(row, run, group, watch, span, terms):
     """Readings at the end of the step, whose slopes at LAST stand."""
     fill_ends(row, run, group, watch, span, terms)
-    read_force(row, run, group, span[1], END, SLOPE + LAST, END_FORCE)
+    read_force(row, run, group, span[1], END, SLOPE + LAST, AT_END)
 
 
 @kernel
@@ -281,14 +278,14 @@ def take_step(row, run, group, watch, span, left, terms, rtol):
             break
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, -1, h, attempts, False
-        h = next_step(h, error, rtol, run.board) if error >= 0.0 else 0.1 * h
+        h = next_step(h, error, rtol, run.workspace.tableau) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, -1, h, attempts, False
-    if run.board[FINAL, END_WEIGHT] == 0.0:
+    if run.workspace.tableau.end_weight == 0.0:
         slopes(row, run, group, s + h, END, LAST)
-    read_force(row, run, group, h, NOW, SLOPE, START_FORCE)
+    read_force(row, run, group, h, NOW, SLOPE, AT_START)
     look(row, run, group, watch, (s, h, base), terms)
-    following = next_step(h, error, rtol, run.board)
+    following = next_step(h, error, rtol, run.workspace.tableau)
     kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
     if kind == NONE:
         return h, NONE, -1, following, attempts, laid
@@ -302,7 +299,7 @@ def take_step(row, run, group, watch, span, left, terms, rtol):
     for _ in range(8):
         h, there = land(row, run, group, watch, kind, k, place, (s, whole, base), terms, rtol)
         look(row, run, group, watch, (s, h, base), terms)
-        if not there and not (kind == YIELD and int(run.book[k, REGION]) == ELASTIC):
+        if not there and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
             return h, NONE, -1, following, attempts, False
         other, which = passed(row, run, group, watch, kind, k)
         if other == NONE:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.row.implicit import implicit_attempt, implicit_spread
 from pounding_risk.solver.row.stages import explicit_attempt, explicit_spread
-from pounding_risk.solver.row.workspace import IMPLICIT, WHOLE
 
 
 @kernel
 def attempt(row, run, group, s, h, rtol):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error in the group's scales."""
-    if run.board[WHOLE, IMPLICIT] > 0.0:
+    if run.workspace.implicit > 0.0:
         return implicit_attempt(row, run, group, s, h, rtol)
     return explicit_attempt(row, run, group, s, h)
 
@@ -19,7 +18,7 @@ def attempt(row, run, group, s, h, rtol):
 @kernel
 def spread(row, run, group, s, h):
     """The polynomial between both ends of the step just made; slopes at LAST stand."""
-    if run.board[WHOLE, IMPLICIT] > 0.0:
+    if run.workspace.implicit > 0.0:
         implicit_spread(run, group)
     else:
         explicit_spread(row, run, group, s, h)

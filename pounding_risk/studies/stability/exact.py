@@ -10,7 +10,7 @@ from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.pair.grid import sweep
 from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, largest_difference, shaking
 
 UNCHANGED = ("count", "status", "steps", "residual", "held", "demand", "exceedance")
@@ -173,7 +173,7 @@ def pruned(trial: Trial) -> float:
         out = np.zeros((len(gaps), len(forces), COLUMNS))
         how = np.zeros((len(gaps), len(forces)), dtype=np.int8)
         grid = (gaps, forces, Scene().restitution)
-        sweep(pair, free, trial.law(Scene()), grid, trial.rtol, screening, make_desk(), out, how)
+        sweep(pair, free, trial.law(Scene()), grid, trial.rtol, screening, make_workspace(), out, how)
         trial.steps += int(out[..., STEPS].sum())
         answers.append(np.delete(out, STEPS, axis=-1))
         runs.append(int(how.sum()))
