@@ -73,9 +73,9 @@ HOOKS = (
     ("solver/pair/contact.py", "ground.apart(right, state, 0.0)", "state"),
     ("solver/pair/contact.py", "ground.apart(right, state, since_touch)", "state"),
     ("solver/pair/contact.py", "ground.apart(right, state, duration)", "state"),
-    ("solver/pair/readings.py", "phase.ground.apart(right, state, time)", "state"),
+    ("solver/pair/peaks.py", "phase.ground.apart(right, state, time)", "state"),
     (
-        "solver/pair/readings.py",
+        "solver/pair/peaks.py",
         "phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)",
         "state_of(workspace.slopes, slope_row)",
     ),

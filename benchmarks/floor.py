@@ -22,8 +22,8 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.models.effects.ground import Level
 from pounding_risk.solver.pair.api import free_response
 from pounding_risk.solver.pair.flight import block_is_quiet, unquiet
+from pounding_risk.solver.pair.implicit import attempt
 from pounding_risk.solver.pair.stages import ELASTIC, Phase, begin, slopes, state_of
-from pounding_risk.solver.pair.step import attempt
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import BEGIN, FIRST_STAGE, make_workspace
 

@@ -35,19 +35,9 @@ from pounding_risk.solver.counters import (
     WORN,
     YIELDS,
 )
-from pounding_risk.solver.pair.events import (
-    NONE,
-    PART,
-    TURN,
-    YIELD,
-    dip_of,
-    settle,
-    switched,
-    take_step,
-)
-from pounding_risk.solver.pair.implicit import choose_method
-from pounding_risk.solver.pair.peaks import watch_step
-from pounding_risk.solver.pair.readings import FORCE
+from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, settle, switched, take_step
+from pounding_risk.solver.pair.implicit import choose_method, spread
+from pounding_risk.solver.pair.peaks import FORCE, watch_step
 from pounding_risk.solver.pair.stages import (
     ELASTIC,
     REBOUND_SHARE,
@@ -60,7 +50,6 @@ from pounding_risk.solver.pair.stages import (
     state_of,
     transmitted,
 )
-from pounding_risk.solver.pair.step import spread
 from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, LAST, SIGNALS
 
 

@@ -9,18 +9,9 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.peaks import crest, hides_crest
-from pounding_risk.solver.pair.readings import AT_BEGIN, AT_BETWEEN, AT_END, FORCE, peek, read_end
-from pounding_risk.solver.pair.stages import (
-    ELASTIC,
-    SHARE,
-    SLACK,
-    YIELDING,
-    Phase,
-    finish,
-    next_step,
-)
-from pounding_risk.solver.pair.step import attempt, spread
+from pounding_risk.solver.pair.implicit import attempt, spread
+from pounding_risk.solver.pair.peaks import AT_BEGIN, AT_BETWEEN, AT_END, FORCE, crest, hides_crest, peek, read_end
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE, SLACK, YIELDING, Phase, finish, next_step
 from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early

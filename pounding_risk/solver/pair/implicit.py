@@ -15,8 +15,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, part, small
 from pounding_risk.solver.counters import IMPLICIT, WORKED
-from pounding_risk.solver.linear import solve_linear
-from pounding_risk.solver.pair.stages import ELASTIC, SHARE, finish, slopes, state_of
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
 from pounding_risk.solver.runge_kutta import RADAU
 from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, TERMS
 
@@ -30,6 +29,36 @@ LEAST_ITERATIONS, ITERATIONS = 2, 30
 SHALLOWEST = 1e-6  # of the depth that the spring alone would allow
 RESIDUE = 1e-2  # of the error that a step may make: what may be left of its equations
 ROUNDED_RESIDUE = 0.3  # the same where iterating gains no more: rounding
+
+
+@kernel
+def solve_linear(matrix, right):
+    """Solve ``matrix`` x = ``right`` by Gaussian elimination with row pivots; x is left in ``right``.
+
+    The matrix is used up. The same on every machine, to the bit, which a library's is not.
+    """
+    size = right.size
+    for column in range(size):
+        pivot = column
+        for i in range(column + 1, size):
+            if abs(matrix[i, column]) > abs(matrix[pivot, column]):
+                pivot = i
+        if pivot != column:
+            for j in range(column, size):
+                matrix[column, j], matrix[pivot, j] = matrix[pivot, j], matrix[column, j]
+            right[column], right[pivot] = right[pivot], right[column]
+        for i in range(column + 1, size):
+            factor = matrix[i, column] / matrix[column, column]
+            if factor != 0.0:
+                for j in range(column + 1, size):
+                    matrix[i, j] -= factor * matrix[column, j]
+                right[i] -= factor * right[column]
+    for back in range(size):
+        i = size - 1 - back
+        total = right[i]
+        for j in range(i + 1, size):
+            total -= matrix[i, j] * right[j]
+        right[i] = total / matrix[i, i]
 
 
 @small
@@ -211,3 +240,20 @@ def implicit_spread(workspace):
                     total += POLYNOMIAL_OF_STAGES[term, i] * (workspace.node_states[i, column] - start)
                 total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (states[END, column] - start)
             workspace.polynomial[term, column] = total
+
+
+@kernel
+def attempt(impact, phase, s, h, rtol, workspace):
+    """One step from BEGIN, whose slopes are known, to END; returns its error in the contact's scales."""
+    if workspace.counters[IMPLICIT] > 0.0:
+        return implicit_attempt(impact, phase, s, h, rtol, workspace)
+    return explicit_attempt(impact, phase, s, h, workspace)
+
+
+@kernel
+def spread(impact, phase, span, workspace):
+    """Write the polynomial between both ends of the step just made, ``span`` = (s, h)."""
+    if workspace.counters[IMPLICIT] > 0.0:
+        implicit_spread(workspace)
+    else:
+        explicit_spread(impact, phase, span, workspace)

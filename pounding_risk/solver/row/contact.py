@@ -24,11 +24,7 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.stages import ELASTIC, REBOUND_SHARE, ROUNDING
 from pounding_risk.solver.row.flight import across, compliance
 from pounding_risk.solver.row.laws import law_begin, law_part, law_turn
-from pounding_risk.solver.row.workspace import (
-    NOW,
-    START,
-    VELOCITY,
-)
+from pounding_risk.solver.row.workspace import NOW, START, VELOCITY
 
 
 @kernel

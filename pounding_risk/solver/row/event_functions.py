@@ -10,9 +10,7 @@ from math import inf
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
-from pounding_risk.solver.pair.stages import (
-    YIELDING,
-)
+from pounding_risk.solver.pair.stages import YIELDING
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.flight import across
 from pounding_risk.solver.row.stages import between, uncapped

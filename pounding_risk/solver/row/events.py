@@ -10,34 +10,12 @@ from math import sqrt
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
-from pounding_risk.solver.pair.stages import (
-    ELASTIC,
-    SHARE,
-    next_step,
-)
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE, next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
-from pounding_risk.solver.row.event_functions import (
-    STRAIN,
-    TOUCH,
-    is_watched,
-    margin,
-    margin_between,
-    read_force,
-)
+from pounding_risk.solver.row.event_functions import STRAIN, TOUCH, is_watched, margin, margin_between, read_force
+from pounding_risk.solver.row.implicit import attempt, spread
 from pounding_risk.solver.row.stages import slopes
-from pounding_risk.solver.row.step import attempt, spread
-from pounding_risk.solver.row.workspace import (
-    AT_END,
-    AT_START,
-    END,
-    FIRST,
-    LAST,
-    NOW,
-    SLOPE,
-    SLOPES,
-    START,
-    VELOCITY,
-)
+from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
 @kernel

@@ -6,16 +6,7 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest
-from pounding_risk.solver.row.workspace import (
-    FIRST,
-    INVERSE,
-    LEFT_HIGH,
-    LEFT_LOW,
-    NODE,
-    RIGHT_HIGH,
-    RIGHT_LOW,
-    START,
-)
+from pounding_risk.solver.row.workspace import FIRST, INVERSE, LEFT_HIGH, LEFT_LOW, NODE, RIGHT_HIGH, RIGHT_LOW, START
 
 
 @kernel

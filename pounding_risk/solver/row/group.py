@@ -30,18 +30,7 @@ from pounding_risk.solver.row.peaks import watch_floors, watch_points
 from pounding_risk.solver.row.stages import Group, load, slopes
 from pounding_risk.solver.row.storey import switch_storey
 from pounding_risk.solver.row.trace import write_down
-from pounding_risk.solver.row.workspace import (
-    END,
-    FIRST,
-    LAST,
-    NODE,
-    NOW,
-    SLOPE,
-    SLOPES,
-    START,
-    TRIAL,
-    VELOCITY,
-)
+from pounding_risk.solver.row.workspace import END, FIRST, LAST, NODE, NOW, SLOPE, SLOPES, START, TRIAL, VELOCITY
 
 FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
 ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each other by rounding at most

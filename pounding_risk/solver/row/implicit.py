@@ -13,7 +13,6 @@ from math import inf, sqrt
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, part
-from pounding_risk.solver.linear import solve_linear
 from pounding_risk.solver.pair.implicit import (
     BEGIN_SLOPE,
     COEFFICIENTS,
@@ -27,11 +26,12 @@ from pounding_risk.solver.pair.implicit import (
     is_too_slow,
     response,
     shallow,
+    solve_linear,
     time_weights,
 )
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE
 from pounding_risk.solver.row.flight import across, compliance
-from pounding_risk.solver.row.stages import slopes, uncapped
+from pounding_risk.solver.row.stages import explicit_attempt, explicit_spread, slopes, uncapped
 from pounding_risk.solver.row.workspace import (
     END,
     INVERSE,
@@ -280,3 +280,20 @@ def implicit_spread(run, group):
                         total += POLYNOMIAL_OF_STAGES[term, i] * (dofs[nodes + i, dof] - dofs[NOW + side, dof])
                     total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (dofs[END + side, dof] - dofs[NOW + side, dof])
                 dofs[poly + term, dof] = total
+
+
+@kernel
+def attempt(row, run, group, s, h, rtol):
+    """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error in the group's scales."""
+    if run.workspace.implicit > 0.0:
+        return implicit_attempt(row, run, group, s, h, rtol)
+    return explicit_attempt(row, run, group, s, h)
+
+
+@kernel
+def spread(row, run, group, s, h):
+    """The polynomial between both ends of the step just made; slopes at LAST stand."""
+    if run.workspace.implicit > 0.0:
+        implicit_spread(run, group)
+    else:
+        explicit_spread(row, run, group, s, h)

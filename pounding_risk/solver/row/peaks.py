@@ -13,8 +13,8 @@ from pounding_risk.solver.pair.stages import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
 from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.flight import across, blind_points, own_side
+from pounding_risk.solver.row.implicit import spread
 from pounding_risk.solver.row.stages import between, ground_at, load, transmitted, uncapped
-from pounding_risk.solver.row.step import spread
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,

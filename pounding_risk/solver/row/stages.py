@@ -14,19 +14,7 @@ from pounding_risk.solver.pair.stages import SLACK, YIELDING
 from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.flight import across, push_apart
 from pounding_risk.solver.row.laws import law_force, law_plateau
-from pounding_risk.solver.row.workspace import (
-    END,
-    LAST,
-    LATE,
-    NOW,
-    POLY,
-    SLOPE,
-    SLOPES,
-    START,
-    TERMS,
-    TRIAL,
-    VELOCITY,
-)
+from pounding_risk.solver.row.workspace import END, LAST, LATE, NOW, POLY, SLOPE, SLOPES, START, TERMS, TRIAL, VELOCITY
 
 
 class Group(NamedTuple):
