@@ -18,7 +18,7 @@ from statistics import median
 ROOT = Path(__file__).resolve().parent.parent
 # File, text with the hook, text without.
 HOOKS = (
-    ("solver/pair/run.py", "limits[0] + workspace.counters[SET]", "limits[0]"),
+    ("solver/pair/run.py", "limits.gap + workspace.counters[SET]", "limits.gap"),
     ("solver/pair/stages.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
     ("solver/pair/stages.py", "law.ceiling(yield_force) * law.hardening(speed)", "law.ceiling(yield_force)"),
     (
@@ -32,7 +32,7 @@ HOOKS = (
     (
         "solver/pair/contact.py",
         """        if event == TURN:
-            impact = widened(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
+            impact = with_dent(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
 """,
         "",
     ),
@@ -45,7 +45,7 @@ HOOKS = (
                 memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
                 if dent >= 0.0:
                     # What stays widens the gap, here and for the contacts after this one.
-                    impact = widened(impact, memory, dent)
+                    impact = with_dent(impact, memory, dent)
                     dented, lost, retraced = dented + dent, lost + taken, False
 """,
         "",

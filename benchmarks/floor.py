@@ -21,9 +21,9 @@ from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 from pounding_risk._jit.compile import kernel
 from pounding_risk.models.effects.ground import Level
 from pounding_risk.solver.pair.api import free_response
-from pounding_risk.solver.pair.flight import block_is_quiet, unquiet
+from pounding_risk.solver.pair.flight import block_is_quiet, search_mask
 from pounding_risk.solver.pair.implicit import attempt
-from pounding_risk.solver.pair.stages import ELASTIC, Phase, begin, slopes, state_of
+from pounding_risk.solver.pair.stages import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import BEGIN, FIRST_STAGE, make_workspace
 
@@ -35,7 +35,7 @@ FORCE_OPERATIONS = 60  # in `slopes` with Jankowski's law: products, sums and tw
 @kernel
 def repeat_attempts(pair, law, restitution, workspace, count):
     """So many attempts at the same step in contact."""
-    impact, _, _ = begin(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
+    impact, _, _ = new_impact(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
     phase = Phase(True, ELASTIC, Level(0.5, 10.0))
     for part in range(4):
         workspace.states[BEGIN, part] = TOUCH[part]
@@ -63,7 +63,7 @@ def repeat_samples(pair, free, workspace, count):
     for number in range(count):
         workspace.there[0] = 1e-9 * (number % 7)
         span = (Level(free.ground[number % free.ground.size], 10.0), free.step)
-        total += unquiet(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, workspace)
+        total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, workspace)
     return total
 
 
@@ -83,8 +83,8 @@ def counts(gap: float) -> dict[str, float]:
     code = (
         "import json, sys, profile_run; calls = profile_run.profile(float(sys.argv[1]), float('inf'));"
         "print(json.dumps({'attempt': sum(n for (part, _), n in calls.items() if part == 'attempt'),"
-        "'contacts': calls['pound', 'march'], 'block': calls['block_is_quiet', 'fly'],"
-        "'sample': calls['unquiet', 'fly']}))"
+        "'contacts': calls['begin_contact', 'march'], 'block': calls['block_is_quiet', 'fly'],"
+        "'sample': calls['search_mask', 'fly']}))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(gap)], check=True, capture_output=True, text=True, cwd=Path(__file__).parent

@@ -28,7 +28,7 @@ from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STYLES, blank, title, write
 from pounding_risk.solver.pair.api import free_response, oscillators, run
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
 from pounding_risk.solver.workspace import make_workspace
 
@@ -112,7 +112,7 @@ def solve_in_grid(case: Case, rtol: float) -> Answer:
     workspace, raw, how = make_workspace(rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), dtype=np.int8)
 
     def cell() -> dict[str, float]:
-        sweep(case.pair, case.free, lowered(interface.law), grid, rtol, False, workspace, raw, how)
+        solve_grid(case.pair, case.free, lowered(interface.law), grid, rtol, False, workspace, raw, how)
         return {name: float(RUN[name].compute(raw[0, 0], grid[1])) for name in OUTPUTS}
 
     return clocked(cell, 5)

@@ -26,7 +26,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
 from pounding_risk.solver.workspace import make_workspace
 
@@ -96,7 +96,7 @@ def run_grid(bench: Bench, screening: bool, threads: int, rtol: float = RTOL) ->
     def work(first: int) -> None:
         piece = slice(first, first + width)
         grid = (bench.gaps[piece], bench.yield_forces, RESTITUTION)
-        sweep(bench.pair, free, LAW, grid, rtol, screening, make_workspace(rtol), raw[piece], how[piece])
+        solve_grid(bench.pair, free, LAW, grid, rtol, screening, make_workspace(rtol), raw[piece], how[piece])
 
     pieces = range(0, shape[0], width)
     if threads == 1:

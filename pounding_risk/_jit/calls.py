@@ -30,11 +30,11 @@ def _model_of(typingctx, model, values, place, offset):
         def build(part, at):
             if not isinstance(part, types.BaseTuple):
                 return builder.load(builder.gep(data, [context.get_constant(types.intp, at)])), at + 1
-            found = []
+            parts = []
             for inner in part.types:
                 value, at = build(inner, at)
-                found.append(value)
-            return context.make_tuple(builder, part, found), at
+                parts.append(value)
+            return context.make_tuple(builder, part, parts), at
 
         return build(kind, 0)[0]
 
@@ -52,8 +52,8 @@ def model_of(model, values, place, offset):
     def build(part):
         if not isinstance(part, tuple):
             return float(next(numbers))
-        found = [build(each) for each in part]
-        return type(part)(*found) if hasattr(part, "_fields") else tuple(found)
+        parts = [build(inner) for inner in part]
+        return type(part)(*parts) if hasattr(part, "_fields") else tuple(parts)
 
     return build(model)
 
@@ -181,7 +181,7 @@ if not INTERPRETED:
 
 def numbers_of(model) -> list[float]:
     """Every number of a model, in the order of its fields; those of a model inside it in its place."""
-    found: list[float] = []
+    numbers: list[float] = []
     for value in model:
-        found += numbers_of(value) if isinstance(value, tuple) else [float(value)]
-    return found
+        numbers += numbers_of(value) if isinstance(value, tuple) else [float(value)]
+    return numbers

@@ -44,7 +44,7 @@ def source_digest() -> str:
     package = Path(__file__).parents[1]
     digest = hashlib.sha256(numba.__version__.encode())
     sources = [package / name for name in KERNEL_SOURCES]
-    for file in sorted(file for each in sources for file in ([each] if each.is_file() else each.rglob("*.py"))):
+    for file in sorted(file for source in sources for file in ([source] if source.is_file() else source.rglob("*.py"))):
         digest.update(file.relative_to(package).as_posix().encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
@@ -113,11 +113,11 @@ class Shelf:
 
     @classmethod
     def from_function(cls, function, file):
-        """As numba asks for it."""
+        """Constructor that numba calls; the folder does not depend on the file."""
         return cls(function, file)
 
     def get_cache_path(self):
-        """The folder."""
+        """Path of the folder with the cache entries."""
         return self._path
 
     def ensure_cache_path(self):
@@ -135,7 +135,7 @@ class Shelf:
 
 
 class OnShelf(CompileResultCacheImpl):
-    """Compiled forms on their `Shelf`."""
+    """Cache entries of one kernel, in the folder that its `Shelf` names."""
 
     _locator_classes = (Shelf,)
 
@@ -155,15 +155,15 @@ class ForgivingCache(FunctionCache):
         if any(map(is_foreign, sig)):
             return None
         try:
-            found = super().load_overload(sig, target_context)
+            compiled_form = super().load_overload(sig, target_context)
         except Exception as error:  # unpickling a damaged file may raise anything
             warnings.warn(
                 f"{self.cache_path}: a compiled kernel cannot be read ({error!r}); compiled anew", stacklevel=2
             )
             self._forget()
             return None
-        if found is None or tuple(found.signature.args) == tuple(sig):
-            return found
+        if compiled_form is None or tuple(compiled_form.signature.args) == tuple(sig):
+            return compiled_form
         self._forget()
         return None
 

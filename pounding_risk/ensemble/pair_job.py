@@ -31,7 +31,7 @@ from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import COMPLETE, STATUS
 from pounding_risk.solver.pair.api import free_response, oscillators, vibration_maps
 from pounding_risk.solver.pair.flight import SIGNALS, Free
-from pounding_risk.solver.pair.grid import SIMULATED, sweep
+from pounding_risk.solver.pair.grid import SIMULATED, solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.solver.workspace import make_workspace
 
@@ -106,7 +106,7 @@ class PairJob:
         rtol, screening = how_exact
         grid = (self.gaps[stretch.gaps], self.yield_forces[strengths], self.study.restitution)
         law, workspace = lowered(self.laws[stretch.law]), make_workspace(rtol)
-        sweep(self.pair, self.free(stretch.motion), law, grid, rtol, screening, workspace, *out)
+        solve_grid(self.pair, self.free(stretch.motion), law, grid, rtol, screening, workspace, *out)
 
     def _checked(
         self, lines: range, raw: NDArray[np.float64], places: NDArray[np.bool_], stop: Callable[[], bool]

@@ -40,7 +40,7 @@ from pounding_risk.solver.counters import (
     make_log,
 )
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
-from pounding_risk.solver.pair.flight import Free, lay_out, state_at
+from pounding_risk.solver.pair.flight import Free, state_at, write_series
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.simulate_row import cell_of, row_histories
@@ -329,7 +329,7 @@ def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Ar
     """The free response between nodes, from its series."""
     node = int(_nodes_before(free, np.array([time]))[0])
     workspace = make_workspace()
-    lay_out(
+    write_series(
         pair, tuple(free.states[node]), free.passage.stretch(free.ground, free.step, node, 0.0), free.terms, workspace
     )
     return np.array(state_at(pair, workspace, free.terms, time - free.passage.moment(free.step, node)))

@@ -98,8 +98,8 @@ def laid_out(stretch):
     pair, state, span, terms = stretch
     workspace = make_workspace()
     ground = Level(span[0], span[1])
-    flight.lay_out(pair, state, ground, terms, workspace)
-    flight.signal_row(0, pair, ground, workspace, terms)
+    flight.write_series(pair, state, ground, terms, workspace)
+    flight.write_signal(0, pair, ground, workspace, terms)
     return workspace
 
 
@@ -245,7 +245,7 @@ def test_a_motion_that_is_not_finite_ends_the_search():
 def test_the_highest_value_is_the_highest(stretch, sign, signal):
     pair, _, span, terms = stretch
     workspace = laid_out(stretch)
-    row, count = flight.signal_row(signal, pair, Level(span[0], span[1]), workspace, terms)
+    row, count = flight.write_signal(signal, pair, Level(span[0], span[1]), workspace, terms)
     coefficients = workspace.search.series[row, :count].astype(np.longdouble)[::-1]
     x = np.linspace(0.0, span[2], 1001)
     values = sign * np.polyval(coefficients, x.astype(np.longdouble))

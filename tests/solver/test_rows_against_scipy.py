@@ -19,25 +19,25 @@ from row_cases import CASES, Case
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import Restitution, constant
 from pounding_risk.models.structures.contact_points import Point
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
 
 RTOL = 1e-9
 # Places of the tally by the names of outputs.
 PLACES = {
-    "peak_closing": tally.TALLIED,
-    "peak_penetration": tally.PENETRATION,
-    "peak_contact_force": tally.PEAK_FORCE,
-    "peak_approach_speed": tally.APPROACH,
-    "uncapped_force": tally.DEMAND,
-    "impact_count": tally.COUNT,
-    "first_impact_time": tally.FIRST_TOUCH,
-    "contact_time": tally.CONTACT_TIME,
-    "impulse": tally.IMPULSE,
-    "energy_viscous": tally.VISCOUS,
-    "lowest_contact_force": tally.LOWEST_FORCE,
-    "yielding_contacts": tally.YIELDS,
-    "first_yield_time": tally.FIRST_YIELD,
+    "peak_closing": counters.TALLIED,
+    "peak_penetration": counters.PENETRATION,
+    "peak_contact_force": counters.PEAK_FORCE,
+    "peak_approach_speed": counters.APPROACH,
+    "uncapped_force": counters.DEMAND,
+    "impact_count": counters.COUNT,
+    "first_impact_time": counters.FIRST_TOUCH,
+    "contact_time": counters.CONTACT_TIME,
+    "impulse": counters.IMPULSE,
+    "energy_viscous": counters.VISCOUS,
+    "lowest_contact_force": counters.LOWEST_FORCE,
+    "yielding_contacts": counters.YIELDS,
+    "first_yield_time": counters.FIRST_YIELD,
 }
 # Relative tolerance at the solver's rtol of 1e-9: what the project promises of peaks, and of what follows from them.
 PEAKS = dict.fromkeys(("peak_closing", "peak_opening", "peak_penetration", "peak_contact_force"), 1e-6)
@@ -85,7 +85,7 @@ def named(run: Any) -> dict[str, np.ndarray]:
     """Outputs of the solver's points by name."""
     return {
         **{name: run.points[:, place] for name, place in PLACES.items()},
-        "peak_opening": -run.points[:, tally.TALLIED + 1],
+        "peak_opening": -run.points[:, counters.TALLIED + 1],
     }
 
 
@@ -105,7 +105,7 @@ def test_row_agrees_with_scipy(name: str):
     case = CASES[name]
     true, run = truth(name), by_solver(case)
     found, points = named(run), true.points
-    assert run.status == tally.COMPLETE
+    assert run.status == counters.COMPLETE
     assert points["impact_count"].sum() >= 3, "a row without contacts compares nothing"
     np.testing.assert_array_equal(found["impact_count"], points["impact_count"])
     closed = np.array([each.gap == 0.0 for each in case.meetings])

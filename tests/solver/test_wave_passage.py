@@ -171,8 +171,8 @@ def test_no_relative_motion_bends_more_than_its_bound(numbers, share: float):
     a, b, bend, twist, spread, rate = numbers[4:]
     ground = Rippled(5.0 * a, 500.0 * b, 5.0 * bend, 500.0 * twist, 0.1 * spread, rate, (1.0 - share) * step)
     workspace, terms = make_workspace(), 30
-    flight.lay_out(pair, state, ground, terms, workspace)
-    flight.signal_row(0, pair, ground, workspace, terms)
+    flight.write_series(pair, state, ground, terms, workspace)
+    flight.write_signal(0, pair, ground, workspace, terms)
     bound = flight.bend_bounds(pair, state, ground, share * step)[0]
     for x in np.linspace(0.0, share * step, 7):
         u, w, *_ = flight.state_at(pair, workspace, terms, x)

@@ -1,4 +1,4 @@
-"""One contact, from the touch to the moment the bodies part, and what it leaves in the counters."""
+"""One contact, from the touch to the moment the bodies part, and its entries in the counters."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, settle, switched, take_step
 from pounding_risk.solver.pair.implicit import choose_method, spread
-from pounding_risk.solver.pair.peaks import FORCE, watch_step
+from pounding_risk.solver.pair.peaks import FORCE, update_peaks
 from pounding_risk.solver.pair.stages import (
     ELASTIC,
     REBOUND_SHARE,
     YIELDING,
     Impact,
     Phase,
-    begin,
     energy_of,
+    new_impact,
     slopes,
     state_of,
     transmitted,
@@ -123,8 +123,8 @@ def write_contact(log, values, workspace):
 
 
 @small
-def widened(impact, memory, dent):
-    """The contact with a gap that is wider by a dent, and what it remembers since."""
+def with_dent(impact, memory, dent):
+    """The contact with a gap that is wider by a dent, and with a new memory of the law."""
     i = impact
     return Impact(i.left, i.right, i.law, i.gap + dent, i.strength, i.least, memory, i.speed, i.depth, i.still)
 
@@ -148,7 +148,7 @@ def mark_levels(impact, phase, span, peak, workspace, log):
 
 
 @kernel
-def pound(pair, free, law, limits, rtol, start, state, workspace, log):
+def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, log):
     """One contact from the touch at ``start`` = (node, time after it) to the moment the bodies part.
 
     Returns (how it ended, node, time after it, state then).
@@ -157,16 +157,16 @@ def pound(pair, free, law, limits, rtol, start, state, workspace, log):
     right = pair[1]
     ground = free.passage.stretch(free.ground, free.step, node, offset)
     state = ground.across(right, state, 0.0)
-    impact, speed, e = begin(pair, free.fastest, law, limits, state, workspace.counters[WORN])
+    impact, speed, e = new_impact(pair, free.fastest, law, limits, state, workspace.counters[WORN])
     rtol = min(rtol, REBOUND_SHARE * e)
     workspace.states[BEGIN, :] = 0.0
     for part in range(4):
         workspace.states[BEGIN, part] = state[part]
     touched = free.passage.moment(free.step, node) + offset
-    energy = touch_down(impact, limits[2].beyond(speed), touched, speed, workspace)
-    # Where nobody asks for this contact's own peak, only one above the run's peak so far is worth the search.
-    each = log.levels.size > 0 or log.contacts.shape[0] > 0
-    peak = 0.0 if each else workspace.counters[DEMAND]
+    energy = touch_down(impact, limits.restitution.beyond(speed), touched, speed, workspace)
+    # Where no contact's own peak is logged, only a force above the run's peak so far needs to be searched for.
+    logs_contacts = log.levels.size > 0 or log.contacts.shape[0] > 0
+    peak = 0.0 if logs_contacts else workspace.counters[DEMAND]
     plateau, depth, yielded, stalled, known = 0.0, 0.0, 0, 0, False
     dented, lost = 0.0, 0.0
     since = -offset  # of the current node, after the touch
@@ -179,8 +179,8 @@ def pound(pair, free, law, limits, rtol, start, state, workspace, log):
     while workspace.counters[STEPS] < MAX_STEPS:
         if workspace.counters[WORKED] > WORK_AT_LEAST + WORK_A_SECOND * (touched + s * s * s * s):
             break
-        left = sqrt(sqrt(max(since + free.passage.width(free.step, node), 0.0))) - s
-        if left <= 1e-13 * s:
+        remaining = sqrt(sqrt(max(since + free.passage.width(free.step, node), 0.0))) - s
+        if remaining <= 1e-13 * s:
             node += 1
             if node >= free.ground.size - 1:
                 finish = AT_END
@@ -191,8 +191,8 @@ def pound(pair, free, law, limits, rtol, start, state, workspace, log):
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
             continue
         if unsettled:
-            choose_method(impact, phase, s, min(h, left), workspace)
-        moved, event, h, attempts = take_step(impact, phase, (s, h, left, known), rtol, workspace)
+            choose_method(impact, phase, s, min(h, remaining), workspace)
+        moved, event, h, attempts = take_step(impact, phase, (s, h, remaining, known), rtol, workspace)
         workspace.counters[STEPS] += attempts
         # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
         unsettled = attempts > 1 or event != NONE or workspace.counters[IMPLICIT] > 0.0
@@ -200,7 +200,7 @@ def pound(pair, free, law, limits, rtol, start, state, workspace, log):
             finish = UNDERFLOW if moved == 0.0 else NOT_FINITE
             break
         before = peak
-        peak = watch_step(impact, phase, (s, moved), peak, workspace)
+        peak = update_peaks(impact, phase, (s, moved), peak, workspace)
         # The step may end on another event where the force just meets F_E: that counts as well.
         met = event == YIELD or (yielded == 0 and peak > before and peak >= impact.strength)
         if log.levels.size > 0:
@@ -222,14 +222,14 @@ def pound(pair, free, law, limits, rtol, start, state, workspace, log):
             break
         retraced = True
         if event == TURN:
-            impact = widened(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
+            impact = with_dent(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
         if event == TURN and phase.approaching:
             depth = max(depth, delta + dented)
             if phase.region == YIELDING:
                 memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
                 if dent >= 0.0:
                     # What stays widens the gap, here and for the contacts after this one.
-                    impact = widened(impact, memory, dent)
+                    impact = with_dent(impact, memory, dent)
                     dented, lost, retraced = dented + dent, lost + taken, False
         if met and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
@@ -242,9 +242,9 @@ def pound(pair, free, law, limits, rtol, start, state, workspace, log):
         if known:
             for part in range(7):
                 workspace.slopes[FIRST_STAGE, part] = workspace.slopes[LAST, part]
-            for watch in range(SIGNALS):
-                workspace.readings[BEGIN, watch] = workspace.readings[END, watch]
-                workspace.reading_slopes[BEGIN, watch] = workspace.reading_slopes[END, watch]
+            for signal in range(SIGNALS):
+                workspace.readings[BEGIN, signal] = workspace.readings[END, signal]
+                workspace.reading_slopes[BEGIN, signal] = workspace.reading_slopes[END, signal]
         else:
             phase = switched(event, phase)
             if not retraced:

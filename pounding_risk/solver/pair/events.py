@@ -10,7 +10,16 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.implicit import attempt, spread
-from pounding_risk.solver.pair.peaks import AT_BEGIN, AT_BETWEEN, AT_END, FORCE, crest, hides_crest, peek, read_end
+from pounding_risk.solver.pair.peaks import (
+    AT_BEGIN,
+    AT_BETWEEN,
+    AT_END,
+    FORCE,
+    crest,
+    hides_crest,
+    read_between,
+    read_end,
+)
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE, SLACK, YIELDING, Phase, finish, next_step
 from pounding_risk.solver.workspace import END, LAST
 
@@ -19,8 +28,11 @@ MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a crest is told a
 
 
 @small
-def margin_at(kind, impact, phase, workspace, rows):
-    """(margin, its slope) of a kind of event at one end of a step, from what `read_end` left."""
+def event_function(kind, impact, phase, workspace, rows):
+    """(value, slope) of the event function of a kind at a place on the step whose readings are known.
+
+    It is positive before the event and zero at it.
+    """
     row, slope_row = rows
     states, slopes = workspace.states, workspace.slopes
     force, force_slope = workspace.readings[row, FORCE], workspace.reading_slopes[row, FORCE]
@@ -71,7 +83,7 @@ def first_dip(start, start_slope, stop, stop_slope):
 def rise_above(impact, phase, span, workspace):
     """Where on the step the uncapped force, below F_E at both ends, has its crest above it; 2 where it has not.
 
-    The crest is that of `peaks.watch_step`. One that passes F_E by rounding is left to it: it counts, and needs no
+    The crest is that of `peaks.update_peaks`. One that passes F_E by rounding is left to it: it counts, and needs no
     landing on a plateau of no length.
     """
     ends = hides_crest(FORCE, 1.0, impact.strength, span, workspace)
@@ -86,10 +98,10 @@ def rise_above(impact, phase, span, workspace):
 def dip_of(kind, impact, phase, span, workspace):
     """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
     s, h = span
-    stop, stop_slope = margin_at(kind, impact, phase, workspace, AT_END)
+    stop, stop_slope = event_function(kind, impact, phase, workspace, AT_END)
     if stop >= 0.0 and stop_slope <= 0.0:
         return 2.0
-    start, start_slope = margin_at(kind, impact, phase, workspace, AT_BEGIN)
+    start, start_slope = event_function(kind, impact, phase, workspace, AT_BEGIN)
     if kind == YIELD and phase.region == ELASTIC and stop >= 0.0 and start > 0.0:
         return rise_above(impact, phase, span, workspace)
     start = max(start, 0.0)
@@ -102,8 +114,8 @@ def dip_of(kind, impact, phase, span, workspace):
 
 
 @small
-def is_watched(kind, impact, phase):
-    """True for the kinds of event that this branch of the law can end with."""
+def is_possible(kind, impact, phase):
+    """True for the kinds of event that can end the present branch of the law."""
     if kind == YIELD:
         return impact.strength < inf
     if kind == CUT:
@@ -116,7 +128,7 @@ def first_event(impact, phase, span, workspace):
     """Which event the step from BEGIN to END meets first, and where on it (0 to 1)."""
     kind, place = NONE, 2.0
     for candidate in range(TURN, PART + 1):
-        if is_watched(candidate, impact, phase):
+        if is_possible(candidate, impact, phase):
             dip = dip_of(candidate, impact, phase, span, workspace)
             if dip < place:
                 kind, place = candidate, dip
@@ -127,9 +139,9 @@ def first_event(impact, phase, span, workspace):
 def event_passed(landed, impact, phase, workspace):
     """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
     for candidate in range(TURN, PART + 1):
-        if candidate == landed or not is_watched(candidate, impact, phase):
+        if candidate == landed or not is_possible(candidate, impact, phase):
             continue
-        if margin_at(candidate, impact, phase, workspace, AT_END)[0] < 0.0:
+        if event_function(candidate, impact, phase, workspace, AT_END)[0] < 0.0:
             return candidate
     return NONE
 
@@ -141,11 +153,11 @@ def settle(kind, place, impact, phase, span, workspace):
     ``place`` is the guess of the model between the ends, which may see a dip that the step does not have.
     """
     h = span[1]
-    crossed = margin_at(kind, impact, phase, workspace, AT_END)[0] < 0.0
+    crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
     low, high, x = 0.0, 1.0, place
     for _ in range(40):
-        peek(impact, phase, span, x, workspace)
-        value, slope = margin_at(kind, impact, phase, workspace, AT_BETWEEN)
+        read_between(impact, phase, span, x, workspace)
+        value, slope = event_function(kind, impact, phase, workspace, AT_BETWEEN)
         if value < 0.0:
             high, crossed = x, True
         elif crossed or slope < 0.0:
@@ -174,7 +186,7 @@ def land(kind, place, impact, phase, span, rtol, workspace):
     s, h = span
     low, high = 0.0, h
     length = place * h
-    crossed = margin_at(kind, impact, phase, workspace, AT_END)[0] < 0.0
+    crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
     converged = False
     # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
     close = 1e-3 * sqrt(rtol)
@@ -182,7 +194,7 @@ def land(kind, place, impact, phase, span, rtol, workspace):
         attempt(impact, phase, s, length, rtol, workspace)
         finish(impact, phase, s + length, workspace)
         read_end(impact, phase, (s + length, h), workspace, AT_END)
-        value, slope = margin_at(kind, impact, phase, workspace, AT_END)
+        value, slope = event_function(kind, impact, phase, workspace, AT_END)
         if value > 0.0:
             low = length
         else:
@@ -204,7 +216,7 @@ def land(kind, place, impact, phase, span, rtol, workspace):
 
 @kernel
 def switched(kind, phase):
-    """The phase after an event."""
+    """Direction of motion and branch of the law after an event."""
     approaching, region = phase.approaching, phase.region
     if kind == TURN:
         approaching = not approaching
@@ -230,7 +242,7 @@ def end_on(kind, place, impact, phase, span, rtol, workspace):
 
 @small
 def take_step(impact, phase, span, rtol, workspace):
-    """One accepted step within ``span`` = (s, length to try, length left, known), shortened to the first event on it.
+    """One accepted step within ``span`` = (s, length to try, remaining length, known), up to the first event on it.
 
     ``known`` says that the readings at its beginning stand in their rows already.
 
@@ -238,14 +250,14 @@ def take_step(impact, phase, span, rtol, workspace):
     try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
     is not finite.
     """
-    s, h, left, known = span
+    s, h, remaining, known = span
     attempts = 0
     while True:
-        # A sliver at the end of the span would cost a step of its own: split what is left evenly instead.
-        if h >= left:
-            h = left
-        elif 2.0 * h > left:
-            h = 0.5 * left
+        # A sliver at the end of the span would cost a step of its own: split the remaining length evenly instead.
+        if h >= remaining:
+            h = remaining
+        elif 2.0 * h > remaining:
+            h = 0.5 * remaining
         error = attempt(impact, phase, s, h, rtol, workspace)
         attempts += 1
         if error <= SHARE * rtol:
@@ -253,7 +265,7 @@ def take_step(impact, phase, span, rtol, workspace):
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, h, attempts
         h = next_step(h, error, rtol, workspace.tableau) if error >= 0.0 else 0.1 * h
-        if s + h <= s or h < 1e-13 * left:
+        if s + h <= s or h < 1e-13 * remaining:
             return 0.0, NONE, h, attempts
     if workspace.tableau.end_weight == 0.0:
         finish(impact, phase, s + h, workspace)

@@ -33,7 +33,7 @@ class Free(NamedTuple):
     step: float  # between samples, of which the passage makes nodes [s]
     terms: int  # of the Taylor series over one step
     states: np.ndarray  # (N, 4) u_left, u_right, v_left, v_right
-    high: np.ndarray  # (B, SIGNALS) no value in the block is larger, between nodes too; see `survey`
+    high: np.ndarray  # (B, SIGNALS) no value in the block is larger, between nodes too; see `fill_free_response`
     low: np.ndarray  # (B, SIGNALS) nor smaller
     node_map: tuple  # free vibration over one node: 2 x 4 numbers
     block_map: tuple  # and over one block
@@ -56,7 +56,7 @@ def read_signals(pair, state, widened, signals):
 
 
 @kernel
-def signal_row(signal, pair, ground, workspace, terms):
+def write_signal(signal, pair, ground, workspace, terms):
     """Row with the Taylor coefficients of a watched signal, from those of the two buildings; and their number."""
     left, right = pair
     series = workspace.search.series
@@ -131,7 +131,7 @@ def state_at(pair, workspace, terms, x):
 
 @kernel
 def search_interval(pair, gap, wanted, span, terms, workspace):
-    """The first touch within a stretch of flight, and the peaks up to there; ``wanted`` as `unquiet` has it.
+    """The first touch within a stretch of flight, and the peaks up to there; ``wanted`` as `search_mask` has it.
 
     The series of both buildings stand in the workspace; ``span`` = (ground, length) of the stretch. Returns the time of
     the touch after its start, or −1; the largest and smallest signals so far are updated.
@@ -139,14 +139,14 @@ def search_interval(pair, gap, wanted, span, terms, workspace):
     ground, stop = span
     touch = -1.0
     if wanted & 1:
-        signal_row(0, pair, ground, workspace, terms)
+        write_signal(0, pair, ground, workspace, terms)
         touch = first_rise(workspace.search, terms, gap, stop)
         stop = touch if touch >= 0.0 else stop
     if stop > 0.0:
         for signal in range(SIGNALS):
             sides = wanted >> (1 + 2 * signal) & 3
             if sides:
-                row, count = signal_row(signal, pair, ground, workspace, terms)
+                row, count = write_signal(signal, pair, ground, workspace, terms)
                 if sides & 1:
                     workspace.high[signal] = highest(workspace.search, row, count, 1.0, stop, workspace.high[signal])
                 if sides & 2:
@@ -155,7 +155,7 @@ def search_interval(pair, gap, wanted, span, terms, workspace):
 
 
 @small
-def unquiet(pair, gap, state, span, workspace):
+def search_mask(pair, gap, state, span, workspace):
     """What a stretch of flight has to be searched for, from the signals at its ends; 0 for nothing.
 
     The last bit stands for a touch, then two for each signal: a new highest, a new lowest. Where there can be no
@@ -184,7 +184,7 @@ def unquiet(pair, gap, state, span, workspace):
 
 
 @kernel
-def lay_out(pair, state, ground, terms, workspace):
+def write_series(pair, state, ground, terms, workspace):
     """Write the Taylor series of both buildings over a stretch of flight to the workspace."""
     expand(pair[0], state[0], state[2], ground.push_left(pair[0]), workspace.search, LEFT, terms)
     expand(pair[1], state[1], state[3], ground.push_right(pair[1]), workspace.search, RIGHT, terms)
@@ -222,7 +222,7 @@ def block_is_quiet(pair, extremes, gap, block, vibration, workspace):
 
 
 @small
-def turned(maps, vibration):
+def advanced(maps, vibration):
     """The free vibration (u_left, u_right, v_left, v_right) advanced by the maps of both buildings."""
     a, b = maps
     u, w, v, z = vibration
@@ -231,7 +231,7 @@ def turned(maps, vibration):
 
 @small
 def with_free(states, node, vibration):
-    """The whole motion at a node."""
+    """The motion at a node: free response plus free vibration (u_left, u_right, v_left, v_right)."""
     return (
         states[node, 0] + vibration[0],
         states[node, 1] + vibration[1],
@@ -254,11 +254,11 @@ def fly(pair, free, gap, start, state, workspace):
     if node > 0 or offset > 0.0:
         ground = passage.stretch(free.ground, free.step, node, offset)
         span = (ground, passage.width(free.step, node) - offset)
-        lay_out(pair, state, ground, terms, workspace)
+        write_series(pair, state, ground, terms, workspace)
         ahead = state_at(pair, workspace, terms, span[1])
         read_signals(pair, state, ground.widening()[0], workspace.here)
         read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-        touch = search_interval(pair, gap, unquiet(pair, gap, state, span, workspace), span, terms, workspace)
+        touch = search_interval(pair, gap, search_mask(pair, gap, state, span, workspace), span, terms, workspace)
         if touch >= 0.0:
             return node, offset + touch, state_at(pair, workspace, terms, touch)
         state = ahead
@@ -271,7 +271,7 @@ def fly(pair, free, gap, start, state, workspace):
         )
     while node < last:
         if node % BLOCK == 0 and block_is_quiet(pair, extremes, gap, node // BLOCK, vibration, workspace):
-            vibration = turned(free.block_map, vibration)
+            vibration = advanced(free.block_map, vibration)
             node += BLOCK
             continue
         stop = min(last, node - node % BLOCK + BLOCK)
@@ -279,14 +279,14 @@ def fly(pair, free, gap, start, state, workspace):
         read_signals(pair, state, passage.widened(node), workspace.there)
         while node < stop:
             span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
-            vibration = turned(passage.node_maps(free.node_map, node), vibration)
+            vibration = advanced(passage.node_maps(free.node_map, node), vibration)
             ahead = with_free(states, node + 1, vibration)
             for signal in range(SIGNALS):
                 workspace.here[signal] = workspace.there[signal]
             read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
-            wanted = unquiet(pair, gap, state, span, workspace)
+            wanted = search_mask(pair, gap, state, span, workspace)
             if wanted:
-                lay_out(pair, state, span[0], terms, workspace)
+                write_series(pair, state, span[0], terms, workspace)
                 touch = search_interval(pair, gap, wanted, span, terms, workspace)
                 if touch >= 0.0:
                     return node, touch, state_at(pair, workspace, terms, touch)

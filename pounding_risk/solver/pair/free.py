@@ -8,11 +8,11 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.flight import (
     BLOCK,
     bend_bounds,
-    lay_out,
     read_signals,
     search_interval,
-    unquiet,
+    search_mask,
     with_free,
+    write_series,
 )
 from pounding_risk.solver.pair.taylor import expand, slope_at, value_at
 from pounding_risk.solver.workspace import LEFT, SIGNALS
@@ -58,7 +58,7 @@ def widen(pair, state, span, workspace):
 
 
 @kernel
-def survey(pair, free, workspace):
+def fill_free_response(pair, free, workspace):
     """Fill the free response: states at the nodes, and bounds of every watched signal in every block.
 
     The bounds of a block that raises a peak of the record so far are that peak, exactly; the largest of all blocks
@@ -112,7 +112,7 @@ def measure_block(pair, free, nodes, workspace):
         for signal in range(SIGNALS):
             workspace.here[signal] = workspace.there[signal]
         read_signals(pair, with_free(states, node + 1, still), passage.widened(node + 1), workspace.there)
-        wanted = unquiet(pair, inf, state, span, workspace)
+        wanted = search_mask(pair, inf, state, span, workspace)
         if wanted:
-            lay_out(pair, state, span[0], free.terms, workspace)
+            write_series(pair, state, span[0], free.terms, workspace)
             search_interval(pair, inf, wanted, span, free.terms, workspace)

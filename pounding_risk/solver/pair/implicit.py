@@ -185,7 +185,7 @@ def correct(impact, table, workspace):
 
 @part
 def implicit_attempt(impact, phase, s, h, rtol, workspace):
-    """One implicit step, as `collide.explicit_attempt`; infinite where its equations are not solved."""
+    """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
     state = state_of(workspace.states, BEGIN)
     damper, spring = tangents(impact, phase, state)
     weights = time_weights(s, h)
@@ -230,7 +230,7 @@ def begin_defect(h, depth, speed, workspace):
 
 @part
 def implicit_spread(workspace):
-    """The polynomial of the implicit step just made, as `collide.explicit_spread` leaves it."""
+    """The polynomial of the implicit step just made, as `pair.stages.explicit_spread` leaves it."""
     states = workspace.states
     for term in range(TERMS):
         for column in range(4):

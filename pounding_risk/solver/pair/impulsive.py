@@ -47,7 +47,7 @@ ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
 
 
 class Joint(NamedTuple):
-    """Two buildings as one."""
+    """Two buildings in joined motion: one oscillator, and where each stands in it."""
 
     left: Oscillator
     right: Oscillator
@@ -103,7 +103,7 @@ def push_whole(joint, ground):
 
 
 @kernel
-def lay_tension(joint, ground, terms, workspace):
+def write_tension(joint, ground, terms, workspace):
     """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
     left, right = joint.left, joint.right
     fade, spring = left.fade - right.fade, left.spring - right.spring
@@ -197,7 +197,7 @@ def time_levels(mass, largest, count, span, workspace, log):
 
 
 @kernel
-def hold(joint, free, start, place, speed, workspace, log):
+def move_joined(joint, free, start, place, speed, workspace, log):
     """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
 
     Returns (how it ended, node, time after it, state seen from the own grounds, largest force).
@@ -209,7 +209,7 @@ def hold(joint, free, start, place, speed, workspace, log):
         ground = free.passage.stretch(free.ground, free.step, node, offset)
         span = free.passage.width(free.step, node) - offset
         expand(joint.whole, place, speed, push_whole(joint, ground), workspace.search, LEFT, terms)
-        count = lay_tension(joint, ground, terms, workspace)
+        count = write_tension(joint, ground, terms, workspace)
         root = first_rise(workspace.search, count, 0.0, span)
         stop = root if root >= 0.0 else span
         largest = highest(workspace.search, SIGNAL, count, -1.0, stop, largest)
@@ -237,7 +237,7 @@ def hold(joint, free, start, place, speed, workspace, log):
 
 
 @small
-def note_push(push, touched, workspace, log):
+def record_push(push, touched, workspace, log):
     """Enter the largest force of a jump, NaN for none that is finite, before what may follow it."""
     workspace.counters[DEMAND] = max(workspace.counters[DEMAND], push) if not isnan(push) else nan
     while log.used[2] < log.levels.size and log.levels[log.used[2]] <= push:
@@ -265,29 +265,29 @@ def settle_force(push, largest, rests, workspace, log):
 
 
 @kernel
-def merge(pair, free, law, limits, rtol, start, state, workspace, log):
+def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, log):
     """One touch at ``start`` = (node, time after it), and the joined motion where it does not rebound.
 
-    Returns (how it ended, node, time after it, state then), as `pound` does. Where the impulse of a jump has no finite
-    force the largest force is that of the joined motion, NaN where there has been none, and the force that a law
-    would have without a cap is NaN.
+    Returns (how it ended, node, time after it, state then), as `integrate_contact` does. Where the impulse of a jump
+    has no finite force the largest force is that of the joined motion, NaN where there has been none, and the force
+    that a law would have without a cap is NaN.
     """
     node, offset = start
-    joint = joined(pair, limits[0])
+    joint = joined(pair, limits.gap)
     mass, series = joint.whole.mass, workspace.search.series
     ground = free.passage.stretch(free.ground, free.step, node, offset)
     state = ground.across(joint.right, state, 0.0)
     touched = free.passage.moment(free.step, node) + offset
     speed = max(state[2] - state[3], 0.0)
-    e = limits[2].at(speed)
+    e = limits.restitution.at(speed)
     workspace.states[BEGIN, :] = 0.0
     write_state(workspace, state)
-    energy = touch_down(joint, limits[2].beyond(speed), touched, speed, workspace)
-    workspace.high[0] = max(workspace.high[0], limits[0])
+    energy = touch_down(joint, limits.restitution.beyond(speed), touched, speed, workspace)
+    workspace.high[0] = max(workspace.high[0], limits.gap)
     write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), workspace)
     place, common = midway(joint, state)
     expand(joint.whole, place, common, push_whole(joint, ground), workspace.search, LEFT, free.terms)
-    pressed = presses(series, lay_tension(joint, ground, free.terms, workspace))
+    pressed = presses(series, write_tension(joint, ground, free.terms, workspace))
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
     back, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
@@ -310,10 +310,10 @@ def merge(pair, free, law, limits, rtol, start, state, workspace, log):
     workspace.counters[RESIDUAL] += energy_of(pair, state) - energy + workspace.states[BEGIN, 4] + taken_along
     state = ground.apart(joint.right, state, 0.0)
     write_step(log, touched, force if isnan(push) else max(push, force), state, workspace)
-    note_push(push, touched, workspace, log)
+    record_push(push, touched, workspace, log)
     finish, largest = FINISHED, 0.0
     if rests:
-        finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, workspace, log)
+        finish, node, offset, state, largest = move_joined(joint, free, (node, offset), place, common, workspace, log)
     force = settle_force(push, largest, rests, workspace, log)
     state = parted(joint, state)
     stop = free.passage.moment(free.step, free.ground.size - 1)

@@ -10,22 +10,22 @@ from pounding_risk.solver.pair.implicit import spread
 from pounding_risk.solver.pair.stages import ELASTIC, nudged, slopes, state_between, state_of, transmitted, uncapped
 from pounding_risk.solver.workspace import BEGIN, BETWEEN, BETWEEN_SLOPE, END, FIRST_STAGE, LAST, SIGNALS
 
-# What is watched for its peak; past the force, the numbers are those of the signals watched in flight.
-FORCE, PLACE_LEFT, PLACE_RIGHT, SHAKE_LEFT, SHAKE_RIGHT = 0, 1, 2, 3, 4
+# Readings in contact; from 1 on they are numbered as the signals in flight.
+FORCE, DISPLACEMENT_LEFT, DISPLACEMENT_RIGHT, ACCELERATION_LEFT, ACCELERATION_RIGHT = 0, 1, 2, 3, 4
 
 
 @small
 def read_contact(impact, phase, state, time, workspace, row):
     """Write the readings of a state: uncapped force, displacements, absolute accelerations."""
-    reading = workspace.readings
+    readings = workspace.readings
     force = transmitted(impact, phase, state)
     left, right = impact.left, impact.right
-    reading[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
+    readings[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
     u, w, v, z = phase.ground.apart(right, state, time)
-    reading[row, PLACE_LEFT] = u
-    reading[row, PLACE_RIGHT] = w
-    reading[row, SHAKE_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * force
-    reading[row, SHAKE_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * force
+    readings[row, DISPLACEMENT_LEFT] = u
+    readings[row, DISPLACEMENT_RIGHT] = w
+    readings[row, ACCELERATION_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * force
+    readings[row, ACCELERATION_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * force
 
 
 @small
@@ -49,10 +49,10 @@ def read_end(impact, phase, place, workspace, rows):
     if phase.region != ELASTIC:
         felt = (transmitted(impact, phase, ahead) - transmitted(impact, phase, state)) / nudge
     u, w, v, z = phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
-    rise[row, PLACE_LEFT] = u
-    rise[row, PLACE_RIGHT] = w
-    rise[row, SHAKE_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
-    rise[row, SHAKE_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * felt
+    rise[row, DISPLACEMENT_LEFT] = u
+    rise[row, DISPLACEMENT_RIGHT] = w
+    rise[row, ACCELERATION_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
+    rise[row, ACCELERATION_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * felt
 
 
 # Rows of a place on the step: of its state and readings, and of its slopes.
@@ -62,7 +62,7 @@ AT_BETWEEN = (BETWEEN, BETWEEN_SLOPE)
 
 
 @small
-def peek(impact, phase, span, x, workspace):
+def read_between(impact, phase, span, x, workspace):
     """Write state, slopes and readings at a place x of the step, 0 to 1, on its polynomial."""
     s, h = span
     state = state_between(x, workspace)
@@ -73,7 +73,7 @@ def peek(impact, phase, span, x, workspace):
 
 
 @kernel
-def crest(watch, sign, ends, impact, phase, span, workspace):
+def crest(reading, sign, ends, impact, phase, span, workspace):
     """The largest sign × reading inside the step, where its slope turns, and its place; on the step's polynomial.
 
     ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the crest
@@ -85,13 +85,13 @@ def crest(watch, sign, ends, impact, phase, span, workspace):
     side = 0
     x = low_slope / (low_slope - high_slope)
     if span[0] > 0.0:
-        rise = sign * (workspace.readings[END, watch] - workspace.readings[BEGIN, watch]) / span[1]
+        rise = sign * (workspace.readings[END, reading] - workspace.readings[BEGIN, reading]) / span[1]
         x = cubic_crest(rise, low_slope, high_slope)
     for _ in range(60):
-        peek(impact, phase, span, x, workspace)
-        if sign * workspace.readings[BETWEEN, watch] > best:
-            best, there = sign * workspace.readings[BETWEEN, watch], x
-        slope = sign * workspace.reading_slopes[BETWEEN, watch]
+        read_between(impact, phase, span, x, workspace)
+        if sign * workspace.readings[BETWEEN, reading] > best:
+            best, there = sign * workspace.readings[BETWEEN, reading], x
+        slope = sign * workspace.reading_slopes[BETWEEN, reading]
         if slope > 0.0:
             low, low_slope = x, slope
             high_slope = 0.5 * high_slope if side == 1 else high_slope
@@ -121,42 +121,42 @@ def cubic_crest(rise, start_slope, stop_slope):
 
 
 @small
-def hides_crest(watch, sign, best, span, workspace):
+def hides_crest(reading, sign, best, span, workspace):
     """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
     s, h = span
-    end_slope = sign * workspace.reading_slopes[END, watch]
+    end_slope = sign * workspace.reading_slopes[END, reading]
     if end_slope >= 0.0:
         return 0.0, 0.0
     if s == 0.0:
         # The slope at the touch itself may be infinite and is no measure of what follows.
         return -end_slope, end_slope
-    start_slope = sign * workspace.reading_slopes[BEGIN, watch]
+    start_slope = sign * workspace.reading_slopes[BEGIN, reading]
     if start_slope <= 0.0:
         return 0.0, 0.0
     # A concave stretch stays under the crossing of its end tangents.
     reach = h * start_slope * end_slope / (end_slope - start_slope)
-    if max(sign * workspace.readings[BEGIN, watch], sign * workspace.readings[END, watch]) + reach < best:
+    if max(sign * workspace.readings[BEGIN, reading], sign * workspace.readings[END, reading]) + reach < best:
         return 0.0, 0.0
     return start_slope, end_slope
 
 
 @kernel
-def raise_peak(watch, sign, best, impact, phase, span, workspace):
+def peak_over_step(reading, sign, best, impact, phase, span, workspace):
     """max(best, sign × reading over the step), with the crest between its ends; and whether the step is laid out.
 
     ``span`` = (s, h, whether the step is laid out already by `spread`).
     """
-    best = max(best, sign * workspace.readings[END, watch])
-    ends = hides_crest(watch, sign, best, (span[0], span[1]), workspace)
+    best = max(best, sign * workspace.readings[END, reading])
+    ends = hides_crest(reading, sign, best, (span[0], span[1]), workspace)
     if not ends[0] > 0.0:
         return best, span[2]
     if not span[2]:
         spread(impact, phase, (span[0], span[1]), workspace)
-    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), workspace)[0]), True
+    return max(best, crest(reading, sign, ends, impact, phase, (span[0], span[1]), workspace)[0]), True
 
 
 @small
-def watch_step(impact, phase, span, peak, workspace):
+def update_peaks(impact, phase, span, peak, workspace):
     """Peaks over an accepted step into the workspace; returns this contact's peak uncapped force so far.
 
     The readings at its ends are those in the workspace. Error control keeps a step from hiding a crest twice as high as
@@ -167,15 +167,15 @@ def watch_step(impact, phase, span, peak, workspace):
     here, there = readings[BEGIN, FORCE], readings[END, FORCE]
     peak = max(peak, here)
     if 2.0 * max(here, there) > peak:
-        peak, laid = raise_peak(FORCE, 1.0, peak, impact, phase, (*span, laid), workspace)
+        peak, laid = peak_over_step(FORCE, 1.0, peak, impact, phase, (*span, laid), workspace)
     if impact.least == -inf and 2.0 * min(here, there) < counters[LOWEST_FORCE]:
-        lowest, laid = raise_peak(FORCE, -1.0, -counters[LOWEST_FORCE], impact, phase, (*span, laid), workspace)
+        lowest, laid = peak_over_step(FORCE, -1.0, -counters[LOWEST_FORCE], impact, phase, (*span, laid), workspace)
         counters[LOWEST_FORCE] = -lowest
-    for watch in range(FORCE + 1, SIGNALS):
-        here, there = readings[BEGIN, watch], readings[END, watch]
-        if 2.0 * max(here, there) > high[watch]:
-            high[watch], laid = raise_peak(watch, 1.0, high[watch], impact, phase, (*span, laid), workspace)
-        if 2.0 * min(here, there) < low[watch]:
-            lowest, laid = raise_peak(watch, -1.0, -low[watch], impact, phase, (*span, laid), workspace)
-            low[watch] = -lowest
+    for reading in range(FORCE + 1, SIGNALS):
+        here, there = readings[BEGIN, reading], readings[END, reading]
+        if 2.0 * max(here, there) > high[reading]:
+            high[reading], laid = peak_over_step(reading, 1.0, high[reading], impact, phase, (*span, laid), workspace)
+        if 2.0 * min(here, there) < low[reading]:
+            lowest, laid = peak_over_step(reading, -1.0, -low[reading], impact, phase, (*span, laid), workspace)
+            low[reading] = -lowest
     return peak

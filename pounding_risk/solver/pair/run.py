@@ -25,13 +25,14 @@ from pounding_risk.solver.counters import (
     TOO_MANY_CONTACTS,
     Log,
 )
-from pounding_risk.solver.pair.contact import pound
+from pounding_risk.solver.pair.contact import integrate_contact
 from pounding_risk.solver.pair.flight import Free, fly
-from pounding_risk.solver.pair.impulsive import merge
+from pounding_risk.solver.pair.impulsive import impulsive_contact
+from pounding_risk.solver.pair.stages import Limits
 from pounding_risk.solver.workspace import SIGNALS
 
-# What a touch leads to: a jump of the velocities under a law that has one, otherwise a contact of finite force.
-meet = by_verb("strike", 2, merge, pound)
+# A touch begins a jump of the velocities under a law that has one, otherwise a contact of finite force.
+begin_contact = by_verb("strike", 2, impulsive_contact, integrate_contact)
 
 
 @small
@@ -66,7 +67,7 @@ def borrow_log(log):
 
 @kernel
 def march(pair, free, law, limits, rtol, workspace, log):
-    """One run from rest to the end of the record; ``limits`` = (gap, yield force, restitution).
+    """One run from rest to the end of the record; ``limits`` as `stages.Limits`.
 
     Leaves the largest and smallest signals and the counters in the workspace.
     """
@@ -81,15 +82,17 @@ def march(pair, free, law, limits, rtol, workspace, log):
     node, offset = 0, 0.0
     while True:
         # The gap is as wide as the dents of the contacts before have left it.
-        gap = limits[0] + workspace.counters[SET]
+        gap = limits.gap + workspace.counters[SET]
         node, offset, state = fly(pair, free, gap, (node, offset), state, workspace)
         if node < 0:
             break
         if workspace.counters[COUNT] >= MAX_CONTACTS:
             workspace.counters[STATUS] = TOO_MANY_CONTACTS
             break
-        now = gap, limits[1], limits[2]
-        finish, node, offset, state = meet(pair, free, law, now, rtol, (node, offset), state, workspace, log)
+        limits_now = Limits(gap, limits.yield_force, limits.restitution)
+        finish, node, offset, state = begin_contact(
+            pair, free, law, limits_now, rtol, (node, offset), state, workspace, log
+        )
         if finish == AT_END:
             break
         if finish != FINISHED:

@@ -16,6 +16,7 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, part, small
+from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.solver.counters import WORKED
 from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, LAST, TERMS
@@ -31,8 +32,16 @@ ROUNDING = 1e-15  # of a displacement
 SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
 
 
+class Limits(NamedTuple):
+    """Gap, yield force and restitution of one run at the contact."""
+
+    gap: float  # m
+    yield_force: float  # N, inf never yields
+    restitution: Restitution
+
+
 class Impact(NamedTuple):
-    """What stays the same during one contact."""
+    """Quantities that are constant during one contact."""
 
     left: Oscillator
     right: Oscillator
@@ -47,11 +56,11 @@ class Impact(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """What stays the same during one step."""
+    """Branch of the law and ground motion, constant during one step."""
 
     approaching: bool
     region: int
-    ground: tuple  # under the buildings, as `models.ground` has it, its clock begins at the touch
+    ground: tuple  # under the buildings, of the types in `models.effects.ground`, its clock begins at the touch
 
 
 @small
@@ -253,10 +262,10 @@ def next_step(h, error, rtol, tableau):
 
 
 @kernel
-def begin(pair, fastest, law, limits, state, worn):
-    """Freeze what a contact remembers of its start; returns the `Impact`, the approach speed and e.
+def new_impact(pair, fastest, law, limits, state, worn):
+    """The `Impact` of a contact that begins, its approach speed [m/s] and its coefficient of restitution.
 
-    ``worn`` is what earlier contacts of the run have left behind.
+    ``worn`` is the damage that earlier contacts of the run have left in the law.
     """
     left, right = pair
     gap, yield_force, restitution = limits

@@ -36,7 +36,7 @@ def expand(oscillator, place, speed, push, search, row, terms):
 
 @small
 def value_at(series, row, terms, x):
-    """Σ c_n x^n."""
+    """Value of a Taylor series at x: Σ c_n x^n."""
     total = 0.0
     for n in range(terms - 1, -1, -1):
         total = total * x + series[row, n]
@@ -45,7 +45,7 @@ def value_at(series, row, terms, x):
 
 @small
 def slope_at(series, row, terms, x):
-    """Σ n c_n x^(n−1)."""
+    """First derivative of a Taylor series at x: Σ n c_n x^(n−1)."""
     total = 0.0
     for n in range(terms - 1, 0, -1):
         total = total * x + n * series[row, n]
@@ -54,7 +54,7 @@ def slope_at(series, row, terms, x):
 
 @small
 def bend_at(series, row, terms, x):
-    """Σ n (n−1) c_n x^(n−2)."""
+    """Second derivative of a Taylor series at x: Σ n (n−1) c_n x^(n−2)."""
     total = 0.0
     for n in range(terms - 1, 1, -1):
         total = total * x + n * (n - 1) * series[row, n]

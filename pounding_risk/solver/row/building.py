@@ -89,7 +89,7 @@ def energy_of(row, b, state, dofs):
 
 
 @kernel
-def lay_series(row, run, b, state, pull, rise, terms):
+def write_series(row, run, b, state, pull, rise, terms):
     """Taylor coefficients of every u of building ``b`` into ``run.series``; a_g = pull + rise x."""
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     band = row.frame[BAND, b]
@@ -198,7 +198,7 @@ def derive(row, b, dofs, place, speed, ground, out):
 
 
 @kernel
-def lay_signal(row, run, signal, i, bottom, pull, rise, terms):
+def write_signal(row, run, signal, i, bottom, pull, rise, terms):
     """The Taylor series of a watched signal of dof ``i`` to the workspace; returns its number of terms.
 
     ``bottom`` is true for the lowest dof of a building. The storey shear is that of `SHEAR` and of the yielding part.
@@ -256,7 +256,7 @@ def raise_peaks(row, run, b, pull, rise, stop, terms):
 @kernel
 def raise_signal(row, run, signal, i, first, pull, rise, stop, terms):
     """Raise the peak of one signal by that of its series on [0, stop]."""
-    count = lay_signal(row, run, signal, i, i == first, pull, rise, terms)
+    count = write_signal(row, run, signal, i, i == first, pull, rise, terms)
     best = highest(run.workspace.search, SIGNAL, count, 1.0, stop, run.dofs[signal, i])
     run.dofs[signal, i] = highest(run.workspace.search, SIGNAL, count, -1.0, stop, best)
 
@@ -294,7 +294,7 @@ def raise_between(row, run, b, ends, motion, pull, rise, step, terms):
         odd = not abs(there) + abs(felt_end) < inf
         below, below_end, below_bend = here, there, bend
         if (wanted or drifts or shakes or odd) and not laid:
-            lay_series(row, run, b, ends[0], pull, rise, terms)
+            write_series(row, run, b, ends[0], pull, rise, terms)
             laid = True
         if wanted or odd:
             raise_signal(row, run, DISPLACEMENT, i, first, pull, rise, step, terms)

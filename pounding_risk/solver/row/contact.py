@@ -68,7 +68,7 @@ def own_tolerance(run, k, rtol):
 
 @kernel
 def turn(row, run, k, delta):
-    """The motion of contact ``k`` turns at ``delta``; as `core.pound` has it."""
+    """The motion of contact ``k`` turns at ``delta``; as in `pair.contact.integrate_contact`."""
     contact = run.contacts[k]
     approaching = contact.approaching > 0.0
     if approaching:

@@ -1,6 +1,6 @@
 """Margins of the events of a group in contact: positive until the event.
 
-The kinds of `core.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
+The kinds of `pair.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
 its branch.
 """
 
@@ -52,7 +52,7 @@ def read_force(row, run, group, h, state, line, at):
 
 
 @kernel
-def margin_of_force(run, kind, k, force, rise):
+def force_event_function(run, kind, k, force, rise):
     """(margin, slope) of the kinds of event that the uncapped force makes."""
     contact = run.contacts[k]
     if kind == YIELD:
@@ -63,7 +63,7 @@ def margin_of_force(run, kind, k, force, rise):
 
 
 @kernel
-def strain_margin(row, run, i, drift, rate):
+def strain_event_function(row, run, i, drift, rate):
     """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
     branch = run.dofs[BRANCH, i]
     if branch != 0.0:
@@ -74,7 +74,7 @@ def strain_margin(row, run, i, drift, rate):
 
 
 @kernel
-def margin(row, run, kind, k, at_end):
+def event_function(row, run, kind, k, at_end):
     """(margin, slope per unit of s) of an event at the start or the end of a step."""
     dofs = run.dofs
     state = END if at_end else NOW
@@ -84,7 +84,7 @@ def margin(row, run, kind, k, at_end):
         if branch != 0.0:
             rate = drift_in(row, dofs, state + VELOCITY, k)
             return branch * rate + creep(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
-        value, turn = strain_margin(row, run, k, drift_in(row, dofs, state, k), 0.0)
+        value, turn = strain_event_function(row, run, k, drift_in(row, dofs, state, k), 0.0)
         return value, turn * drift_in(row, dofs, line, k)
     contact = run.contacts[k]
     if kind == TOUCH:
@@ -97,11 +97,11 @@ def margin(row, run, kind, k, at_end):
     if kind == PART:
         return across(row, k, dofs, state) - contact.gap, across(row, k, dofs, line)
     at = AT_END if at_end else AT_START
-    return margin_of_force(run, kind, k, contact.force[at], contact.force_slope[at])
+    return force_event_function(run, kind, k, contact.force[at], contact.force_slope[at])
 
 
 @kernel
-def across_between(row, run, group, k, part, x, after, terms):
+def across_between(row, run, group, k, part, x, after):
     """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
     total = 0.0
     for end in range(4):
@@ -110,39 +110,39 @@ def across_between(row, run, group, k, part, x, after, terms):
             if group.low <= i < group.high:
                 value = between(run, part, i, x)
             elif part == 0:
-                value = value_at(run.series, i, terms, after)
+                value = value_at(run.series, i, group.terms, after)
             else:
-                value = slope_at(run.series, i, terms, after)
+                value = slope_at(run.series, i, group.terms, after)
             total += row.shares[k, end] * value
     return total
 
 
 @kernel
-def margin_between(row, run, group, kind, k, x, span, terms):
+def event_function_between(row, run, group, kind, k, x, span):
     """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     if kind == STRAIN:
         drift, rate = between(run, 0, k, x), between(run, 1, k, x)
         if row.floors[BOTTOM, k] == 0.0:
             drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
-        return strain_margin(row, run, k, drift, rate)[0]
+        return strain_event_function(row, run, k, drift, rate)[0]
     contact = run.contacts[k]
     clock = span[0] + x * span[1]
     after = group.origin + clock * clock * clock * clock - span[2]
     if kind == TOUCH:
-        return contact.gap + ROUNDED - across_between(row, run, group, k, 0, x, after, terms)
+        return contact.gap + ROUNDED - across_between(row, run, group, k, 0, x, after)
     if kind == TURN:
         sign = 1.0 if contact.approaching > 0.0 else -1.0
-        return sign * across_between(row, run, group, k, 1, x, after, terms) + contact.still_speed
-    delta = across_between(row, run, group, k, 0, x, after, terms) - contact.gap
+        return sign * across_between(row, run, group, k, 1, x, after) + contact.still_speed
+    delta = across_between(row, run, group, k, 0, x, after) - contact.gap
     if kind == PART:
         return delta
-    rate = across_between(row, run, group, k, 1, x, after, terms)
+    rate = across_between(row, run, group, k, 1, x, after)
     force = uncapped(run, k, max(delta, 0.0), rate)
-    return margin_of_force(run, kind, k, force, 0.0)[0]
+    return force_event_function(run, kind, k, force, 0.0)[0]
 
 
 @kernel
-def is_watched(row, run, kind, k):
+def is_possible(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
     if kind == STRAIN:
         return row.floors[LIMIT, k] < inf

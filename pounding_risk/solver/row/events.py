@@ -1,6 +1,6 @@
 """Events of a group in contact: which comes first on a step, and landing on it.
 
-The kinds of `core.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
+The kinds of `pair.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
 its branch. Margins are positive until the event.
 """
 
@@ -12,20 +12,27 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.solver.pair.stages import ELASTIC, SHARE, next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
-from pounding_risk.solver.row.event_functions import STRAIN, TOUCH, is_watched, margin, margin_between, read_force
+from pounding_risk.solver.row.event_functions import (
+    STRAIN,
+    TOUCH,
+    event_function,
+    event_function_between,
+    is_possible,
+    read_force,
+)
 from pounding_risk.solver.row.implicit import attempt, spread
 from pounding_risk.solver.row.stages import slopes
 from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
 @kernel
-def dip_of(row, run, group, kind, k, span, terms, laid):
+def dip_of(row, run, group, kind, k, span, laid):
     """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
     s, h = span[0], span[1]
-    stop, stop_slope = margin(row, run, kind, k, True)
+    stop, stop_slope = event_function(row, run, kind, k, True)
     if stop >= 0.0 and stop_slope <= 0.0 and kind != TURN:
         return 2.0, laid
-    start, start_slope = margin(row, run, kind, k, False)
+    start, start_slope = event_function(row, run, kind, k, False)
     if stop >= 0.0 and (stop_slope <= 0.0 or s == 0.0):
         return 2.0, laid
     start = max(start, 0.0)
@@ -43,8 +50,8 @@ def dip_of(row, run, group, kind, k, span, terms, laid):
         dip = -start_slope / (h * stop_slope - start_slope)
     if not laid:
         spread(row, run, group, s, h)
-    bottom = lowest(row, run, group, kind, k, span, terms, dip)
-    value = margin_between(row, run, group, kind, k, bottom, span, terms)
+    bottom = lowest(row, run, group, kind, k, span, dip)
+    value = event_function_between(row, run, group, kind, k, bottom, span)
     # Rounding is no event: the motion that only grazes goes on as it was.
     return (bottom if value < -graze(run, kind, k) else 2.0), True
 
@@ -58,16 +65,16 @@ def graze(run, kind, k):
 
 
 @kernel
-def lowest(row, run, group, kind, k, span, terms, guess):
+def lowest(row, run, group, kind, k, span, guess):
     """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
     low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
-    value = margin_between(row, run, group, kind, k, x, span, terms)
+    value = event_function_between(row, run, group, kind, k, x, span)
     for _ in range(40):
         if value < -graze(run, kind, k):
             return x
         wide = x - low > high - x
         other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
-        there = margin_between(row, run, group, kind, k, other, span, terms)
+        there = event_function_between(row, run, group, kind, k, other, span)
         if there < value:
             if wide:
                 high = x
@@ -84,40 +91,37 @@ def lowest(row, run, group, kind, k, span, terms, guess):
 
 
 @kernel
-def first_event(row, run, group, watch, span, terms, laid):
-    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out.
-
-    ``watch`` = (first, last building whose points are watched).
-    """
+def first_event(row, run, group, span, laid):
+    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out."""
     found, which, place = NONE, -1, 2.0
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+    for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
-            if (inside or kind == TOUCH) and is_watched(row, run, kind, k):
-                dip, laid = dip_of(row, run, group, kind, k, span, terms, laid)
+            if (inside or kind == TOUCH) and is_possible(row, run, kind, k):
+                dip, laid = dip_of(row, run, group, kind, k, span, laid)
                 if dip < place:
                     found, which, place = kind, k, dip
     for i in range(group.low, group.high):
-        if is_watched(row, run, STRAIN, i):
-            dip, laid = dip_of(row, run, group, STRAIN, i, span, terms, laid)
+        if is_possible(row, run, STRAIN, i):
+            dip, laid = dip_of(row, run, group, STRAIN, i, span, laid)
             if dip < place:
                 found, which, place = STRAIN, i, dip
     return found, which, place, laid
 
 
 @kernel
-def settle(row, run, group, kind, k, place, span, terms):
+def settle(row, run, group, kind, k, place, span):
     """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
 
     ``place`` lies past the event, or at a guess of it.
     """
-    high, above = 1.0, margin_between(row, run, group, kind, k, 1.0, span, terms)
-    value = margin_between(row, run, group, kind, k, place, span, terms)
+    high, above = 1.0, event_function_between(row, run, group, kind, k, 1.0, span)
+    value = event_function_between(row, run, group, kind, k, place, span)
     if value < 0.0:
         high, above = place, value
     elif not above < 0.0:
         return 2.0
-    low, below = 0.0, max(margin_between(row, run, group, kind, k, 0.0, span, terms), 0.0)
+    low, below = 0.0, max(event_function_between(row, run, group, kind, k, 0.0, span), 0.0)
     if value >= 0.0:
         low, below = place, value
     side = 0
@@ -126,7 +130,7 @@ def settle(row, run, group, kind, k, place, span, terms):
         x = low + (high - low) * below / (below - above)
         if not low < x < high:
             x = 0.5 * (low + high)
-        value = margin_between(row, run, group, kind, k, x, span, terms)
+        value = event_function_between(row, run, group, kind, k, x, span)
         if value < 0.0:
             move, high, above = high - x, x, value
             below = 0.5 * below if side == 1 else below
@@ -141,25 +145,25 @@ def settle(row, run, group, kind, k, place, span, terms):
 
 
 @kernel
-def fill_spectators(row, run, group, watch, after, terms, line):
+def fill_spectators(row, run, group, after, line):
     """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
-    for b in range(watch[0], watch[1] + 1):
+    for b in range(group.watched_first, group.watched_last + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                run.dofs[line, i] = value_at(run.series, i, terms, after)
-                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, terms, after)
+                run.dofs[line, i] = value_at(run.series, i, group.terms, after)
+                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, group.terms, after)
 
 
 @kernel
-def fill_ends(row, run, group, watch, span, terms):
+def fill_ends(row, run, group, span):
     """Spectators at both ends of a step, and their slopes per unit of s; ``span`` = (s, h, base)."""
     for at_end in range(2):
         s = span[0] + span[1] if at_end else span[0]
         cube = s * s * s
         after = group.origin + cube * s - span[2]
-        fill_spectators(row, run, group, watch, after, terms, END if at_end else NOW)
+        fill_spectators(row, run, group, after, END if at_end else NOW)
         line = SLOPE + LAST if at_end else SLOPE
-        for b in range(watch[0], watch[1] + 1):
+        for b in range(group.watched_first, group.watched_last + 1):
             if not group.first <= b <= group.last:
                 for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
                     run.dofs[line, i] = 4.0 * cube * run.dofs[(END if at_end else NOW) + VELOCITY, i]
@@ -167,20 +171,20 @@ def fill_ends(row, run, group, watch, span, terms):
 
 
 @kernel
-def land(row, run, group, watch, kind, k, place, span, terms, rtol):
-    """Shorten the step until it ends on the event, as `core.events.land`; returns (length, whether it is there)."""
+def land(row, run, group, kind, k, place, span, rtol):
+    """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
     low, high, length = 0.0, h, place * h
-    crossed = margin(row, run, kind, k, True)[0] < 0.0
+    crossed = event_function(row, run, kind, k, True)[0] < 0.0
     converged = False
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
         attempt(row, run, group, s, length, rtol)
         slopes(row, run, group, s + length, END, LAST)
-        fill_ends(row, run, group, watch, (s, length, span[2]), terms)
+        fill_ends(row, run, group, (s, length, span[2]))
         if kind in (YIELD, CUT):
             read_force(row, run, group, h, END, SLOPE + LAST, AT_END)
-        value, slope = margin(row, run, kind, k, True)
+        value, slope = event_function(row, run, kind, k, True)
         if value > 0.0:
             low = length
         else:
@@ -212,32 +216,32 @@ def slide(row, run, group, length):
 
 
 @kernel
-def passed(row, run, group, watch, landed, which):
+def event_passed(row, run, group, landed, which):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+    for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (kind == landed and k == which) or not (inside or kind == TOUCH):
                 continue
-            if is_watched(row, run, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
+            if is_possible(row, run, kind, k) and event_function(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
         if landed == STRAIN and i == which:
             continue
-        if is_watched(row, run, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
+        if is_possible(row, run, STRAIN, i) and event_function(row, run, STRAIN, i, True)[0] < 0.0:
             return STRAIN, i
     return NONE, -1
 
 
 @kernel
-def look(row, run, group, watch, span, terms):
+def read_step_end(row, run, group, span):
     """Readings at the end of the step, whose slopes at LAST stand."""
-    fill_ends(row, run, group, watch, span, terms)
+    fill_ends(row, run, group, span)
     read_force(row, run, group, span[1], END, SLOPE + LAST, AT_END)
 
 
 @kernel
-def take_step(row, run, group, watch, span, left, terms, rtol):
+def take_step(row, run, group, span, left, rtol):
     """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
 
     Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
@@ -262,29 +266,29 @@ def take_step(row, run, group, watch, span, left, terms, rtol):
     if run.workspace.tableau.end_weight == 0.0:
         slopes(row, run, group, s + h, END, LAST)
     read_force(row, run, group, h, NOW, SLOPE, AT_START)
-    look(row, run, group, watch, (s, h, base), terms)
+    read_step_end(row, run, group, (s, h, base))
     following = next_step(h, error, rtol, run.workspace.tableau)
-    kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
+    kind, k, place, laid = first_event(row, run, group, (s, h, base), False)
     if kind == NONE:
         return h, NONE, -1, following, attempts, laid
     if not laid:
         spread(row, run, group, s, h)
     following = h
     whole = h
-    place = settle(row, run, group, kind, k, place, (s, whole, base), terms)
+    place = settle(row, run, group, kind, k, place, (s, whole, base))
     if place > 1.0:
         return h, NONE, -1, following, attempts, True
     for _ in range(8):
-        h, there = land(row, run, group, watch, kind, k, place, (s, whole, base), terms, rtol)
-        look(row, run, group, watch, (s, h, base), terms)
+        h, there = land(row, run, group, kind, k, place, (s, whole, base), rtol)
+        read_step_end(row, run, group, (s, h, base))
         if not there and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
             return h, NONE, -1, following, attempts, False
-        other, which = passed(row, run, group, watch, kind, k)
+        other, which = event_passed(row, run, group, kind, k)
         if other == NONE:
             break
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
         spread(row, run, group, s, h)
-        start = margin(row, run, other, which, False)[0]
-        place = settle(row, run, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
+        start = event_function(row, run, other, which, False)[0]
+        place = settle(row, run, group, other, which, 1.0, (s, h, base)) if start > 0.0 else 0.0
         place, whole, kind, k = min(place, 1.0), h, other, which
     return h, kind, k, following, attempts, False

@@ -41,7 +41,7 @@ def push_apart(row, k, force, dofs, line):
 
 
 @kernel
-def lay_across(row, run, k, terms):
+def write_distance(row, run, k, terms):
     """The series of u_left − u_right at contact point ``k`` to the workspace."""
     signals = run.workspace.search.series
     for n in range(terms):
@@ -57,14 +57,14 @@ def lay_across(row, run, k, terms):
 @kernel
 def search_point(row, run, k, gap, stop, terms):
     """When contact point ``k`` touches on (0, stop], or −1; the series of both buildings stand."""
-    lay_across(row, run, k, terms)
+    write_distance(row, run, k, terms)
     return first_rise(run.workspace.search, terms, gap, stop)
 
 
 @kernel
 def raise_reach(row, run, k, stop, terms):
     """Raise the extremes of u_left − u_right at contact point ``k`` by those on [0, stop] of its series."""
-    lay_across(row, run, k, terms)
+    write_distance(row, run, k, terms)
     contact, search = run.contacts[k], run.workspace.search
     contact.highest = highest(search, SIGNAL, terms, 1.0, stop, contact.highest)
     contact.lowest = -highest(search, SIGNAL, terms, -1.0, stop, -contact.lowest)

@@ -9,12 +9,12 @@ from pounding_risk.solver.counters import EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.pair.taylor import crest_bound
 from pounding_risk.solver.row.building import (
     accelerate,
-    lay_series,
     motion_bound,
     place_on,
     raise_between,
     raise_peaks,
     step_over,
+    write_series,
 )
 from pounding_risk.solver.row.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
 from pounding_risk.solver.row.storey import first_strain, switch_storey
@@ -47,7 +47,7 @@ def is_elastic(row, run, b):
 
 @kernel
 def may_yield(row, run, b, swing, step):
-    """True where a storey's drift may pass its limit within the node interval, by the bound of `chain.motion_bound`."""
+    """True where a storey's drift may pass its limit within the node interval, by `building.motion_bound`."""
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         bend = sqrt(swing * row.floors[INVERSE, i])
@@ -95,8 +95,8 @@ def meets(row, run, interface, window, swings, terms):
             continue
         if crest_bound(here, there, step, bend) > run.contacts[k].gap:
             if not laid:
-                lay_series(row, run, interface, NODE, pull, rise, terms)
-                lay_series(row, run, interface + 1, NODE, pull, rise, terms)
+                write_series(row, run, interface, NODE, pull, rise, terms)
+                write_series(row, run, interface + 1, NODE, pull, rise, terms)
                 laid = True
             if search_point(row, run, k, run.contacts[k].gap, step, terms) >= 0.0:
                 return True
@@ -104,7 +104,7 @@ def meets(row, run, interface, window, swings, terms):
 
 
 @kernel
-def stand_apart(row, run, interface, window, swings, terms):
+def update_distances(row, run, interface, window, swings, terms):
     """Raise the extremes of the distances between two buildings that have both flown alone."""
     _, step, pull, rise = window
     swing = sqrt(max(swings[interface], swings[interface + 1]))
@@ -113,14 +113,14 @@ def stand_apart(row, run, interface, window, swings, terms):
         here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
         if wider(run, k, here, there, step, swing * bend_across(row, k)):
             if not laid:
-                lay_series(row, run, interface, NODE, pull, rise, terms)
-                lay_series(row, run, interface + 1, NODE, pull, rise, terms)
+                write_series(row, run, interface, NODE, pull, rise, terms)
+                write_series(row, run, interface + 1, NODE, pull, rise, terms)
                 laid = True
             raise_reach(row, run, k, step, terms)
 
 
 @kernel
-def note_peaks(row, run, b, window, swings, terms):
+def update_peaks(row, run, b, window, swings, terms):
     """Raise the peaks of a building that `predict` has brought over the interval."""
     _, step, pull, rise = window
     accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)
@@ -137,19 +137,19 @@ def copy_state(row, run, first, last, source, target):
 
 
 @kernel
-def lay_all(row, run, watch, pull, rise, terms):
+def write_all_series(row, run, watch, pull, rise, terms):
     """Lay the series of all watched buildings from rows NOW; spectators have been brought there."""
     for b in range(watch[0], watch[1] + 1):
-        lay_series(row, run, b, NOW, pull, rise, terms)
+        write_series(row, run, b, NOW, pull, rise, terms)
 
 
 @kernel
-def lay_spectators(row, run, span, watch, pull, rise, terms):
+def write_spectator_series(row, run, span, watch, pull, rise, terms):
     """Lay the series of the buildings that only look on, from rows NOW."""
     if watch[0] < span[0]:
-        lay_series(row, run, watch[0], NOW, pull, rise, terms)
+        write_series(row, run, watch[0], NOW, pull, rise, terms)
     if watch[1] > span[1]:
-        lay_series(row, run, watch[1], NOW, pull, rise, terms)
+        write_series(row, run, watch[1], NOW, pull, rise, terms)
 
 
 @kernel
@@ -165,11 +165,11 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
         for k in range(row.frame[START, i], row.frame[START, i + 1]):
             if compliance(row, k) == 0.0:
                 continue
-            found = search_point(row, run, k, run.contacts[k].gap, stop, terms)
-            if found >= 0.0:
+            touch = search_point(row, run, k, run.contacts[k].gap, stop, terms)
+            if touch >= 0.0:
                 if outer:
-                    return found, k, -1
-                stop, point = found, k
+                    return touch, k, -1
+                stop, point = touch, k
     for b in range(span[0], span[1] + 1):
         if row.frame[BENDS, b]:
             stop, changed = first_strain(row, run, b, stop, terms)
@@ -184,7 +184,7 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
 
 
 @kernel
-def glide(row, run, span, watch, window, terms):
+def fly(row, run, span, watch, window, terms):
     """Buildings whose storeys yield, or may, over one node interval without contact: stretch by stretch.
 
     A storey that switches back and forth without end sets the run's status.
@@ -193,7 +193,7 @@ def glide(row, run, span, watch, window, terms):
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
     for _ in range(MAX_CONTACTS):
-        lay_all(row, run, watch, pull + rise * t, rise, terms)
+        write_all_series(row, run, watch, pull + rise * t, rise, terms)
         flown, _, storey = fly_group(row, run, span, watch, step - t, pull + rise * t, rise, terms)
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)

@@ -21,15 +21,15 @@ from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.solver.pair.stages import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.row.building import energy_of, place_on
 from pounding_risk.solver.row.contact import lift_off, note_yield, own_tolerance, scales, touch_down, turn
-from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, is_watched, margin
+from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight import across, begin_blind, compliance
-from pounding_risk.solver.row.free import copy_state, fly_group, lay_all, lay_spectators
+from pounding_risk.solver.row.free import copy_state, fly_group, write_all_series, write_spectator_series
 from pounding_risk.solver.row.implicit import choose_method
-from pounding_risk.solver.row.peaks import watch_floors, watch_points
+from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
 from pounding_risk.solver.row.stages import Group, load, slopes
 from pounding_risk.solver.row.storey import switch_storey
-from pounding_risk.solver.row.trace import write_down
+from pounding_risk.solver.row.trace import write_line
 from pounding_risk.solver.row.workspace import END, FIRST, LAST, NODE, NOW, SLOPE, SLOPES, START, TRIAL, VELOCITY
 
 FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
@@ -46,7 +46,7 @@ def any_closed(row, run, first, last):
 
 
 @kernel
-def press(row, run, group, time, pull):
+def begin_contacts(row, run, group, time, pull):
     """Begin every contact of the group that is about to press, its state in rows NOW; returns how many."""
     count = 0
     ready = False
@@ -96,7 +96,7 @@ def close_step(row, run, group):
 
 
 @kernel
-def happen(row, run, kind, k, time, line):
+def apply_event(row, run, kind, k, time, line):
     """Apply an event to its contact or storey; returns (whether a contact began or ended, change of the potential)."""
     if kind == STRAIN:
         return False, switch_storey(row, run, k, line)
@@ -123,7 +123,7 @@ def happen(row, run, kind, k, time, line):
 
 
 @kernel
-def collide_group(row, run, span, watch, window, t, base, terms, rtol):
+def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
     """Integrate a group with contacts from rows NOW at ``t`` after the node until all have parted or the interval ends.
 
     ``span`` = (first, last building), ``window`` = (time of the node, step, a_g, its slope), ``base`` the start of the
@@ -134,7 +134,7 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
     tolerance, stalled = rtol, 0
     renewed, known, unsettled = True, False, True
     run.workspace.implicit = 0.0
-    group = Group(span[0], span[1], low, high, 0.0, pull, rise, 1.0, 1.0)
+    group = Group(span[0], span[1], low, high, 0.0, pull, rise, 1.0, 1.0, watch[0], watch[1], terms)
     s = h = now = 0.0
     energy = group_energy(row, run, group, NOW)
     run.workspace.energy = max(run.workspace.energy, energy)
@@ -145,7 +145,7 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
                 break
             touched, depth, speed, pace = scales(row, run, span[0], span[1])
             origin = touched - moment
-            group = Group(span[0], span[1], low, high, origin, pull, rise, depth, speed)
+            group = Group(span[0], span[1], low, high, origin, pull, rise, depth, speed, watch[0], watch[1], terms)
             tolerance = rtol
             for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
                 if run.contacts[k].closed > 0.0:
@@ -154,7 +154,7 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
             now, renewed, known = moment + origin, False, False
             if run.workspace.line_room > 0.0:
-                write_down(row, run, group, moment + t)
+                write_line(row, run, group, moment + t)
         left = sqrt(sqrt(step - group.origin)) - s
         if left <= 1e-13 * s or t >= step:
             t = step
@@ -163,7 +163,7 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
         if run.workspace.steps > MAX_STEPS or run.workspace.evaluations > allowed:
             run.workspace.status = float(EXHAUSTED)
             return FAILED, t, -1
-        fill_spectators(row, run, group, watch, t - base, terms, NOW)
+        fill_spectators(row, run, group, t - base, NOW)
         if known:
             for i in range(low, high):
                 run.dofs[SLOPE, i] = run.dofs[SLOPE + LAST, i]
@@ -176,7 +176,7 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             slopes(row, run, group, s, NOW, 0)
         if unsettled:
             choose_method(row, run, group, s, min(h, left))
-        moved, kind, k, h, attempts, laid = take_step(row, run, group, watch, (s, h, base), left, terms, tolerance)
+        moved, kind, k, h, attempts, laid = take_step(row, run, group, (s, h, base), left, tolerance)
         run.workspace.steps += attempts
         # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
         unsettled = attempts > 1 or kind != NONE or run.workspace.implicit > 0.0
@@ -187,13 +187,13 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             # A neighbour that has only looked on is struck: the interval is made again with it in the group.
             edge = span[0] - 1 if k < row.frame[START, span[0]] else span[1]
             return GROW, t, edge
-        laid = watch_floors(row, run, group, (s, moved, base), terms, laid)
-        watch_points(row, run, group, watch, (s, moved, base), terms, now, laid)
+        laid = update_floor_peaks(row, run, group, (s, moved, base), laid)
+        update_point_peaks(row, run, group, (s, moved, base), now, laid)
         s += moved
         t = group.origin + s * s * s * s
         came += close_step(row, run, group)
         if run.workspace.line_room > 0.0:
-            write_down(row, run, group, moment + t)
+            write_line(row, run, group, moment + t)
         # Products: interpreted, a power is the library's, and rounds otherwise.
         before, after = s * s * s * s, (s + h) * (s + h) * (s + h) * (s + h)
         for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
@@ -204,11 +204,11 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
             return FAILED, t, -1
         known = kind == NONE
         if kind != NONE:
-            ends, jump = happen_alike(row, run, group, kind, k, moment + t)
-            renewed, own = happen(row, run, kind, k, moment + t, NOW)
+            ends, jump = apply_to_mirror_images(row, run, group, kind, k, moment + t)
+            renewed, own = apply_event(row, run, kind, k, moment + t, NOW)
             renewed, came = renewed or ends, came + jump + own
             if kind == TOUCH:
-                press(row, run, group, moment + t, pull + rise * t)
+                begin_contacts(row, run, group, moment + t, pull + rise * t)
             if renewed and too_many(row, run, span):
                 run.workspace.status = float(TOO_MANY_CONTACTS)
                 return FAILED, t, -1
@@ -219,7 +219,7 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
 
 
 @kernel
-def happen_alike(row, run, group, kind, k, time):
+def apply_to_mirror_images(row, run, group, kind, k, time):
     """Let the event of ``k`` happen to its mirror images too, whose margins are its own to the last bit.
 
     One after the other they would be a rounding apart, and a row that is symmetric would not stay so.
@@ -227,13 +227,13 @@ def happen_alike(row, run, group, kind, k, time):
     ends, change = False, 0.0
     if kind == TOUCH:
         return ends, change
-    value = margin(row, run, kind, k, True)[0]
+    value = event_function(row, run, kind, k, True)[0]
     first, last = row.frame[START, group.first], row.frame[START, group.last]
     if kind == STRAIN:
         first, last = group.low, group.high
     for each in range(first, last):
-        if each != k and is_watched(row, run, kind, each) and margin(row, run, kind, each, True)[0] == value:
-            ended, jump = happen(row, run, kind, each, time, NOW)
+        if each != k and is_possible(row, run, kind, each) and event_function(row, run, kind, each, True)[0] == value:
+            ended, jump = apply_event(row, run, kind, each, time, NOW)
             ends, change = ends or ended, change + jump
     return ends, change
 
@@ -248,29 +248,42 @@ def too_many(row, run, span):
 
 
 @part
-def advance(row, run, span, watch, window, terms, rtol):
+def solve_group(row, run, span, watch, window, terms, rtol):
     """A group over one node interval, from rows NODE to rows NOW.
 
     Returns (FLOWN, −1), (GROW, interface that must be tied too) or (FAILED, −1), the run's status set.
     """
     moment, step, pull, rise = window
-    group = Group(span[0], span[1], row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1], 0.0, pull, rise, 1.0, 1.0)
+    group = Group(
+        span[0],
+        span[1],
+        row.frame[FIRST, span[0]],
+        row.frame[FIRST, span[1] + 1],
+        0.0,
+        pull,
+        rise,
+        1.0,
+        1.0,
+        watch[0],
+        watch[1],
+        terms,
+    )
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     begin_blind(row, run, span, watch)
     t = base = 0.0
-    lay_spectators(row, run, span, watch, pull, rise, terms)
+    write_spectator_series(row, run, span, watch, pull, rise, terms)
     turns = 0
     while True:
-        press(row, run, group, moment + t, pull + rise * t)
+        begin_contacts(row, run, group, moment + t, pull + rise * t)
         if any_closed(row, run, span[0], span[1]):
-            how, t, edge = collide_group(row, run, span, watch, window, t, base, terms, rtol)
+            how, t, edge = integrate_contact(row, run, span, watch, window, t, base, terms, rtol)
             if how != FLOWN:
                 return how, edge
             if t >= step:
                 return FLOWN, -1
-            fill_spectators(row, run, group, watch, t - base, terms, NOW)
+            fill_spectators(row, run, group, t - base, NOW)
         base = t
-        lay_all(row, run, watch, pull + rise * t, rise, terms)
+        write_all_series(row, run, watch, pull + rise * t, rise, terms)
         left = step - t
         flown, point, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
         if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
@@ -290,4 +303,4 @@ def advance(row, run, span, watch, window, terms, rtol):
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
             touch_down(row, run, point, moment + t)
         base = t
-        lay_spectators(row, run, span, watch, pull + rise * t, rise, terms)
+        write_spectator_series(row, run, span, watch, pull + rise * t, rise, terms)

@@ -1,4 +1,4 @@
-"""Steps through contacts whose dampers are much quicker than the buildings: Radau IIA, as `core.implicit` has it.
+"""Steps through contacts whose dampers are much quicker than the buildings: Radau IIA, as in `pair.implicit`.
 
 An explicit step is stable only over some multiples of m/c, c = ∂F/∂δ̇. Where a contact is overdamped, e far below 0.1,
 that may be a millionth of what the motion needs: neighbours that are pressed against each other creep. An implicit step
@@ -202,7 +202,7 @@ def evaluate_nodes(row, run, group, s, h, weights):
 
 @part
 def implicit_attempt(row, run, group, s, h, rtol):
-    """One implicit step, as `stage.attempt`; infinite where its equations are not solved."""
+    """One implicit step, as `stages.explicit_attempt`; infinite where its equations are not solved."""
     dofs = run.dofs
     places = closed_points(row, run, group)
     weights = time_weights(s, h)
@@ -268,7 +268,7 @@ def begin_defect(run, group, h, depth):
 
 @part
 def implicit_spread(run, group):
-    """The polynomial of the implicit step just made, as `stage.spread` leaves it."""
+    """The polynomial of the implicit step just made, as `stages.explicit_spread` writes it."""
     dofs = run.dofs
     for side in range(2):
         poly, nodes = POLY + side * TERMS, AT_NODE + side * SLOPES + 1

@@ -51,7 +51,7 @@ PUSH, REACH, SIDE = -1, -2, -3  # what is watched beside the signals of a dof
 
 
 @kernel
-def reading(row, run, group, what, k, x, span, terms):
+def reading(row, run, group, what, k, x, span):
     """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     if what == DISPLACEMENT:
         return between(run, 0, k, x)
@@ -69,10 +69,10 @@ def reading(row, run, group, what, k, x, span, terms):
         return total
     clock = span[0] + x * span[1]
     after = group.origin + clock * clock * clock * clock - span[2]
-    place = across_between(row, run, group, k, 0, x, after, terms)
+    place = across_between(row, run, group, k, 0, x, after)
     if what == REACH:
         return place
-    rate = across_between(row, run, group, k, 1, x, after, terms)
+    rate = across_between(row, run, group, k, 1, x, after)
     return uncapped(run, k, max(place - run.contacts[k].gap, 0.0), rate)
 
 
@@ -110,18 +110,18 @@ def building_of(row, group, i):
 @kernel
 def push_between(row, run, group, k, x):
     """The force that closed contact ``k`` transmits at a place x of the step."""
-    delta = across_between(row, run, group, k, 0, x, 0.0, 0) - run.contacts[k].gap
-    rate = across_between(row, run, group, k, 1, x, 0.0, 0)
+    delta = across_between(row, run, group, k, 0, x, 0.0) - run.contacts[k].gap
+    rate = across_between(row, run, group, k, 1, x, 0.0)
     return transmitted(run, k, max(delta, 0.0), rate)
 
 
 @kernel
-def crest(row, run, group, what, k, sign, span, terms):
+def crest(row, run, group, what, k, sign, span):
     """(largest sign × reading inside the step, its place): golden section with parabolic steps (Brent 1973, ch. 5)."""
     golden = 0.381966011250105
     low, high = 0.0, 1.0
     x = w = v = golden
-    fx = -sign * reading(row, run, group, what, k, x, span, terms)
+    fx = -sign * reading(row, run, group, what, k, x, span)
     fw = fv = fx
     step = before = 0.0
     for _ in range(60):
@@ -146,7 +146,7 @@ def crest(row, run, group, what, k, sign, span, terms):
         if abs(step) < close:
             step = close if step >= 0.0 else -close
         u = x + step
-        fu = -sign * reading(row, run, group, what, k, u, span, terms)
+        fu = -sign * reading(row, run, group, what, k, u, span)
         if fu <= fx:
             low, high = (x, high) if u >= x else (low, x)
             v, w, x, fv, fw, fx = w, x, u, fw, fx, fu
@@ -173,7 +173,7 @@ def hides(here, there, rise, fall, s, h, best):
 
 
 @kernel
-def raise_from(row, run, group, what, k, best, ends, span, terms, laid):
+def peak_over_step(row, run, group, what, k, best, ends, span, laid):
     """(max(best, |signal| over the step), whether the step is laid out); ``ends`` = values and slopes at both ends."""
     here, there, rise, fall = ends
     best = max(best, abs(there))
@@ -185,7 +185,7 @@ def raise_from(row, run, group, what, k, best, ends, span, terms, laid):
                 if not laid:
                     spread(row, run, group, span[0], span[1])
                     laid = True
-                best = max(best, crest(row, run, group, what, k, sign, span, terms)[0])
+                best = max(best, crest(row, run, group, what, k, sign, span)[0])
     return best, laid
 
 
@@ -208,7 +208,7 @@ def accelerations(row, run, group, s, h, at_end):
 
 
 @kernel
-def watch_floors(row, run, group, span, terms, laid):
+def update_floor_peaks(row, run, group, span, laid):
     """Peaks of every dof of the group over an accepted step; returns whether the step is laid out."""
     dofs = run.dofs
     s, h = span[0], span[1]
@@ -221,8 +221,8 @@ def watch_floors(row, run, group, span, terms, laid):
     for b in range(group.first, group.last + 1):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
             ends = dofs[NOW, i], dofs[END, i], dofs[line, i], dofs[last, i]
-            dofs[DISPLACEMENT, i], laid = raise_from(
-                row, run, group, DISPLACEMENT, i, dofs[DISPLACEMENT, i], ends, span, terms, laid
+            dofs[DISPLACEMENT, i], laid = peak_over_step(
+                row, run, group, DISPLACEMENT, i, dofs[DISPLACEMENT, i], ends, span, laid
             )
             ends = (
                 drift_in(row, dofs, NOW, i),
@@ -230,12 +230,12 @@ def watch_floors(row, run, group, span, terms, laid):
                 drift_in(row, dofs, line, i),
                 drift_in(row, dofs, last, i),
             )
-            dofs[DRIFT, i], laid = raise_from(row, run, group, DRIFT, i, dofs[DRIFT, i], ends, span, terms, laid)
+            dofs[DRIFT, i], laid = peak_over_step(row, run, group, DRIFT, i, dofs[DRIFT, i], ends, span, laid)
             if row.frame[BENDS, b]:
                 k, c = shear_stiffness(row, dofs, i), dofs[CONSTANT, i]
                 ends = k * ends[0] + c, k * ends[1] + c, k * ends[2], k * ends[3]
-                dofs[STOREY_FORCE, i], laid = raise_from(
-                    row, run, group, STOREY_FORCE, i, dofs[STOREY_FORCE, i], ends, span, terms, laid
+                dofs[STOREY_FORCE, i], laid = peak_over_step(
+                    row, run, group, STOREY_FORCE, i, dofs[STOREY_FORCE, i], ends, span, laid
                 )
             if not shaken:
                 felt_here = dofs[line + SLOPES, i] / clock + pull
@@ -248,41 +248,41 @@ def watch_floors(row, run, group, span, terms, laid):
         for i in range(group.low, group.high):
             ends = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end, dofs[JERK_START, i], dofs[JERK_END, i]
             best = max(dofs[ACCELERATION, i], abs(ends[0]))
-            dofs[ACCELERATION, i], laid = raise_from(row, run, group, ACCELERATION, i, best, ends, span, terms, laid)
+            dofs[ACCELERATION, i], laid = peak_over_step(row, run, group, ACCELERATION, i, best, ends, span, laid)
     return laid
 
 
 @kernel
-def watch_points(row, run, group, watch, span, terms, now, laid):
+def update_point_peaks(row, run, group, span, now, laid):
     """Peak forces of closed contacts and extremes of all distances; returns whether the step is laid out.
 
     ``now`` = time of the clock's origin.
     """
     dofs = run.dofs
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+    for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         contact = run.contacts[k]
         if inside and contact.closed > 0.0:
-            laid = watch_force(row, run, group, k, span, terms, now, laid)
+            laid = update_force_peak(row, run, group, k, span, now, laid)
         else:
             here, there = across(row, k, dofs, NOW), across(row, k, dofs, END)
             rise, fall = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
             contact.highest, laid = raise_reach(
-                row, run, group, REACH, k, 1.0, contact.highest, (here, there, rise, fall), span, terms, laid
+                row, run, group, REACH, k, 1.0, contact.highest, (here, there, rise, fall), span, laid
             )
             lowest, laid = raise_reach(
-                row, run, group, REACH, k, -1.0, -contact.lowest, (-here, -there, -rise, -fall), span, terms, laid
+                row, run, group, REACH, k, -1.0, -contact.lowest, (-here, -there, -rise, -fall), span, laid
             )
             contact.lowest = -lowest
     for side in range(2):
-        first, last = blind_points(row, (group.first, group.last), watch, side)
+        first, last = blind_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
         for k in range(first, last):
-            laid = watch_side(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, terms, laid)
+            laid = update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, laid)
     return laid
 
 
 @kernel
-def watch_side(row, run, group, k, column, span, terms, laid):
+def update_side_extremes(row, run, group, k, column, span, laid):
     """Extremes over a step of the group's own part of a distance across which nobody looks."""
     dofs, sides = run.dofs, run.contacts[k].side_extremes
     low, high = group.low, group.high
@@ -291,13 +291,13 @@ def watch_side(row, run, group, k, column, span, terms, laid):
     for side in range(2):
         sign, place = 1.0 - 2.0 * side, column + side
         ends = sign * here, sign * there, sign * rise, sign * fall
-        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * sides[place], ends, span, terms, laid)
+        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * sides[place], ends, span, laid)
         sides[place] = sign * best
     return laid
 
 
 @kernel
-def raise_reach(row, run, group, what, k, sign, best, ends, span, terms, laid):
+def raise_reach(row, run, group, what, k, sign, best, ends, span, laid):
     """(max(best, sign × distance over the step), whether the step is laid out)."""
     here, there, rise, fall = ends
     best = max(best, there)
@@ -306,12 +306,12 @@ def raise_reach(row, run, group, what, k, sign, best, ends, span, terms, laid):
         if not laid:
             spread(row, run, group, span[0], span[1])
             laid = True
-        best = max(best, crest(row, run, group, what, k, sign, span, terms)[0])
+        best = max(best, crest(row, run, group, what, k, sign, span)[0])
     return best, laid
 
 
 @kernel
-def watch_force(row, run, group, k, span, terms, now, laid):
+def update_force_peak(row, run, group, k, span, now, laid):
     """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
     contact = run.contacts[k]
     here, there, rise, fall = (
@@ -328,9 +328,9 @@ def watch_force(row, run, group, k, span, terms, now, laid):
             if not laid:
                 spread(row, run, group, span[0], span[1])
                 laid = True
-            best = max(best, crest(row, run, group, PUSH, k, 1.0, span, terms)[0])
+            best = max(best, crest(row, run, group, PUSH, k, 1.0, span)[0])
     if best > before and run.timed.shape[2] > 0:
-        laid = time_levels(row, run, group, k, best, span, terms, now, laid)
+        laid = time_levels(row, run, group, k, best, span, now, laid)
     contact.peak_force = best
     if contact.least_force == -inf:
         lowest = min(here, there)
@@ -339,7 +339,7 @@ def watch_force(row, run, group, k, span, terms, now, laid):
                 if not laid:
                     spread(row, run, group, span[0], span[1])
                     laid = True
-                lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span, terms)[0])
+                lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span)[0])
             contact.counters[LOWEST_FORCE] = min(contact.counters[LOWEST_FORCE], lowest)
     if int(contact.region) == ELASTIC and contact.strength < inf and best > before and best >= contact.strength:
         # A crest that just passes F_E is a yield too, though no branch of it is landed on.
@@ -354,7 +354,7 @@ def watch_force(row, run, group, k, span, terms, now, laid):
 
 
 @kernel
-def time_levels(row, run, group, k, best, span, terms, now, laid):
+def time_levels(row, run, group, k, best, span, now, laid):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
     contact = run.contacts[k]
     for level in range(run.timed.shape[2]):
@@ -367,10 +367,10 @@ def time_levels(row, run, group, k, best, span, terms, now, laid):
                 laid = True
             low, high = 0.0, 1.0
             if contact.force[AT_END] < run.timed[0, k, level]:
-                high = crest(row, run, group, PUSH, k, 1.0, span, terms)[1]
+                high = crest(row, run, group, PUSH, k, 1.0, span)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
-                if reading(row, run, group, PUSH, k, x, span, terms) < run.timed[0, k, level]:
+                if reading(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
                     low = x
                 else:
                     high = x

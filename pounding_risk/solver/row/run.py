@@ -27,10 +27,10 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.row.contact import lift_off
 from pounding_risk.solver.row.flight import across, stay_apart
-from pounding_risk.solver.row.free import glide, meets, note_peaks, predict, stand_apart
-from pounding_risk.solver.row.group import FAILED, FLOWN, advance, any_closed
+from pounding_risk.solver.row.free import fly, meets, predict, update_distances, update_peaks
+from pounding_risk.solver.row.group import FAILED, FLOWN, any_closed, solve_group
 from pounding_risk.solver.row.storey import soften
-from pounding_risk.solver.row.trace import take_back
+from pounding_risk.solver.row.trace import drop_lines
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     DRIFT,
@@ -81,7 +81,7 @@ def borrow_run(run):
 
 @part
 def begin_run(row, run):
-    """A row at rest."""
+    """Set the row to rest, its gaps open and its storeys elastic."""
     run.dofs[:, :] = 0.0
     for i in range(row.floors.shape[1]):
         soften(row, run.dofs, i, 0.0)
@@ -94,7 +94,7 @@ def begin_run(row, run):
 
 
 @kernel
-def save(row, run, b, back):
+def save_or_restore(row, run, b, back):
     """Save, or with ``back`` restore, what an interval changes of building ``b`` and of its contact points."""
     for line in range(SAVED):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
@@ -129,19 +129,19 @@ def copy_number(array, i, j, saved, row, column, back):
 
 
 @kernel
-def undo(row, run, b, tied, solved):
+def restore_group(row, run, b, tied, solved):
     """Bring back the whole group that building ``b`` has been solved in."""
     first = last = b
     while first > 0 and tied[first - 1]:
         first -= 1
     while last < tied.size - 1 and tied[last]:
         last += 1
-    for each in range(first, last + 1):
-        if solved[each]:
-            save(row, run, each, True)
-            solved[each] = False
+    for member in range(first, last + 1):
+        if solved[member]:
+            save_or_restore(row, run, member, True)
+            solved[member] = False
     if run.workspace.line_room > 0.0:
-        take_back(row, run, first, last)
+        drop_lines(row, run, first, last)
 
 
 @part
@@ -169,10 +169,10 @@ def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
             return False
     for b in range(buildings):
         if not busy[b]:
-            note_peaks(row, run, b, window, swings, terms)
+            update_peaks(row, run, b, window, swings, terms)
     for i in range(buildings - 1):
         if not (busy[i] or busy[i + 1]):
-            stand_apart(row, run, i, window, swings, terms)
+            update_distances(row, run, i, window, swings, terms)
     return True
 
 
@@ -189,7 +189,7 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     for b in range(buildings):
         solved[b] = False
         if busy[b]:
-            save(row, run, b, False)
+            save_or_restore(row, run, b, False)
     b = 0
     while b < buildings:
         if solved[b] or not busy[b]:
@@ -203,11 +203,11 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
             last + 1 if last < buildings - 1 and not busy[last + 1] else last,
         )
         before = run.workspace.residual
-        how, edge = advance(row, run, (first, last), watch, window, terms, rtol)
+        how, edge = solve_group(row, run, (first, last), watch, window, terms, rtol)
         if how == FAILED:
             return False
-        for each in range(first, last + 1):
-            solved[each] = True
+        for member in range(first, last + 1):
+            solved[member] = True
         if how == FLOWN:
             for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
                 run.dofs[NEXT, i] = run.dofs[NOW, i]
@@ -221,24 +221,24 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
                 continue
         # A building that has only looked on is struck, or groups may meet: both sides are made again, as one.
         run.workspace.residual = before
-        undo(row, run, first, tied, solved)
+        restore_group(row, run, first, tied, solved)
         for other in (edge, edge + 1):
             if not busy[other]:
                 # Those on its far side have looked on at its free motion, and have raised extremes by it.
                 for far in (other - 1, other + 1):
                     if 0 <= far < buildings and solved[far]:
-                        undo(row, run, far, tied, solved)
-                save(row, run, other, False)
+                        restore_group(row, run, far, tied, solved)
+                save_or_restore(row, run, other, False)
                 busy[other] = True
             elif solved[other]:
-                undo(row, run, other, tied, solved)
+                restore_group(row, run, other, tied, solved)
         tied[edge] = True
         b = 0
     return True
 
 
 @kernel
-def struck(run):
+def struck_point(run):
     """A watched contact point that is closed, or −1."""
     for k in range(run.laws.shape[0]):
         if run.contacts[k].watched > 0.0 and (run.contacts[k].closed > 0.0 or run.contacts[k].counters[COUNT] > 0.0):
@@ -247,7 +247,7 @@ def struck(run):
 
 
 @part
-def step_on(row, run, node, states):
+def next_node(row, run, node, states):
     """Rows NEXT become rows NODE; ``states`` (nodes, 2, D) takes them where it has rows."""
     for i in range(row.floors.shape[1]):
         run.dofs[NODE, i] = run.dofs[NEXT, i]
@@ -259,7 +259,7 @@ def step_on(row, run, node, states):
 
 
 @kernel
-def survey(row, run, ground, step, terms, states):
+def march_free(row, run, ground, step, terms, states):
     """The row without any contact, from rest to the end of the record; finds the fastest closing at every point."""
     row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
     begin_run(row, run)
@@ -270,7 +270,7 @@ def survey(row, run, ground, step, terms, states):
         for b in range(buildings):
             busy[b] = not predict(row, run, b, window, swings)
             if not busy[b]:
-                note_peaks(row, run, b, window, swings, terms)
+                update_peaks(row, run, b, window, swings, terms)
         b = 0
         while b < buildings:
             last = b
@@ -278,12 +278,12 @@ def survey(row, run, ground, step, terms, states):
                 while last < buildings - 1 and busy[last + 1]:
                     last += 1
                 watch = max(b - 1, 0), min(last + 1, buildings - 1)
-                glide(row, run, (b, last), watch, window, terms)
+                fly(row, run, (b, last), watch, window, terms)
             b = last + 1
         for i in range(buildings - 1):
             if not (busy[i] or busy[i + 1]):
-                stand_apart(row, run, i, window, swings, terms)
-        step_on(row, run, node, states)
+                update_distances(row, run, i, window, swings, terms)
+        next_node(row, run, node, states)
         for k in range(run.laws.shape[0]):
             run.contacts[k].fastest = max(run.contacts[k].fastest, abs(across(row, k, run.dofs, NODE + VELOCITY)))
     total = 0.0
@@ -308,10 +308,10 @@ def march(row, run, ground, step, terms, rtol, states):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
         if not interval(row, run, tied, busy, solved, swings, window, terms, rtol):
             break
-        step_on(row, run, node, states)
-        place = struck(run)
-        if place >= 0:
-            run.workspace.status, run.workspace.watched_point = float(WATCHED), float(place)
+        next_node(row, run, node, states)
+        point = struck_point(run)
+        if point >= 0:
+            run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)
             break
     end_run(row, run, nodes * step, rtol)
 

@@ -1,7 +1,7 @@
 """Integration in contact: a group of neighbours, of which some touch, by the tableau that the pair's contacts use.
 
 State: u and v of every dof of the group; quadratures: impulse and work of every contact, and the power that ground and
-dampers put in. The clock is s with τ = s⁴ since the last touch in the group, as in `core.collide` and for its reason.
+dampers put in. The clock is s with τ = s⁴ since the last touch in the group, for the reason told in `pair.stages`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pounding_risk.solver.row.workspace import END, LAST, LATE, NOW, POLY, SLOPE
 
 
 class Group(NamedTuple):
-    """Neighbours that are integrated together, and what stays the same while their contacts do."""
+    """Neighbours that are integrated together, and quantities that change only where a contact begins or ends."""
 
     first: int  # building
     last: int
@@ -29,11 +29,14 @@ class Group(NamedTuple):
     rise: float
     depth: float  # scales of the error control: m
     speed: float  # m/s
+    watched_first: int  # building, a spectator or of the group
+    watched_last: int
+    terms: int  # of the spectators' Taylor series
 
 
 @small
 def ground_at(group, s):
-    """a_g at clock time s."""
+    """Ground acceleration at clock time s [m/s²]."""
     return group.pull + group.rise * (group.origin + s * s * s * s)
 
 
@@ -111,7 +114,7 @@ def trial_state(run, group, weights, row, h):
 def explicit_attempt(row, run, group, s, h):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error.
 
-    The error is that of `collide.explicit_attempt`, in the group's scales. The quadratures at the end stand in row
+    The error is that of `pair.stages.explicit_attempt`, in the group's scales. The quadratures at the end stand in row
     SLOPES of ``quadratures``; they begin at zero with every step.
     """
     dofs, tableau, points = run.dofs, run.workspace.tableau, run.laws.shape[0]
@@ -183,7 +186,7 @@ def sum_up(run, column, h):
 
 @part
 def explicit_spread(row, run, group, s, h):
-    """The polynomial between both ends of the step just made, as `collide.explicit_spread`; slopes at LAST stand."""
+    """The polynomial between both ends of the step just made, as in `pair.stages`; slopes at LAST are known."""
     dofs, tableau = run.dofs, run.workspace.tableau
     for late in range(int(tableau.late_count)):
         trial_state(run, group, tableau.late, late, h)

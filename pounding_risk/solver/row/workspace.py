@@ -109,7 +109,7 @@ ACTING, SO_FAR, BEGAN, CAME_AT, STRONGEST, NOTED = range(6)
 
 
 class Row(NamedTuple):
-    """What stays the same for every run of a row; B buildings, D dofs, K contact points."""
+    """Arrays that are the same for every run of a row; B buildings, D dofs, K contact points."""
 
     frame: np.ndarray  # (5, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4) dofs: left upper and lower, right upper and lower; −1 is the ground
@@ -120,7 +120,7 @@ class Row(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What one run of a row works on and leaves behind. Few arrays: every call hands all of them on."""
+    """Work arrays and results of one run of a row. They are few, as every call passes all of them."""
 
     laws: np.ndarray  # (K, ...) the numbers of each law and what its contact remembers; C-contiguous
     timed: np.ndarray  # (3, K, L) levels of force, when each is first reached, contacts in which it is
