@@ -36,6 +36,19 @@ KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
 INTERPRETED = bool(config.DISABLE_JIT)
 
 
+def _symbol_name(kind):
+    """Name of a named tuple's type in the symbols of compiled functions: its class and a digest of its fields' types.
+
+    Numba writes the fields out. A tuple that holds arrays of records would make symbols of ten thousand characters,
+    and these most of the file that a compiled function is kept in.
+    """
+    name = kind.name.partition("(")[0]
+    return name + hashlib.sha256(kind.name.encode()).hexdigest()[:16], ()
+
+
+types.BaseNamedTuple.mangling_args = property(_symbol_name)
+
+
 def source_digest() -> str:
     """Digest of the kernels' sources and of the numba version: the name of the cache folder.
 

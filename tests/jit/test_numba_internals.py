@@ -19,6 +19,7 @@ import pytest
 from pounding_risk import _jit
 from pounding_risk._jit import compile as compiling
 from pounding_risk._jit.records import new_record, record_type
+from pounding_risk.models.contact.laws import LAWS
 
 JIT = Path(_jit.__path__[0])
 compiled = pytest.mark.skipif(compiling.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
@@ -106,6 +107,17 @@ def test_attributes_of_the_cache_are_those_we_set():
     assert isinstance(caching.CompileResultCacheImpl._locator_classes, list)
     asked = caching._CacheLocator.__abstractmethods__ | {"get_disambiguator", "from_function"}
     assert asked <= set(dir(compiling.Shelf)), "numba asks more of a locator than `Shelf` answers"
+
+
+def test_symbols_are_named_by_a_property_that_we_replace():
+    """`_symbol_name` shortens what a named tuple adds to a symbol: identifier and template parameters."""
+    from numba.core import itanium_mangler
+
+    assert isinstance(numba.types.Type.mangling_args, property)
+    kind = numba.typeof(compiling.lowered(LAWS["hertz"](1e9)))
+    identifier, parameters = kind.mangling_args
+    assert identifier.startswith("Hertz") and len(identifier) < 30 and parameters == ()
+    assert identifier in itanium_mangler.mangle("f", [kind])
 
 
 def test_helpers_of_generated_code_take_what_we_pass():
