@@ -18,7 +18,7 @@ from statistics import median
 ROOT = Path(__file__).resolve().parent.parent
 # File, text with the hook, text without.
 HOOKS = (
-    ("solver/pair/run.py", "limits[0] + desk[TALLY, SET]", "limits[0]"),
+    ("solver/pair/run.py", "limits.gap + workspace.counters[SET]", "limits.gap"),
     ("solver/pair/stages.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
     ("solver/pair/stages.py", "law.ceiling(yield_force) * law.hardening(speed)", "law.ceiling(yield_force)"),
     (
@@ -28,16 +28,16 @@ HOOKS = (
     ),
     ("solver/pair/contact.py", "    hysteresis = impact.law.yielded(loss)\n", ""),
     ("solver/pair/contact.py", "loss - hysteresis", "loss"),
-    ("solver/pair/contact.py", "    desk[TALLY, PLASTIC] += yielding[1] + hysteresis\n", ""),
+    ("solver/pair/contact.py", "    workspace.counters[PLASTIC] += yielding[1] + hysteresis\n", ""),
     (
         "solver/pair/contact.py",
         """        if event == TURN:
-            impact = widened(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
+            impact = with_dent(impact, law.turned(impact.memory, delta, phase.approaching), 0.0)
 """,
         "",
     ),
-    ("solver/pair/contact.py", "    desk[TALLY, SET] += yielding[0]\n", ""),
-    ("solver/pair/contact.py", "    desk[TALLY, WORN] = impact.law.worn(impact.memory)\n", ""),
+    ("solver/pair/contact.py", "    workspace.counters[SET] += yielding[0]\n", ""),
+    ("solver/pair/contact.py", "    workspace.counters[WORN] = impact.law.worn(impact.memory)\n", ""),
     ("solver/pair/contact.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
     (
         "solver/pair/contact.py",
@@ -45,7 +45,7 @@ HOOKS = (
                 memory, dent, taken = law.turn(impact.memory, delta, impact.strength)
                 if dent >= 0.0:
                     # What stays widens the gap, here and for the contacts after this one.
-                    impact = widened(impact, memory, dent)
+                    impact = with_dent(impact, memory, dent)
                     dented, lost, retraced = dented + dent, lost + taken, False
 """,
         "",
@@ -61,10 +61,10 @@ HOOKS = (
     (
         "solver/pair/flight.py",
         """        still, first, second, third = ground.widening()
-        desk[SIGNAL, 0] -= still
-        desk[SIGNAL, 1] -= first
-        desk[SIGNAL, 2] -= second
-        desk[SIGNAL, 3] -= third
+        series[SIGNAL, 0] -= still
+        series[SIGNAL, 1] -= first
+        series[SIGNAL, 2] -= second
+        series[SIGNAL, 3] -= third
 """,
         "",
     ),
@@ -73,11 +73,11 @@ HOOKS = (
     ("solver/pair/contact.py", "ground.apart(right, state, 0.0)", "state"),
     ("solver/pair/contact.py", "ground.apart(right, state, since_touch)", "state"),
     ("solver/pair/contact.py", "ground.apart(right, state, duration)", "state"),
-    ("solver/pair/readings.py", "phase.ground.apart(right, state, time)", "state"),
+    ("solver/pair/peaks.py", "phase.ground.apart(right, state, time)", "state"),
     (
-        "solver/pair/readings.py",
-        "phase.ground.apart_slopes(right, state_of(desk, tangent), cube * s, 4.0 * cube)",
-        "state_of(desk, tangent)",
+        "solver/pair/peaks.py",
+        "phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)",
+        "state_of(workspace.slopes, slope_row)",
     ),
     ("solver/pair/stages.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),
 )

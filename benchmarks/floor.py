@@ -21,10 +21,11 @@ from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 from pounding_risk._jit.compile import kernel
 from pounding_risk.models.ground import Level
 from pounding_risk.solver.pair.api import free_response
-from pounding_risk.solver.pair.flight import block_is_quiet, unquiet
-from pounding_risk.solver.pair.stages import ELASTIC, Phase, attempt, begin, make_desk, slopes, state_of
-from pounding_risk.solver.pair.taylor import HERE, HIGH, LOW, NEXT, STAGES, STATE
+from pounding_risk.solver.pair.flight import block_is_quiet, search_mask
+from pounding_risk.solver.pair.implicit import attempt
+from pounding_risk.solver.pair.stages import ELASTIC, Phase, new_impact, slopes, state_of
 from pounding_risk.solver.runge_kutta import DOP853
+from pounding_risk.solver.workspace import BEGIN, FIRST_STAGE, make_workspace
 
 LOOPS, REPEATS = 200_000, 7
 TOUCH = (0.02, 0.0, 0.4, -0.1)  # u_left, u_right [m], v_left, v_right [m/s]
@@ -32,37 +33,37 @@ FORCE_OPERATIONS = 60  # in `slopes` with Jankowski's law: products, sums and tw
 
 
 @kernel
-def repeat_attempts(pair, law, restitution, desk, count):
+def repeat_attempts(pair, law, restitution, workspace, count):
     """So many attempts at the same step in contact."""
-    impact, _, _ = begin(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
+    impact, _, _ = new_impact(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
     phase = Phase(True, ELASTIC, Level(0.5, 10.0))
     for part in range(4):
-        desk[STATE, part] = TOUCH[part]
-    slopes(impact, phase, 0.0, state_of(desk, STATE), desk, STAGES)
+        workspace.states[BEGIN, part] = TOUCH[part]
+    slopes(impact, phase, 0.0, state_of(workspace.states, BEGIN), workspace, FIRST_STAGE)
     total = 0.0
     for number in range(count):
-        total += attempt(impact, phase, 0.0, 0.3 + 1e-9 * (number % 7), desk)
+        total += attempt(impact, phase, 0.0, 0.3 + 1e-9 * (number % 7), RTOL, workspace)
     return total
 
 
 @kernel
-def repeat_blocks(pair, free, desk, count):
+def repeat_blocks(pair, free, workspace, count):
     """So many looks at blocks in flight."""
     total = 0
     for number in range(count):
         vibration = (1e-3, 2e-3, 0.01, 0.01 + 1e-9 * (number % 7))
-        total += block_is_quiet(pair, (free.high, free.low), 0.1, number % free.high.shape[0], vibration, desk)
+        total += block_is_quiet(pair, (free.high, free.low), 0.1, number % free.high.shape[0], vibration, workspace)
     return total
 
 
 @kernel
-def repeat_samples(pair, free, desk, count):
+def repeat_samples(pair, free, workspace, count):
     """So many looks at sample intervals in flight."""
     total = 0
     for number in range(count):
-        desk[NEXT, 0] = 1e-9 * (number % 7)
+        workspace.there[0] = 1e-9 * (number % 7)
         span = (Level(free.ground[number % free.ground.size], 10.0), free.step)
-        total += unquiet(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, desk)
+        total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, workspace)
     return total
 
 
@@ -82,8 +83,8 @@ def counts(gap: float) -> dict[str, float]:
     code = (
         "import json, sys, profile_run; calls = profile_run.profile(float(sys.argv[1]), float('inf'));"
         "print(json.dumps({'attempt': sum(n for (part, _), n in calls.items() if part == 'attempt'),"
-        "'contacts': calls['pound', 'march'], 'block': calls['block_is_quiet', 'fly'],"
-        "'sample': calls['unquiet', 'fly']}))"
+        "'contacts': calls['begin_contact', 'march'], 'block': calls['block_is_quiet', 'fly'],"
+        "'sample': calls['search_mask', 'fly']}))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(gap)], check=True, capture_output=True, text=True, cwd=Path(__file__).parent
@@ -96,12 +97,12 @@ def main(arguments: list[str]) -> int:
     gap = float(arguments[0]) * 1e-3 if arguments else 0.01
     bench = make_bench()
     bench = bench._replace(gaps=np.array([gap]), yield_forces=np.full(200, 1e12))
-    free, desk = free_response(bench.pair, bench.acceleration, bench.dt), make_desk(RTOL)
-    desk[HIGH, :5], desk[LOW, :5], desk[HERE, :5], desk[NEXT, :5] = 1e3, -1e3, 0.0, 0.0
+    free, workspace = free_response(bench.pair, bench.acceleration, bench.dt), make_workspace(RTOL)
+    workspace.high[:], workspace.low[:] = 1e3, -1e3
     unit = {
-        "attempt": nanoseconds(repeat_attempts, bench.pair, LAW, RESTITUTION, desk),
-        "block": nanoseconds(repeat_blocks, bench.pair, free, desk),
-        "sample": nanoseconds(repeat_samples, bench.pair, free, desk),
+        "attempt": nanoseconds(repeat_attempts, bench.pair, LAW, RESTITUTION, workspace),
+        "block": nanoseconds(repeat_blocks, bench.pair, free, workspace),
+        "sample": nanoseconds(repeat_samples, bench.pair, free, workspace),
     }
     number = counts(gap)
     run_grid(bench, False, 1)

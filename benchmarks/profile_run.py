@@ -20,26 +20,24 @@ import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench
 
 from pounding_risk.solver.counters import COUNT
-from pounding_risk.solver.pair import contact as pound
-from pounding_risk.solver.pair import events, flight, peaks
-from pounding_risk.solver.pair import run as march
-from pounding_risk.solver.pair import stages as collide
+from pounding_risk.solver.pair import contact, events, flight, peaks, stages
+from pounding_risk.solver.pair import run as runs
 from pounding_risk.solver.pair.api import Interface, free_response, run
 
-MODULES = (collide, events, flight, march, peaks, pound)
+MODULES = (stages, events, flight, peaks, runs, contact)
 # What is counted: a part and who calls it, and what that means.
 WORDS = {
-    ("pound", "march"): "contacts",
-    ("take_step", "pound"): "accepted steps",
+    ("begin_contact", "march"): "contacts",
+    ("take_step", "integrate_contact"): "accepted steps",
     ("attempt", "take_step"): "attempts at them",
     ("land", "end_on"): "landings on an event",
     ("attempt", "land"): "attempts for landings",
-    ("crest", "raise_peak"): "crests searched inside a step",
-    ("peek", "crest"): "looks at a step between its ends for crests",
-    ("peek", "settle"): "looks at a step between its ends for landings",
-    ("slopes", "attempt"): "evaluations of the force in all attempts",
+    ("crest", "peak_over_step"): "crests searched inside a step",
+    ("read_between", "crest"): "looks at a step between its ends for crests",
+    ("read_between", "settle"): "looks at a step between its ends for landings",
+    ("slopes", "explicit_attempt"): "evaluations of the force in all attempts",
     ("block_is_quiet", "fly"): "blocks of 16 samples looked at in flight",
-    ("unquiet", "fly"): "sample intervals looked at in flight",
+    ("search_mask", "fly"): "sample intervals looked at in flight",
     ("search_interval", "fly"): "sample intervals searched",
 }
 
@@ -64,7 +62,7 @@ def profile(gap: float, yield_force: float) -> Counter[tuple[str, str]]:
         for name in {name for name, _ in WORDS} & set(vars(module)):
             counted(module, name, calls)
     raw = run(bench.pair, free, Interface(gap, LAW, RESTITUTION, yield_force), RTOL)
-    calls["pound", "march"] = int(raw[COUNT])
+    calls["begin_contact", "march"] = int(raw[COUNT])
     return calls
 
 
@@ -72,7 +70,7 @@ def main(arguments: list[str]) -> int:
     """Print the counts, and each per contact."""
     gap, strength = (float(word) for word in arguments) if arguments else (20.0, np.inf)
     calls = profile(gap * 1e-3, strength * 1e3)
-    contacts = max(calls["pound", "march"], 1)
+    contacts = max(calls["begin_contact", "march"], 1)
     print(f"gap {gap:g} mm, F_E {strength:g} kN, rtol {RTOL:g}\n")
     print("| part | calls | a contact |\n| --- | ---: | ---: |")
     for place, words in WORDS.items():

@@ -28,9 +28,9 @@ from pounding_risk._jit.compile import lowered
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STYLES, blank, title, write
 from pounding_risk.solver.pair.api import free_response, oscillators, run
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 
 CONVERGED = 1e-12  # rtol of the reference
 FINEST_ERROR = 1e-15  # relative errors below rounding count as this
@@ -109,10 +109,10 @@ def solve_in_grid(case: Case, rtol: float) -> Answer:
     """One run as a scan makes it: free response, working space and the table of results are there already."""
     interface = case.scene.interface
     grid = (np.array([interface.gap]), np.array([interface.yield_force]), interface.restitution)
-    desk, raw, how = make_desk(rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), dtype=np.int8)
+    workspace, raw, how = make_workspace(rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), dtype=np.int8)
 
     def cell() -> dict[str, float]:
-        sweep(case.pair, case.free, lowered(interface.law), grid, rtol, False, desk, raw, how)
+        solve_grid(case.pair, case.free, lowered(interface.law), grid, rtol, False, workspace, raw, how)
         return {name: float(RUN[name].compute(raw[0, 0], grid[1])) for name in OUTPUTS}
 
     return clocked(cell, 5)

@@ -26,9 +26,9 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
 LAW, RESTITUTION = ViscousElastoplastic(2.75e9), constant(0.65)
@@ -96,7 +96,7 @@ def run_grid(bench: Bench, screening: bool, threads: int, rtol: float = RTOL) ->
     def work(first: int) -> None:
         piece = slice(first, first + width)
         grid = (bench.gaps[piece], bench.yield_forces, RESTITUTION)
-        sweep(bench.pair, free, LAW, grid, rtol, screening, make_desk(rtol), raw[piece], how[piece])
+        solve_grid(bench.pair, free, LAW, grid, rtol, screening, make_workspace(rtol), raw[piece], how[piece])
 
     pieces = range(0, shape[0], width)
     if threads == 1:

@@ -30,11 +30,11 @@ def _model_of(typingctx, model, values, place, offset):
         def build(part, at):
             if not isinstance(part, types.BaseTuple):
                 return builder.load(builder.gep(data, [context.get_constant(types.intp, at)])), at + 1
-            found = []
+            parts = []
             for inner in part.types:
                 value, at = build(inner, at)
-                found.append(value)
-            return context.make_tuple(builder, part, found), at
+                parts.append(value)
+            return context.make_tuple(builder, part, parts), at
 
         return build(kind, 0)[0]
 
@@ -52,8 +52,8 @@ def model_of(model, values, place, offset):
     def build(part):
         if not isinstance(part, tuple):
             return float(next(numbers))
-        found = [build(each) for each in part]
-        return type(part)(*found) if hasattr(part, "_fields") else tuple(found)
+        parts = [build(inner) for inner in part]
+        return type(part)(*parts) if hasattr(part, "_fields") else tuple(parts)
 
     return build(model)
 
@@ -103,30 +103,35 @@ def _place_in(context, builder, kind, array, row, column):
     return builder.gep(table.data, [builder.add(builder.mul(row, width), column)])
 
 
+def _row_of(context, builder, signature, arguments):
+    """Address of row ``arguments[2]`` of the array ``arguments[1]``."""
+    first = context.get_constant(types.intp, 0)
+    return _place_in(context, builder, signature.args[1], arguments[1], arguments[2], first)
+
+
 @intrinsic
-def _call_at(typingctx, address, values, row, column, a, b, c):
+def _call_at(typingctx, address, values, row, a, b, c):
     def codegen(context, builder, signature, arguments):
         real = context.get_value_type(types.float64)
         kind = ir.FunctionType(real, [real.as_pointer(), real, real, real])
         entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
-        place = _place_in(context, builder, signature.args[1], *arguments[1:4])
-        return builder.call(entry, [place, *arguments[4:]])
+        return builder.call(entry, [_row_of(context, builder, signature, arguments), *arguments[3:]])
 
     real = types.float64
-    return real(real, values, types.intp, types.intp, real, real, real), codegen
+    return real(real, values, types.intp, real, real, real), codegen
 
 
 @intrinsic
-def _call_on(typingctx, address, values, row, column, board, line, place):
+def _call_on(typingctx, address, values, row, slots):
     def codegen(context, builder, signature, arguments):
         real = context.get_value_type(types.float64)
         kind = ir.FunctionType(real, [real.as_pointer(), real.as_pointer()])
         entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
-        numbers = _place_in(context, builder, signature.args[1], *arguments[1:4])
-        return builder.call(entry, [numbers, _place_in(context, builder, signature.args[4], *arguments[4:])])
+        data = make_array(signature.args[3])(context, builder, arguments[3]).data
+        return builder.call(entry, [_row_of(context, builder, signature, arguments), data])
 
     real = types.float64
-    return real(real, values, types.intp, types.intp, board, types.intp, types.intp), codegen
+    return real(real, values, types.intp, slots), codegen
 
 
 ENTERING = Lock()  # held by whoever adds to these, so that threads neither compile twice nor take each other's place
@@ -151,14 +156,14 @@ def entry_of(function, arguments: int) -> float:
     return float(compiled.address)
 
 
-def call_at(address, values, row, column, a, b, c):
-    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and three floats."""
-    return _ENTRIES[int(address)](values[row, column:], a, b, c)
+def call_at(address, values, row, a, b, c):
+    """Call the function at ``address`` with the numbers in ``values[row]`` and three floats."""
+    return _ENTRIES[int(address)](values[row], a, b, c)
 
 
-def call_on(address, values, row, column, board, line, place):
-    """Call what stands at ``address`` with the numbers at ``values[row, column:]`` and ``board[line, place:]``."""
-    return _ENTRIES[int(address)](values[row, column:], board[line, place:])
+def call_on(address, values, row, slots):
+    """Call the function at ``address`` with the numbers in ``values[row]`` and an array that it reads and writes."""
+    return _ENTRIES[int(address)](values[row], slots)
 
 
 def as_row(pointer, count):
@@ -168,19 +173,15 @@ def as_row(pointer, count):
 
 if not INTERPRETED:
     call_at = njit(forceinline=True, **FLAGS)(
-        lambda address, values, row, column, a, b, c: _call_at(address, values, row, column, a, b, c)
+        lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c)
     )
-    call_on = njit(forceinline=True, **FLAGS)(
-        lambda address, values, row, column, board, line, place: _call_on(
-            address, values, row, column, board, line, place
-        )
-    )
+    call_on = njit(forceinline=True, **FLAGS)(lambda address, values, row, slots: _call_on(address, values, row, slots))
     as_row = njit(forceinline=True, **FLAGS)(lambda pointer, count: numba.carray(pointer, (1, count)))
 
 
 def numbers_of(model) -> list[float]:
     """Every number of a model, in the order of its fields; those of a model inside it in its place."""
-    found: list[float] = []
+    numbers: list[float] = []
     for value in model:
-        found += numbers_of(value) if isinstance(value, tuple) else [float(value)]
-    return found
+        numbers += numbers_of(value) if isinstance(value, tuple) else [float(value)]
+    return numbers

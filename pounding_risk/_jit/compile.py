@@ -36,6 +36,19 @@ KERNEL_SOURCES = ("_jit", "models", "solver", "motions/spectra.py", "units.py")
 INTERPRETED = bool(config.DISABLE_JIT)
 
 
+def _symbol_name(kind):
+    """Name of a named tuple's type in the symbols of compiled functions: its class and a digest of its fields' types.
+
+    Numba writes the fields out. A tuple that holds arrays of records would make symbols of ten thousand characters,
+    and these most of the file that a compiled function is kept in.
+    """
+    name = kind.name.partition("(")[0]
+    return name + hashlib.sha256(kind.name.encode()).hexdigest()[:16], ()
+
+
+types.BaseNamedTuple.mangling_args = property(_symbol_name)
+
+
 def source_digest() -> str:
     """Digest of the kernels' sources and of the numba version: the name of the cache folder.
 
@@ -44,7 +57,7 @@ def source_digest() -> str:
     package = Path(__file__).parents[1]
     digest = hashlib.sha256(numba.__version__.encode())
     sources = [package / name for name in KERNEL_SOURCES]
-    for file in sorted(file for each in sources for file in ([each] if each.is_file() else each.rglob("*.py"))):
+    for file in sorted(file for source in sources for file in ([source] if source.is_file() else source.rglob("*.py"))):
         digest.update(file.relative_to(package).as_posix().encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
@@ -113,11 +126,11 @@ class Shelf:
 
     @classmethod
     def from_function(cls, function, file):
-        """As numba asks for it."""
+        """Constructor that numba calls; the folder does not depend on the file."""
         return cls(function, file)
 
     def get_cache_path(self):
-        """The folder."""
+        """Path of the folder with the cache entries."""
         return self._path
 
     def ensure_cache_path(self):
@@ -135,7 +148,7 @@ class Shelf:
 
 
 class OnShelf(CompileResultCacheImpl):
-    """Compiled forms on their `Shelf`."""
+    """Cache entries of one kernel, in the folder that its `Shelf` names."""
 
     _locator_classes = (Shelf,)
 
@@ -155,15 +168,15 @@ class ForgivingCache(FunctionCache):
         if any(map(is_foreign, sig)):
             return None
         try:
-            found = super().load_overload(sig, target_context)
+            compiled_form = super().load_overload(sig, target_context)
         except Exception as error:  # unpickling a damaged file may raise anything
             warnings.warn(
                 f"{self.cache_path}: a compiled kernel cannot be read ({error!r}); compiled anew", stacklevel=2
             )
             self._forget()
             return None
-        if found is None or tuple(found.signature.args) == tuple(sig):
-            return found
+        if compiled_form is None or tuple(compiled_form.signature.args) == tuple(sig):
+            return compiled_form
         self._forget()
         return None
 
@@ -220,7 +233,7 @@ def part(function):
 def by_type_alone(compiled):
     """Let a call compile for the types of its arguments, not for every number that stands in the source of one.
 
-    Numba takes a constant's value into its type: row 4 of the desk and row 5 would be two kernels, of one machine code
+    Numba takes a constant's value into its type: row 4 of an array and row 5 would be two kernels, of one machine code
     once they are taken into their caller. This is a quarter of the time that compiling takes.
     """
     resolve = compiled.get_call_template

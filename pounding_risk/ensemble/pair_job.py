@@ -31,9 +31,9 @@ from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import COMPLETE, STATUS
 from pounding_risk.solver.pair.api import free_response, oscillators, vibration_maps
 from pounding_risk.solver.pair.flight import SIGNALS, Free
-from pounding_risk.solver.pair.grid import SIMULATED, sweep
+from pounding_risk.solver.pair.grid import SIMULATED, solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 
 AT_ONCE = 8  # lines in one call: what Ctrl-C waits for
 KEPT = 128  # responses without contact, some hundred kB each
@@ -105,8 +105,8 @@ class PairJob:
         """Fill ``out`` (raw columns, how each case was answered); ``how_exact`` = (rtol, screening)."""
         rtol, screening = how_exact
         grid = (self.gaps[stretch.gaps], self.yield_forces[strengths], self.study.restitution)
-        law, desk = lowered(self.laws[stretch.law]), make_desk(rtol)
-        sweep(self.pair, self.free(stretch.motion), law, grid, rtol, screening, desk, *out)
+        law, workspace = lowered(self.laws[stretch.law]), make_workspace(rtol)
+        solve_grid(self.pair, self.free(stretch.motion), law, grid, rtol, screening, workspace, *out)
 
     def _checked(
         self, lines: range, raw: NDArray[np.float64], places: NDArray[np.bool_], stop: Callable[[], bool]

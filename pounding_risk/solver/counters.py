@@ -1,4 +1,4 @@
-"""What a run counts and writes down: the tally's places, how a run may end, and the optional log."""
+"""Counters of a run, the ways in which a run may end, and the optional log of its contacts and steps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel
 
-# The tally of one run, by place.
+# The counters of one run, by place.
 (
     PENETRATION,
     COUNT,
@@ -34,8 +34,9 @@ from pounding_risk._jit.compile import kernel
     IMPLICIT,
     WORKED,
 ) = range(23)
-# Of these are outputs; BUSY, until when the contacts so far last, IMPLICIT, whether the present step is, and WORKED,
-# evaluations of the equations of motion in contact, serve the run alone.
+COUNTERS = 23
+# The first 20 are outputs. BUSY (time at which the contacts so far have ended), IMPLICIT (whether the present step is
+# implicit) and WORKED (evaluations of the equations of motion in contact) serve the run alone.
 TALLIED = 20
 
 # How a contact phase, and with it a run, may end.
@@ -67,7 +68,7 @@ STEP_COLUMNS = ("time", "u_left", "u_right", "v_left", "v_right", "force", "work
 
 
 class Log(NamedTuple):
-    """What a run writes down besides its tally; arrays without rows switch each part off.
+    """Contacts, steps and timed levels that a run logs; arrays without rows switch each part off.
 
     ``levels`` are forces [N, ascending] whose first reaching is timed and whose contacts are counted: a law
     without a cap runs once and answers for every yield force.

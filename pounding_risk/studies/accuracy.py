@@ -39,9 +39,9 @@ from pounding_risk.solver import counters as tally
 from pounding_risk.solver.baselines import fixed_step as fixed
 from pounding_risk.solver.baselines.solve_ivp import GaveUp, solve_general
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.accuracy_findings import (
     EVENT,
     FIRST,
@@ -250,7 +250,7 @@ def run_event(bench: Bench, rtol: float) -> Outcome:
             frees[batch.motion] = free_response(bench.pair, motion.acceleration, motion.dt, bench.wave)
             free_seconds += process_time() - start
         free = frees[batch.motion]
-        sweep(bench.pair, free, batch.law, bench.grid, rtol, False, make_desk(rtol), out, how)
+        solve_grid(bench.pair, free, batch.law, bench.grid, rtol, False, make_workspace(rtol), out, how)
         seconds += process_time() - start
         raws.append(out.reshape(-1, COLUMNS))
         required += [max(float(free.high[:, 0].max()), 0.0)] * how.size

@@ -40,9 +40,9 @@ from pounding_risk.solver.counters import (
     make_log,
 )
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run
-from pounding_risk.solver.pair.flight import Free, lay_out, state_at
+from pounding_risk.solver.pair.flight import Free, state_at, write_series
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.simulate_row import cell_of, row_histories
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, si
 
@@ -352,9 +352,11 @@ def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array)
 def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Array:
     """The free response between nodes, from its series."""
     node = int(_nodes_before(free, np.array([time]))[0])
-    desk = make_desk()
-    lay_out(pair, tuple(free.states[node]), free.passage.stretch(free.ground, free.step, node, 0.0), free.terms, desk)
-    return np.array(state_at(pair, desk, free.terms, time - free.passage.moment(free.step, node)))
+    workspace = make_workspace()
+    write_series(
+        pair, tuple(free.states[node]), free.passage.stretch(free.ground, free.step, node, 0.0), free.terms, workspace
+    )
+    return np.array(state_at(pair, workspace, free.terms, time - free.passage.moment(free.step, node)))
 
 
 def energies(

@@ -21,8 +21,8 @@ pytestmark = compiled
 SCENE = scene_text(
     FRAME, rigid(), gap="1 mm", stiffness="4.2e7 kN/m^1.5", restitution="concrete", records={"window": ["0 s", "3 s"]}
 )
-NEEDED = ("survey.survey", "tally.make_log", "march.march", "flight.lay_out", "flight.state_at")
-CHEAP = "flight.lay_out"  # compiled anew in a second
+NEEDED = ("free.fill_free_response", "counters.make_log", "run.march", "flight.write_series", "flight.state_at")
+CHEAP = "flight.write_series"  # compiled anew in a second
 ADVICE = "set NUMBA_CACHE_DIR to a folder that can be written"
 
 
@@ -33,7 +33,7 @@ def warm(tmp_path_factory) -> Path:
     assert _jit.CACHE is not None
     kept = Path(_jit.CACHE)
     target = tmp_path_factory.mktemp("warm")
-    for file in kept.glob("solver_*/*"):
+    for file in kept.glob("solver/**/*"):
         if file.name.startswith(NEEDED):
             copied = target / "pounding_risk" / file.relative_to(kept.parent)
             copied.parent.mkdir(parents=True, exist_ok=True)
@@ -101,7 +101,7 @@ def test_damaged_code_is_told_once(pattern, cache, folder, usual):
 @pytest.mark.skipif(os.name == "nt", reason="limits of a process are a matter of POSIX")
 def test_a_full_disk_is_told_once(cache, folder, usual):
     """Files may be opened and not be filled, as on a disk without space: here beyond the first block."""
-    for file in list(cache.rglob(f"{CHEAP}*")) + list(cache.rglob("tally.make_log*")):
+    for file in list(cache.rglob(f"{CHEAP}*")) + list(cache.rglob("counters.make_log*")):
         file.unlink()
     code = (
         "import resource, runpy, signal, sys\n"

@@ -293,7 +293,7 @@ def test_every_kernel_has_the_same_flags():
     found = kernels()
     assert {
         "pounding_risk.solver.pair.flight.fly",
-        "pounding_risk.solver.pair.contact.pound",
+        "pounding_risk.solver.pair.contact.integrate_contact",
         "pounding_risk.solver.pair.run.march",
     } <= set(found)
     for name, dispatcher in found.items():

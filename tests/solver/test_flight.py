@@ -23,21 +23,8 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair import flight
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
 from pounding_risk.solver.pair.flight import BLOCK, SIGNALS
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import (
-    HIGH,
-    LEFT,
-    LOW,
-    MAX_TERMS,
-    RIGHT,
-    SIGNAL,
-    bend_within,
-    crest_bound,
-    first_rise,
-    highest,
-    slope_at,
-    value_at,
-)
+from pounding_risk.solver.pair.taylor import bend_within, crest_bound, first_rise, highest, slope_at, value_at
+from pounding_risk.solver.workspace import LEFT, MAX_TERMS, RIGHT, SIGNAL, make_workspace
 
 ROUNDING = 1e-13  # of a signal's size
 LONGEST_TURN = 2.5  # rad of the stiffer building that one series spans
@@ -107,13 +94,13 @@ def stretches(draw):
 
 
 def laid_out(stretch):
-    """A desk with the series of both buildings and of the relative displacement."""
+    """A workspace with the series of both buildings and of the relative displacement."""
     pair, state, span, terms = stretch
-    desk = make_desk()
+    workspace = make_workspace()
     ground = Level(span[0], span[1])
-    flight.lay_out(pair, state, ground, terms, desk)
-    flight.signal_row(0, pair, ground, desk, terms)
-    return desk
+    flight.write_series(pair, state, ground, terms, workspace)
+    flight.write_signal(0, pair, ground, workspace, terms)
+    return workspace
 
 
 def relative(stretch, x):
@@ -129,14 +116,14 @@ def relative(stretch, x):
 @settings(max_examples=150)
 def test_the_series_is_the_closed_form(stretch):
     pair, state, span, terms = stretch
-    desk = laid_out(stretch)
+    workspace = laid_out(stretch)
     x = np.linspace(0.0, span[2], 9)
     for row, side in ((LEFT, 0), (RIGHT, 1)):
         u, v = closed_form(pair[side], state[side], state[2 + side], span, x)
         slack = 20.0 * rounding_of(pair[side], state[side], state[2 + side], span, span[2])
-        found = [value_at(desk, row, terms, place) for place in x]
+        found = [value_at(workspace.search.series, row, terms, place) for place in x]
         assert np.abs(found - u).max() <= slack
-        found = [slope_at(desk, row, terms, place) for place in x]
+        found = [slope_at(workspace.search.series, row, terms, place) for place in x]
         assert np.abs(found - v).max() <= slack / min(pair[side].inverse_omega, span[2])
 
 
@@ -158,7 +145,7 @@ def test_the_witness_is_the_matrix_exponential():
 @settings(max_examples=150)
 def test_no_second_derivative_exceeds_its_bounds(stretch):
     pair, state, span, terms = stretch
-    desk = laid_out(stretch)
+    workspace = laid_out(stretch)
     x = np.linspace(0.0, span[2], 200)
     for row, side in ((LEFT, 0), (RIGHT, 1)):
         oscillator = pair[side]
@@ -172,7 +159,7 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
         slack = 1.0 + 1e-9
         assert np.abs(bend).max() <= turn * slack
         assert np.abs(shake).max() <= flight.shake_bound(oscillator, turn) * slack
-        assert np.abs(bend).max() <= bend_within(desk, row, terms, span[2]) * slack + 1e-12 * turn
+        assert np.abs(bend).max() <= bend_within(workspace.search.series, row, terms, span[2]) * slack + 1e-12 * turn
 
 
 @given(UNIT, UNIT, st.floats(1e-6, 1.0), st.floats(0.0, 1e6))
@@ -194,12 +181,12 @@ MARGINS = st.sampled_from([0.0, 1e-15, 1e-9, 1e-4, 0.01, 0.1, 0.5, 0.9, 0.999999
 def test_no_touch_is_missed_and_the_first_is_found(stretch, share):
     """Gaps from the value at the start to past the crest, most of all just under and over it."""
     _, _, span, terms = stretch
-    desk = laid_out(stretch)
+    workspace = laid_out(stretch)
     x = np.linspace(0.0, span[2], 4001)
     value, rate, slack = relative(stretch, x)
     level = float(value[0] + share * (value.max() - value[0]))
-    level = max(level, float(desk[SIGNAL, 0]))
-    touch = first_rise(desk, terms, level, span[2])
+    level = max(level, float(workspace.search.series[SIGNAL, 0]))
+    touch = first_rise(workspace.search, terms, level, span[2])
     if touch < 0.0:
         assert touch == -1.0
         assert value.max() <= level + slack
@@ -218,13 +205,13 @@ def test_two_touches_in_one_interval_the_first_counts():
     span, terms = (0.0, 0.0, LONGEST_TURN / omega), terms_for(LONGEST_TURN)
     # u = cos(ω x − 0.5): crest 1 at ω x = 0.5, back below 0.9 at ω x = 0.951.
     stretch = pair, (np.cos(0.5), 0.0, omega * np.sin(0.5), 0.0), span, terms
-    touch = first_rise(laid_out(stretch), terms, 0.9, span[2])
+    touch = first_rise(laid_out(stretch).search, terms, 0.9, span[2])
     assert omega * touch == pytest.approx(0.5 - np.arccos(0.9), abs=1e-13)
     for level in (1.0 - 1e-6, 1.0 - 1e-12):
-        assert omega * first_rise(laid_out(stretch), terms, level, span[2]) == pytest.approx(
+        assert omega * first_rise(laid_out(stretch).search, terms, level, span[2]) == pytest.approx(
             0.5 - np.arccos(level), abs=1e-8
         )
-    assert first_rise(laid_out(stretch), terms, 1.0 + 1e-14, span[2]) == -1.0
+    assert first_rise(laid_out(stretch).search, terms, 1.0 + 1e-14, span[2]) == -1.0
 
 
 def test_bodies_that_part_are_not_touching_again_at_once():
@@ -233,36 +220,36 @@ def test_bodies_that_part_are_not_touching_again_at_once():
     omega = 2.0 * pi / 0.1
     span, terms = (0.0, 0.0, 2.4 / omega), terms_for(2.4)
     stretch = pair, (0.01, 0.0, -0.5, 0.0), span, terms
-    assert first_rise(laid_out(stretch), terms, 0.01, span[2]) == -1.0
+    assert first_rise(laid_out(stretch).search, terms, 0.01, span[2]) == -1.0
     # A push of a_g < 0 brings it back: the closed form says when.
     stretch = pair, (0.01, 0.0, -0.5, 0.0), (-300.0, 0.0, 2.4 / omega), terms
-    touch = first_rise(laid_out(stretch), terms, 0.01, span[2])
+    touch = first_rise(laid_out(stretch).search, terms, 0.01, span[2])
     assert touch > 0.0
     assert float(relative(stretch, touch)[0]) == pytest.approx(0.01, rel=1e-13)
     dense = np.linspace(0.0, touch, 1001)[1:-1]
     assert float(relative(stretch, dense)[0].max()) < 0.01
     rest = pair, (0.0, 0.0, 0.0, 0.0), span, terms
-    assert first_rise(laid_out(rest), terms, 0.0, span[2]) == -1.0
+    assert first_rise(laid_out(rest).search, terms, 0.0, span[2]) == -1.0
 
 
 def test_a_motion_that_is_not_finite_ends_the_search():
     pair = oscillators(building(0.1), building(0.2))
     for bad in (np.nan, inf, -inf):
         stretch = pair, (bad, 0.0, 0.0, 0.0), (0.0, 0.0, 0.01), terms_for(1.0)
-        assert first_rise(laid_out(stretch), stretch[3], 0.01, 0.01) <= 0.01
-        highest(laid_out(stretch), SIGNAL, stretch[3], 1.0, 0.01, 0.0)
+        assert first_rise(laid_out(stretch).search, stretch[3], 0.01, 0.01) <= 0.01
+        highest(laid_out(stretch).search, SIGNAL, stretch[3], 1.0, 0.01, 0.0)
 
 
 @given(stretches(), st.sampled_from([1.0, -1.0]), st.integers(0, SIGNALS - 1))
 @settings(max_examples=200)
 def test_the_highest_value_is_the_highest(stretch, sign, signal):
     pair, _, span, terms = stretch
-    desk = laid_out(stretch)
-    row, count = flight.signal_row(signal, pair, Level(span[0], span[1]), desk, terms)
-    coefficients = desk[row, :count].astype(np.longdouble)[::-1]
+    workspace = laid_out(stretch)
+    row, count = flight.write_signal(signal, pair, Level(span[0], span[1]), workspace, terms)
+    coefficients = workspace.search.series[row, :count].astype(np.longdouble)[::-1]
     x = np.linspace(0.0, span[2], 1001)
     values = sign * np.polyval(coefficients, x.astype(np.longdouble))
-    found = highest(desk, row, count, sign, span[2], -inf)
+    found = highest(workspace.search, row, count, sign, span[2], -inf)
     powers = np.abs(coefficients[::-1]) * np.longdouble(span[2]) ** np.arange(count)
     slack = ROUNDING * float(powers.sum())
     assert found >= values.max() - slack
@@ -275,7 +262,7 @@ def test_the_highest_value_is_the_highest(stretch, sign, signal):
         options={"xatol": 1e-9 * span[2]},
     )
     assert found <= max(-refined.fun, float(values.max())) + slack + 1e-12 * abs(found)
-    assert highest(desk, row, count, sign, span[2], found + 1.0) == found + 1.0
+    assert highest(workspace.search, row, count, sign, span[2], found + 1.0) == found + 1.0
 
 
 # Whole records.
@@ -361,10 +348,10 @@ def test_block_extremes_hold_the_motion_between_nodes(pair):
 
 
 def flown(pair, free, gap, start, state):
-    """`fly` on a desk without peaks: (node, offset, state), high, low."""
-    desk = make_desk()
-    node, offset, state = flight.fly(oscillators(*pair), free, gap, start, state, desk)
-    return (node, offset, state), desk[HIGH, :SIGNALS].copy(), desk[LOW, :SIGNALS].copy()
+    """`fly` with a workspace without peaks: (node, offset, state), high, low."""
+    workspace = make_workspace()
+    node, offset, state = flight.fly(oscillators(*pair), free, gap, start, state, workspace)
+    return (node, offset, state), workspace.high.copy(), workspace.low.copy()
 
 
 def never_quiet(free):

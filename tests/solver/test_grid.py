@@ -16,9 +16,9 @@ from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import study_from
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.units import STANDARD_GRAVITY
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
@@ -39,7 +39,7 @@ def grid(law, motion, gaps, forces, screening):
     out, how = np.zeros((len(gaps), len(forces), COLUMNS)), np.zeros((len(gaps), len(forces)), dtype=np.int8)
     pair = oscillators(LEFT, RIGHT)
     free = free_response(pair, *motion)
-    sweep(pair, free, law, (gaps, forces, constant(0.65)), 1e-6, screening, make_desk(), out, how)
+    solve_grid(pair, free, law, (gaps, forces, constant(0.65)), 1e-6, screening, make_workspace(), out, how)
     return out, how
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pounding_risk.solver.linear import solve_linear
+from pounding_risk.solver.pair.implicit import solve_linear
 
 
 @pytest.mark.parametrize("size", [1, 2, 5, 20])

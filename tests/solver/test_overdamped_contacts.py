@@ -22,7 +22,7 @@ from pounding_risk.models import restitution
 from pounding_risk.models.contact.laws import Jankowski
 from pounding_risk.models.structures.mdof import Chain
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
 
@@ -54,8 +54,8 @@ def test_a_creeping_contact_ends(e: float):
     """Before, the steps grew with 1/e: 3e4 of them at e = 0.01 and 3e8 at 1e-6 for a row like this one."""
     ground = jolts(2.5)
     coarse, fine = (run_of(CHAINS, meetings_of(e), ground, rtol) for rtol in (1e-6, 1e-8))
-    assert coarse.status == fine.status == tally.COMPLETE
-    assert coarse.points[0, tally.CONTACT_TIME] > 0.1
+    assert coarse.status == fine.status == counters.COMPLETE
+    assert coarse.points[0, counters.CONTACT_TIME] > 0.1
     assert coarse.steps < 20_000
     # Two tolerances agree by what the coarser one promises.
     for name in ("peak_closing", "peak_contact_force", "peak_approach_speed"):
@@ -72,7 +72,7 @@ def test_a_row_with_creeping_contacts_agrees_with_scipy(e: float, reference: typ
     true = reference(CHAINS, meetings, 1e-11 if reference is Row else 1e-9).go(ground, DT)
     run = run_of(CHAINS, meetings, ground)
     found = named(run)
-    assert run.status == tally.COMPLETE and true.points["impact_count"].min() >= 1
+    assert run.status == counters.COMPLETE and true.points["impact_count"].min() >= 1
     np.testing.assert_array_equal(found["impact_count"], true.points["impact_count"])
     for name in PEAKS:
         np.testing.assert_allclose(found[name], true.points[name], rtol=1e-6, err_msg=name)
@@ -89,8 +89,8 @@ def test_a_pair_with_a_creeping_contact_agrees_with_scipy_and_with_the_row():
     found = solve(*buildings, Interface(0.001, Jankowski(3e10), restitution.constant(1e-5)), ground, DT)
     true = StiffRow(chains, [point], 1e-9).go(ground, DT)
     run = run_of(chains, [point], ground)
-    assert found["status"] == run.status == tally.COMPLETE
-    assert found["impact_count"] == true.points["impact_count"][0] == run.points[0, tally.COUNT] >= 1
+    assert found["status"] == run.status == counters.COMPLETE
+    assert found["impact_count"] == true.points["impact_count"][0] == run.points[0, counters.COUNT] >= 1
     for name in PEAKS:
         assert found[name] == pytest.approx(true.points[name][0], rel=1e-6), name
         assert found[name] == pytest.approx(named(run)[name][0], rel=1e-6), name
@@ -111,9 +111,9 @@ def test_creep_under_a_constant_push_has_its_closed_form():
     assert stiffness * depth**1.5 < 5e-6 * mass * pull and mass * depth / time < 5e-6 * mass * pull * time
     ground = np.full(round(time / DT) + 1, -pull)
     run = run_of((single(mass, 5e3), RIGID), [Meeting(0, 1.0, 1.0, 0.0, "jankowski", stiffness, e)], ground)
-    assert run.status == tally.COMPLETE and run.points[0, tally.COUNT] == 1
-    assert run.points[0, tally.PENETRATION] == pytest.approx(depth, rel=1e-5)
-    assert run.points[0, tally.IMPULSE] == pytest.approx(mass * pull * time, rel=1e-5)
+    assert run.status == counters.COMPLETE and run.points[0, counters.COUNT] == 1
+    assert run.points[0, counters.PENETRATION] == pytest.approx(depth, rel=1e-5)
+    assert run.points[0, counters.IMPULSE] == pytest.approx(mass * pull * time, rel=1e-5)
 
 
 RANDOM_ROWS = 24
@@ -148,7 +148,7 @@ def test_no_legal_row_runs_away(seed: int):
     """The worst of 200 such rows tried 15,000 steps a second simulated."""
     chains, meetings, ground = random_row(seed)
     run = run_of(chains, meetings, ground)
-    assert run.status == tally.COMPLETE
+    assert run.status == counters.COMPLETE
     assert run.steps <= 30_000 * (ground.size - 1) * DT
 
 
@@ -166,7 +166,7 @@ begin, solve, solved = march.begin_run, implicit.closing_changes, []
 
 def drawn(row, run):
     begin(row, run)
-    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+    run.dofs[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
 
 def counted(*arguments):
     changes = solve(*arguments)
@@ -182,8 +182,8 @@ print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved])
 def test_mirror_images_creep_alike_to_the_last_bit():
     """As `test_rows_hold_together` has it for explicit steps: two contacts' equations are solved from both sides."""
     status, points, floors, solved = interpreted(f"import sys\nsys.path += {[str(Path(__file__).parent)]}\n{MIRRORED}")
-    assert status == tally.COMPLETE and points[0][tally.COUNT] >= 1
+    assert status == counters.COMPLETE and points[0][counters.COUNT] >= 1
     assert solved and all(left == right for left, right in solved)
-    assert repr(points[0][: tally.TALLIED]) == repr(points[1][: tally.TALLIED])
+    assert repr(points[0][: counters.TALLIED]) == repr(points[1][: counters.TALLIED])
     assert floors[2:4] == [[0.0] * 4] * 2
     assert floors[:2] == floors[4:]

@@ -16,9 +16,9 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
 from pounding_risk.solver.counters import MAX_STEPS, STATUS_SENTENCES, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, run_outputs
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.units import STANDARD_GRAVITY
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
@@ -85,7 +85,7 @@ def test_yielding_of_a_law_without_a_cap(name: str, el_centro: np.ndarray):
     run(pair, free, Interface(0.01, law, constant(0.65)), 1e-6, log)
     peaks = log.contacts[: log.used[0], 4]
     out, how = np.zeros((1, 4, COLUMNS)), np.zeros((1, 4), dtype=np.int8)
-    sweep(pair, free, law, (np.array([0.01]), forces, constant(0.65)), 1e-6, True, make_desk(), out, how)
+    solve_grid(pair, free, law, (np.array([0.01]), forces, constant(0.65)), 1e-6, True, make_workspace(), out, how)
     swept = run_outputs(out[0], forces)
     first = []
     for place, force in enumerate(forces):

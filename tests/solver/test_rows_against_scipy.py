@@ -16,7 +16,7 @@ from oracle_rows import Answer, integrate
 from row_cases import CASES, by_solver, named
 
 from pounding_risk.models.contact.laws import LAWS
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
 
 RTOL = 1e-9
@@ -55,7 +55,7 @@ def test_row_agrees_with_scipy(name: str):
     case = CASES[name]
     true, run = truth(name), by_solver(case)
     found, points = named(run), true.points
-    assert run.status == tally.COMPLETE
+    assert run.status == counters.COMPLETE
     assert points["impact_count"].sum() >= 3, "a row without contacts compares nothing"
     np.testing.assert_array_equal(found["impact_count"], points["impact_count"])
     closed = np.array([each.gap == 0.0 for each in case.meetings])

@@ -29,7 +29,7 @@ from row_cases import (
 from pounding_risk.models import restitution
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
 
@@ -48,7 +48,7 @@ begin = march.begin_run
 
 def drawn(row, run):
     begin(row, run)
-    run.desk[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
+    run.dofs[NODE, :6] = [-0.03, -0.06, 0.0, 0.0, 0.03, 0.06]
 
 march.begin_run = drawn
 run = rows.run_row(rows.lay_out((side, middle, side), points_of(meetings), 0.01), contacts_of(meetings), np.zeros(60))
@@ -88,9 +88,9 @@ def test_between_mirror_images_a_building_stands_exactly_still():
     """Both sides touch, turn and part at the same instants, to the last bit, against columns between two floors."""
     places = [str(Path(__file__).parent)]
     status, points, floors = interpreted(f"import sys\nsys.path += {places}\n{MIRRORED}")
-    assert status == tally.COMPLETE
-    assert points[0] == points[1][: tally.TALLIED] + points[0][tally.TALLIED :]
-    assert points[0][tally.COUNT] == 2
+    assert status == counters.COMPLETE
+    assert points[0] == points[1][: counters.TALLIED] + points[0][counters.TALLIED :]
+    assert points[0][counters.COUNT] == 2
     assert floors[2:4] == [[0.0] * 4] * 2
     assert floors[:2] == floors[4:]
 
@@ -158,8 +158,8 @@ def test_a_storey_and_the_contact_above_it_turn_at_one_instant():
     case = CASES["a yielding storey at a wall"]
     for pga in np.linspace(0.3, 0.8, 40):
         run = by_solver(case._replace(shaking=case.shaking._replace(pga=float(pga))))
-        assert run.status == tally.COMPLETE, pga
-        assert run.points[0, tally.COUNT] >= 1
+        assert run.status == counters.COMPLETE, pga
+        assert run.points[0, counters.COUNT] >= 1
 
 
 def test_a_soft_touch_after_yielding_closes_its_energy():
@@ -169,7 +169,7 @@ def test_a_soft_touch_after_yielding_closes_its_energy():
         storeys(1, mass, mass * (2.0 * np.pi / period) ** 2, YIELDS, strength=strength) for period in (0.3, 0.4)
     )
     run = by_solver(Case(frames, floors(0, 1.0, gap=0.02), Shaking("RSN6-180", 0.0, 53.0, 0.3, "reversed")))
-    assert run.status == tally.COMPLETE
+    assert run.status == counters.COMPLETE
     assert np.abs(run.rest[:, 1]).min() > 1e-3  # m: both have yielded
     assert run.points[0, PLACES["impact_count"]] == 1
     # The kinetic energy of two bodies is that of their approach, 1/2 (m/2) v², at least.

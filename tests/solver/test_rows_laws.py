@@ -14,7 +14,7 @@ import pytest
 from interpreted import interpreted
 from row_cases import EL_CENTRO, PLACES, contacts_of, floors, jankowski, points_of, single, storeys
 
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
 
 SETUP = f"""
@@ -112,7 +112,7 @@ def test_laws_of_every_kind_side_by_side_are_those_of_a_pair():
     The pair's solver shares the laws with the row's, and neither calls nor memory; both run at rtol 1e-9.
     """
     status, laws = interpreted(f"{SETUP}\nNAMES = {NAMES}\n{LAWS}")
-    assert status == tally.COMPLETE
+    assert status == counters.COMPLETE
     for law, found, true in laws:
         assert found["impact_count"] == true["impact_count"] >= 1, law
         assert found == pytest.approx(true, rel=1e-7), law
@@ -122,7 +122,7 @@ def test_a_law_defined_again_answers_with_its_own_numbers_in_a_row():
     """One name, three classes: each is the linear spring of its own stiffness, to the bit."""
     for own, known in interpreted(SETUP + OWN):
         np.testing.assert_array_equal(np.array(own), np.array(known))
-        assert own[0][tally.COUNT] >= 1
+        assert own[0][counters.COUNT] >= 1
 
 
 @pytest.mark.slow
@@ -130,10 +130,10 @@ def test_a_law_defined_again_answers_with_its_own_numbers_in_a_row():
 def test_groups_side_by_side_are_one_group(gap: float):
     """Solved apart where they stand apart, against all buildings in one group at all times: 1e-7 at rtol 1e-9."""
     apart, together = interpreted(SETUP + GROUPS.replace("GAP12", repr(gap)))
-    assert apart[0] == together[0] == tally.COMPLETE
+    assert apart[0] == together[0] == counters.COMPLETE
     points, all_points = np.array(apart[1]), np.array(together[1])
-    assert points[:, tally.COUNT].tolist() == all_points[:, tally.COUNT].tolist()
-    assert (points[:, tally.COUNT] > 0).sum() >= 3
+    assert points[:, counters.COUNT].tolist() == all_points[:, counters.COUNT].tolist()
+    assert (points[:, counters.COUNT] > 0).sum() >= 3
     same = [PLACES[name] for name in ("peak_closing", "peak_contact_force", "impulse", "peak_penetration")]
     np.testing.assert_allclose(points[:, [*same, rows.LOWEST]], all_points[:, [*same, rows.LOWEST]], rtol=1e-7)
     np.testing.assert_allclose(apart[2], together[2], rtol=1e-7)
@@ -147,16 +147,16 @@ def test_a_closed_gap_at_rest_under_a_tapered_record():
     for quiet in (0, 7):
         shaken = np.concatenate([np.zeros(quiet), tapered])
         run = rows.run_row(rows.lay_out(chains, points_of(meetings), dt), contacts_of(meetings), shaken)
-        assert run.status == tally.COMPLETE
-        assert run.points[0, tally.COUNT] >= 1
-        assert quiet * dt <= run.points[0, tally.FIRST_TOUCH] < quiet * dt + 1.0
+        assert run.status == counters.COMPLETE
+        assert run.points[0, counters.COUNT] >= 1
+        assert quiet * dt <= run.points[0, counters.FIRST_TOUCH] < quiet * dt + 1.0
 
 
 def test_a_row_without_contact_points_is_free():
     acceleration, dt = EL_CENTRO.samples()
     laid = rows.lay_out(jankowski(), [], dt)
     run = rows.run_row(laid, rows.Contacts(np.zeros(0), np.zeros(0), [], []), acceleration[:100])
-    assert run.status == tally.COMPLETE
+    assert run.status == counters.COMPLETE
     np.testing.assert_array_equal(run.floors, rows.free_row(laid, acceleration[:100]).floors)
 
 
@@ -176,7 +176,7 @@ def test_a_row_compiled_is_the_row_interpreted_in_bits(law: str, capsys: pytest.
     exec(code, {})
     found_status, found_steps, *found = json.loads(capsys.readouterr().out)
     assert (status, steps) == (found_status, found_steps)
-    assert status == tally.COMPLETE
+    assert status == counters.COMPLETE
     assert json.dumps(found) == json.dumps(values)
 
 

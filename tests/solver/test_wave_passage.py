@@ -23,8 +23,8 @@ from pounding_risk.scene.reader import study_from
 from pounding_risk.solver.counters import make_log
 from pounding_risk.solver.pair import flight
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import SIGNAL, bend_at, value_at
+from pounding_risk.solver.pair.taylor import bend_at, value_at
+from pounding_risk.solver.workspace import SIGNAL, make_workspace
 from pounding_risk.studies import demo
 from pounding_risk.studies.simulate import _node_times, energies, histories, relative_displacement
 from pounding_risk.studies.stability.trial import shaking
@@ -170,16 +170,16 @@ def test_no_relative_motion_bends_more_than_its_bound(numbers, share: float):
     state = tuple(0.01 * number for number in numbers[:4])
     a, b, bend, twist, spread, rate = numbers[4:]
     ground = Rippled(5.0 * a, 500.0 * b, 5.0 * bend, 500.0 * twist, 0.1 * spread, rate, (1.0 - share) * step)
-    desk, terms = make_desk(), 30
-    flight.lay_out(pair, state, ground, terms, desk)
-    flight.signal_row(0, pair, ground, desk, terms)
+    workspace, terms = make_workspace(), 30
+    flight.write_series(pair, state, ground, terms, workspace)
+    flight.write_signal(0, pair, ground, workspace, terms)
     bound = flight.bend_bounds(pair, state, ground, share * step)[0]
     for x in np.linspace(0.0, share * step, 7):
-        u, w, *_ = flight.state_at(pair, desk, terms, x)
+        u, w, *_ = flight.state_at(pair, workspace, terms, x)
         later = x + ground.offset
         cubic = 0.1 * spread + rate * later + 5.0 * bend * later**2 / 2.0 + 500.0 * twist * later**3 / 6.0
-        assert value_at(desk, SIGNAL, terms, x) == pytest.approx(u - w - cubic, abs=1e-15)
-        assert abs(bend_at(desk, SIGNAL, terms, x)) <= bound * (1.0 + 1e-12) + 1e-12
+        assert value_at(workspace.search.series, SIGNAL, terms, x) == pytest.approx(u - w - cubic, abs=1e-15)
+        assert abs(bend_at(workspace.search.series, SIGNAL, terms, x)) <= bound * (1.0 + 1e-12) + 1e-12
 
 
 def test_interpreted_as_compiled():

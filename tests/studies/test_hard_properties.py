@@ -21,9 +21,9 @@ from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.counters import COMPLETE, MAX_STEPS, NOT_FINITE, STATUS_SENTENCES, STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.stability.cases.exact import factors, scaled
 from pounding_risk.studies.stability.trial import PULLING, Scene, Trial, largest_difference
 from pounding_risk.units import STANDARD_GRAVITY
@@ -353,7 +353,7 @@ def test_a_pruned_grid_is_the_whole_grid(name: str, seed: int, count: int):
         out = np.zeros((len(gaps), len(forces), COLUMNS))
         how = np.zeros((len(gaps), len(forces)), dtype=np.int8)
         grid = (gaps, forces, scene.restitution)
-        sweep(pair, free, Trial(name, 1e-6).law(scene), grid, 1e-6, screening, make_desk(), out, how)
+        solve_grid(pair, free, Trial(name, 1e-6).law(scene), grid, 1e-6, screening, make_workspace(), out, how)
         answers.append(np.delete(out, STEPS, axis=-1))
     assert np.array_equal(*answers, equal_nan=True)
 

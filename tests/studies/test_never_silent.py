@@ -34,13 +34,13 @@ from pounding_risk.studies.stability.trial import Scene, Trial, shaking
 # Limits are constants of compiled code: where they are lowered, the code must be interpreted.
 LOWERED = """
 import json
-from pounding_risk.solver.pair import run as march, contact as pound
+from pounding_risk.solver.pair import run, contact
 from pounding_risk.studies.stability.trial import Scene, Trial, shaking
 
 scene = Scene(ground=shaking(4.0, duration=1.0))
 found = {}
 for module, name, value in json.loads('LIMITS'):
-    module = {"march": march, "pound": pound}[module]
+    module = {"run": run, "contact": contact}[module]
     kept = getattr(module, name)
     setattr(module, name, value)
     found[name] = Trial("kelvin_voigt_tension_cut", 1e-6).solve(scene)
@@ -49,10 +49,10 @@ found["none"] = Trial("kelvin_voigt_tension_cut", 1e-6).solve(scene)
 print(json.dumps({name: {key: str(value) for key, value in row.items()} for name, row in found.items()}))
 """
 LIMITS = [
-    ("pound", "MAX_STEPS", 30, EXHAUSTED),
-    ("pound", "WORK_AT_LEAST", -1e9, EXHAUSTED),  # less than nothing: what every second adds would be enough
-    ("march", "MAX_CONTACTS", 1, TOO_MANY_CONTACTS),
-    ("march", "OPEN_SHARE", 1e-9, ENERGY_OPEN),
+    ("contact", "MAX_STEPS", 30, EXHAUSTED),
+    ("contact", "WORK_AT_LEAST", -1e9, EXHAUSTED),  # less than nothing: what every second adds would be enough
+    ("run", "MAX_CONTACTS", 1, TOO_MANY_CONTACTS),
+    ("run", "OPEN_SHARE", 1e-9, ENERGY_OPEN),
 ]
 
 
@@ -71,7 +71,7 @@ def lowered() -> dict[str, dict[str, float]]:
     package = str(Path(pr.__file__).resolve().parent.parent)
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": package}
     # An absolute floor for rounding would hide an open energy: off.
-    code = code.replace("scene = Scene", "march.OPEN_FLOOR = 0.0\nscene = Scene")
+    code = code.replace("scene = Scene", "run.OPEN_FLOOR = 0.0\nscene = Scene")
     run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
     assert run.returncode == 0, run.stderr
     return {name: {key: float(value) for key, value in row.items()} for name, row in json.loads(run.stdout).items()}

@@ -12,15 +12,15 @@ from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of, with_effects
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.pair.api import at_rest, oscillators
-from pounding_risk.solver.pair.contact import pound
-from pounding_risk.solver.pair.free import survey
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.contact import integrate_contact
+from pounding_risk.solver.pair.free import fill_free_response
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.isolated import meeting
 from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.pair.stages import make_desk
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import laws as rows_laws
 from pounding_risk.solver.row import run as rows_march
+from pounding_risk.solver.workspace import make_workspace
 
 # Compiling on one core of the machine that this was written on [s].
 LAW_OF_A_PAIR, MOTION_OF_A_PAIR = 12.0, 5.0
@@ -67,13 +67,18 @@ def _of_pair(study: Study) -> Kernels:
     pair = oscillators(*study.pair)
     free = at_rest(pair, *STILL, wave_of(study.effects))
     cases = np.zeros(1), np.zeros(1), study.restitution
-    room = make_desk(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
+    room = make_workspace(study.rtol), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1), np.int8)
 
     def known(name: str) -> bool:
         law = lowered(_like(study, name))
-        return is_compiled(sweep, (pair, free, law, cases, study.rtol, True, *room)) and _calibrates(study, name)
+        return is_compiled(solve_grid, (pair, free, law, cases, study.rtol, True, *room)) and _calibrates(study, name)
 
-    return Kernels(is_compiled(survey, (pair, free)), True, tuple(map(known, study.grid.contact_models)), False)
+    return Kernels(
+        is_compiled(fill_free_response, (pair, free, room[0])),
+        True,
+        tuple(map(known, study.grid.contact_models)),
+        False,
+    )
 
 
 def _of_row(study: Study) -> Kernels:
@@ -87,7 +92,7 @@ def _of_row(study: Study) -> Kernels:
         return entered and all(_calibrates(here, name) for here in places)
 
     laws = tuple(map(known, study.grid.contact_models))
-    return Kernels(is_compiled(rows_march.survey, (*call, terms, states)), solver, laws, at_each_start=True)
+    return Kernels(is_compiled(rows_march.march_free, (*call, terms, states)), solver, laws, at_each_start=True)
 
 
 def _like(study: Study, name: str) -> Any:
@@ -102,7 +107,7 @@ def _calibrates(study: Study, name: str) -> bool:
     laws = study.law(study.stiff_name), study.law(name, 1.0)
     blow = 1.0, 1.0, 1.0, 1e-12
     # A model without a force has no stiffness to find, so that each of these meets in a contact of finite force.
-    return all(is_compiled(pound, meeting(law, study.restitution, 1.0, blow)) for law in laws)
+    return all(is_compiled(integrate_contact, meeting(law, study.restitution, 1.0, blow)) for law in laws)
 
 
 def is_compiled(kernel: Any, arguments: Iterable[Any]) -> bool:

@@ -106,7 +106,7 @@ def march_fixed(stepper, pair, law, limits, ground, out):
 
 @kernel
 def sweep_fixed(stepper, pair, law, grid, ground, out):
-    """Every gap and yield force of one law under one motion; ``grid`` as for `core.sweep`, ``out`` (…, …, COLUMNS)."""
+    """Every gap and yield force of one law under one motion; ``grid`` as in `pair.grid`, ``out`` (…, …, COLUMNS)."""
     gaps, yield_forces, restitution = grid
     for g in range(gaps.size):
         for f in range(yield_forces.size):

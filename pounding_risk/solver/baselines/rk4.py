@@ -10,7 +10,7 @@ from pounding_risk.solver.baselines.force import contact_force
 
 @small
 def derivative(pair, law, contact, a_g, state):
-    """d(u_left, u_right, v_left, v_right)/dt."""
+    """Time derivative of the state (u_left, u_right, v_left, v_right)."""
     left, right = pair
     force = contact_force(law, contact, state[0] - state[1] - contact.gap, state[2] - state[3])
     return (
@@ -23,7 +23,7 @@ def derivative(pair, law, contact, a_g, state):
 
 @small
 def moved(state, slope, h):
-    """state + h slope."""
+    """The state after a time h at a constant slope: state + h slope."""
     return (
         state[0] + h * slope[0],
         state[1] + h * slope[1],

@@ -47,7 +47,7 @@ class Answer(NamedTuple):
 
 
 class Seen:
-    """The largest values so far."""
+    """Largest values of the run so far."""
 
     def __init__(self) -> None:
         self.reach = self.closing = self.force = self.demand = 0.0
@@ -80,7 +80,7 @@ class ScipyPair:
         return self.law.force(self.phase.memory, delta, y[2] - y[3], self.phase.approaching)
 
     def force(self, y: Any) -> float:
-        """What the buildings feel."""
+        """Contact force on this branch of the law [N]."""
         if not self.phase.touching or self.phase.region == SLACK:
             return 0.0
         if self.phase.region == YIELDING:
@@ -88,7 +88,7 @@ class ScipyPair:
         return self.uncapped(y)
 
     def rates(self, t: float, y: Any) -> tuple[float, float, float, float]:
-        """dy/dt."""
+        """Right-hand side of the equations of motion, dy/dt."""
         place_left, place_right, v_left, v_right = y.tolist()
         a_g, force = self.ramp[0] + self.ramp[1] * t, self.force((place_left, place_right, v_left, v_right))
         left, right = self.left, self.right
@@ -111,22 +111,22 @@ class ScipyPair:
         """The events that end this piece, then the crests that do not: functions as ``solve_ivp`` wants them."""
         gap, phase = self.interface.gap, self.phase
         turn = -1.0 if phase.approaching else 1.0
-        found = [
+        functions = [
             _event(lambda t, y: y[0] - y[1] - gap, -1.0 if phase.touching else 1.0, True),
             _event(lambda t, y: y[2] - y[3], turn if phase.touching else 0.0, phase.touching),
         ]
         if not phase.touching:
-            return found
+            return functions
         if self.strength < inf:
             falls = -1.0 if phase.region == YIELDING else 1.0
-            found.append(_event(lambda t, y: self.uncapped(y) - self.strength, falls, True))
+            functions.append(_event(lambda t, y: self.uncapped(y) - self.strength, falls, True))
         if self.least > -inf:
             rises = 1.0 if phase.region == SLACK else -1.0
-            found.append(_event(lambda t, y: self.uncapped(y), rises, True))
-        return [*found, _event(self.force_rate, -1.0, False)]
+            functions.append(_event(lambda t, y: self.uncapped(y), rises, True))
+        return [*functions, _event(self.force_rate, -1.0, False)]
 
     def after(self, which: int, y: Any, now: float) -> Phase:
-        """The phase past event number ``which``."""
+        """Branch of the law after event number ``which``."""
         phase = self.phase
         if which == CLOSING:
             if phase.touching:
@@ -149,10 +149,10 @@ def _event(function: Any, direction: float, terminal: bool) -> Any:
     return event
 
 
-def _what_ended(found: Any, events: list[Any]) -> int:
+def _what_ended(solution: Any, events: list[Any]) -> int:
     """The event that ended the piece: of those that can, the one found last."""
-    pairs = zip(found.t_events, events, strict=True)
-    last = [times[-1] if len(times) and each.terminal else -1.0 for times, each in pairs]
+    pairs = zip(solution.t_events, events, strict=True)
+    last = [times[-1] if len(times) and event.terminal else -1.0 for times, event in pairs]
     return int(np.argmax(last))
 
 
@@ -173,16 +173,16 @@ def solve_general(solver: str, pair: Any, interface: Any, motion: tuple[Any, flo
         now = 0.0
         while now < dt * (1.0 - 1e-12):
             events = model.events()
-            found: Any = solve_ivp(model.rates, (now, dt), y, events=events, **options)
-            if not found.success:
-                when = f"{sample * dt + float(found.t[-1]):g} s"
-                raise GaveUp(f"{solver} at rtol {rtol:g} stopped at {when}: {found.message}")
-            seen.look(model, np.vstack([found.y.T, *(crests for crests in found.y_events if len(crests))]))
-            seen.steps += model.phase.touching * (len(found.t) - 1)
-            y, now = found.y[:, -1].copy(), float(found.t[-1])
-            if found.status != 1:
+            solution: Any = solve_ivp(model.rates, (now, dt), y, events=events, **options)
+            if not solution.success:
+                when = f"{sample * dt + float(solution.t[-1]):g} s"
+                raise GaveUp(f"{solver} at rtol {rtol:g} stopped at {when}: {solution.message}")
+            seen.look(model, np.vstack([solution.y.T, *(crests for crests in solution.y_events if len(crests))]))
+            seen.steps += model.phase.touching * (len(solution.t) - 1)
+            y, now = solution.y[:, -1].copy(), float(solution.t[-1])
+            if solution.status != 1:
                 break
-            which = _what_ended(found, events)
+            which = _what_ended(solution, events)
             if which == CLOSING and not model.phase.touching:
                 seen.count += 1
                 seen.first = sample * dt + now if seen.count == 1 else seen.first

@@ -13,16 +13,16 @@ from pounding_risk.models.ground import Passing, Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
-from pounding_risk.solver.pair.flight import BLOCK, SIGNALS, Free
-from pounding_risk.solver.pair.free import survey
+from pounding_risk.solver.pair.flight import BLOCK, Free
+from pounding_risk.solver.pair.free import fill_free_response
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import HIGH, LOW, MAX_TERMS, TALLY
+from pounding_risk.solver.pair.stages import Limits
+from pounding_risk.solver.workspace import MAX_TERMS, SIGNALS, make_workspace
 
 
 class Interface(NamedTuple):
-    """What stands between two neighbours."""
+    """Gap, contact law, restitution and yield force between two neighbours."""
 
     gap: float  # m
     law: Any
@@ -31,7 +31,7 @@ class Interface(NamedTuple):
 
 
 def oscillators(left: Building, right: Building) -> tuple[Oscillator, Oscillator]:
-    """The pair as the kernels see it."""
+    """Both buildings as the kernels take them."""
     return left.oscillator(), right.oscillator()
 
 
@@ -51,7 +51,7 @@ def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, f
 
 
 def vibration_maps(pair: tuple[Oscillator, Oscillator], time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """`_vibration_map` of both buildings."""
+    """Free vibration of both buildings over ``time`` [s], as `_vibration_map` gives it for one."""
     return _vibration_map(pair[0], time), _vibration_map(pair[1], time)
 
 
@@ -67,7 +67,7 @@ def free_response(
     sums to rounding over every interval.
     """
     free = at_rest(pair, acceleration, dt, wave)
-    survey(pair, free)
+    fill_free_response(pair, free, make_workspace())
     passage = free.passage
     closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
     return free._replace(fastest=float(np.abs(closing).max()))
@@ -76,7 +76,7 @@ def free_response(
 def at_rest(
     pair: tuple[Oscillator, Oscillator], acceleration: np.ndarray, dt: float, wave: WavePassage | None = None
 ) -> Free:
-    """As `free_response`, with everything laid out and nothing moved yet."""
+    """Arrays of a `free_response` that has not been computed yet: the pair at rest at every node."""
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
     parts = max(1, ceil(omega * dt / 2.5))
     count = (len(acceleration) - 1) * parts + 1
@@ -103,10 +103,10 @@ def at_rest(
 
 def run(pair, free: Free, interface: Interface, rtol: float, log: Log | None = None) -> np.ndarray:
     """`march` for one interface; returns its raw columns (see `outputs`)."""
-    desk = make_desk(rtol)
-    limits = (float(interface.gap), float(interface.yield_force), interface.restitution)
-    march(pair, free, lowered(interface.law), limits, float(rtol), desk, log or make_log(0, 0, np.zeros(0)))
-    return np.concatenate([desk[TALLY, :TALLIED], desk[HIGH, :SIGNALS], desk[LOW, :SIGNALS]])
+    workspace = make_workspace(rtol)
+    limits = Limits(float(interface.gap), float(interface.yield_force), interface.restitution)
+    march(pair, free, lowered(interface.law), limits, float(rtol), workspace, log or make_log(0, 0, np.zeros(0)))
+    return np.concatenate([workspace.counters[:TALLIED], workspace.high, workspace.low])
 
 
 def solve(

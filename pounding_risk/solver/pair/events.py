@@ -9,44 +9,46 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.peaks import crest, hides_crest
-from pounding_risk.solver.pair.readings import BEGIN_ROWS, END_ROWS, FORCE, PEEK_ROWS, peek, read_end
-from pounding_risk.solver.pair.stages import (
-    ELASTIC,
-    END_WEIGHT,
-    FINAL,
-    LAST,
-    SHARE,
-    SLACK,
-    YIELDING,
-    Phase,
-    finish,
-    next_step,
+from pounding_risk.solver.pair.implicit import attempt, spread
+from pounding_risk.solver.pair.peaks import (
+    AT_BEGIN,
+    AT_BETWEEN,
+    AT_END,
+    FORCE,
+    crest,
+    hides_crest,
+    read_between,
+    read_end,
 )
-from pounding_risk.solver.pair.step import attempt, spread
-from pounding_risk.solver.pair.taylor import END
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE, SLACK, YIELDING, Phase, finish, next_step
+from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
 MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a crest is told apart from it
 
 
 @small
-def margin_at(kind, impact, phase, desk, rows):
-    """(margin, its slope) of a kind of event at one end of a step, from what `read_end` left."""
-    source, tangent, values, rises = rows
+def event_function(kind, impact, phase, workspace, rows):
+    """(value, slope) of the event function of a kind at a place on the step whose readings are known.
+
+    It is positive before the event and zero at it.
+    """
+    row, slope_row = rows
+    states, slopes = workspace.states, workspace.slopes
+    force, force_slope = workspace.readings[row, FORCE], workspace.reading_slopes[row, FORCE]
     if kind == TURN:
         sign = 1.0 if phase.approaching else -1.0
         # A turn is one that rounding does not undo: bodies at rest against each other turn no more.
-        rate = desk[source, 2] - desk[source, 3]
-        return sign * rate + impact.still, sign * (desk[tangent, 2] - desk[tangent, 3])
+        rate = states[row, 2] - states[row, 3]
+        return sign * rate + impact.still, sign * (slopes[slope_row, 2] - slopes[slope_row, 3])
     if kind == PART:
-        return desk[source, 0] - desk[source, 1] - impact.gap, desk[tangent, 0] - desk[tangent, 1]
+        return states[row, 0] - states[row, 1] - impact.gap, slopes[slope_row, 0] - slopes[slope_row, 1]
     if kind == YIELD:
         sign = 1.0 if phase.region == YIELDING else -1.0
         # Past F_E by more than rounding, so that a plateau of no length is not left and entered again and again.
-        return sign * (desk[values, FORCE] - impact.strength) + MET * impact.strength, sign * desk[rises, FORCE]
+        return sign * (force - impact.strength) + MET * impact.strength, sign * force_slope
     sign = -1.0 if phase.region == SLACK else 1.0
-    return sign * desk[values, FORCE], sign * desk[rises, FORCE]
+    return sign * force, sign * force_slope
 
 
 @small
@@ -78,30 +80,30 @@ def first_dip(start, start_slope, stop, stop_slope):
 
 
 @kernel
-def rise_above(impact, phase, span, desk):
+def rise_above(impact, phase, span, workspace):
     """Where on the step the uncapped force, below F_E at both ends, has its crest above it; 2 where it has not.
 
-    The crest is that of `peaks.watch_step`. One that passes F_E by rounding is left to it: it counts, and needs no
+    The crest is that of `peaks.update_peaks`. One that passes F_E by rounding is left to it: it counts, and needs no
     landing on a plateau of no length.
     """
-    ends = hides_crest(FORCE, 1.0, impact.strength, span, desk)
+    ends = hides_crest(FORCE, 1.0, impact.strength, span, workspace)
     if not ends[0] > 0.0:
         return 2.0
-    spread(impact, phase, span, desk)
-    best, place = crest(FORCE, 1.0, ends, impact, phase, span, desk)
+    spread(impact, phase, span, workspace)
+    best, place = crest(FORCE, 1.0, ends, impact, phase, span, workspace)
     return place if best > BARELY * impact.strength else 2.0
 
 
 @small
-def dip_of(kind, impact, phase, span, desk):
+def dip_of(kind, impact, phase, span, workspace):
     """Where on the step (0 to 1) an event of this kind comes first, or 2: a model between both ends."""
     s, h = span
-    stop, stop_slope = margin_at(kind, impact, phase, desk, END_ROWS)
+    stop, stop_slope = event_function(kind, impact, phase, workspace, AT_END)
     if stop >= 0.0 and stop_slope <= 0.0:
         return 2.0
-    start, start_slope = margin_at(kind, impact, phase, desk, BEGIN_ROWS)
+    start, start_slope = event_function(kind, impact, phase, workspace, AT_BEGIN)
     if kind == YIELD and phase.region == ELASTIC and stop >= 0.0 and start > 0.0:
-        return rise_above(impact, phase, span, desk)
+        return rise_above(impact, phase, span, workspace)
     start = max(start, 0.0)
     # At the touch δ^(1/4) has no slope in t and a finite one in s; where it rises from there is all that counts.
     start_slope = h * start_slope if s > 0.0 else stop - start
@@ -112,8 +114,8 @@ def dip_of(kind, impact, phase, span, desk):
 
 
 @small
-def is_watched(kind, impact, phase):
-    """True for the kinds of event that this branch of the law can end with."""
+def is_possible(kind, impact, phase):
+    """True for the kinds of event that can end the present branch of the law."""
     if kind == YIELD:
         return impact.strength < inf
     if kind == CUT:
@@ -122,40 +124,40 @@ def is_watched(kind, impact, phase):
 
 
 @small
-def first_event(impact, phase, span, desk):
-    """Which event the step from row STATE to row END meets first, and where on it (0 to 1)."""
+def first_event(impact, phase, span, workspace):
+    """Which event the step from BEGIN to END meets first, and where on it (0 to 1)."""
     kind, place = NONE, 2.0
     for candidate in range(TURN, PART + 1):
-        if is_watched(candidate, impact, phase):
-            dip = dip_of(candidate, impact, phase, span, desk)
+        if is_possible(candidate, impact, phase):
+            dip = dip_of(candidate, impact, phase, span, workspace)
             if dip < place:
                 kind, place = candidate, dip
     return kind, place
 
 
 @kernel
-def event_passed(landed, impact, phase, desk):
+def event_passed(landed, impact, phase, workspace):
     """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
     for candidate in range(TURN, PART + 1):
-        if candidate == landed or not is_watched(candidate, impact, phase):
+        if candidate == landed or not is_possible(candidate, impact, phase):
             continue
-        if margin_at(candidate, impact, phase, desk, END_ROWS)[0] < 0.0:
+        if event_function(candidate, impact, phase, workspace, AT_END)[0] < 0.0:
             return candidate
     return NONE
 
 
 @kernel
-def settle(kind, place, impact, phase, span, desk):
+def settle(kind, place, impact, phase, span, workspace):
     """Refine the place of an event on the step's polynomial: Newton's rule in a bracket; 2 where there is none.
 
     ``place`` is the guess of the model between the ends, which may see a dip that the step does not have.
     """
     h = span[1]
-    crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
+    crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
     low, high, x = 0.0, 1.0, place
     for _ in range(40):
-        peek(impact, phase, span, x, desk)
-        value, slope = margin_at(kind, impact, phase, desk, PEEK_ROWS)
+        read_between(impact, phase, span, x, workspace)
+        value, slope = event_function(kind, impact, phase, workspace, AT_BETWEEN)
         if value < 0.0:
             high, crossed = x, True
         elif crossed or slope < 0.0:
@@ -175,24 +177,24 @@ def settle(kind, place, impact, phase, span, desk):
 
 
 @kernel
-def land(kind, place, impact, phase, span, rtol, desk):
+def land(kind, place, impact, phase, span, rtol, workspace):
     """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
 
-    Returns the length of the step, whose end is left in row END and its slopes in row LAST, and whether the event
+    Returns the length of the step, whose end is left in END and its slopes in LAST, and whether the event
     is there: a dip that only the model between the ends had is none.
     """
     s, h = span
     low, high = 0.0, h
     length = place * h
-    crossed = margin_at(kind, impact, phase, desk, END_ROWS)[0] < 0.0
+    crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
     converged = False
     # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
-        attempt(impact, phase, s, length, rtol, desk)
-        finish(impact, phase, s + length, desk)
-        read_end(impact, phase, (s + length, h), desk, END_ROWS)
-        value, slope = margin_at(kind, impact, phase, desk, END_ROWS)
+        attempt(impact, phase, s, length, rtol, workspace)
+        finish(impact, phase, s + length, workspace)
+        read_end(impact, phase, (s + length, h), workspace, AT_END)
+        value, slope = event_function(kind, impact, phase, workspace, AT_END)
         if value > 0.0:
             low = length
         else:
@@ -204,7 +206,7 @@ def land(kind, place, impact, phase, span, rtol, desk):
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
             for part in range(7):
-                desk[END, part] += (new - length) * desk[LAST, part]
+                workspace.states[END, part] += (new - length) * workspace.slopes[LAST, part]
             length = new
         if converged or high - low <= 1e-13 * h:
             break
@@ -214,7 +216,7 @@ def land(kind, place, impact, phase, span, rtol, desk):
 
 @kernel
 def switched(kind, phase):
-    """The phase after an event."""
+    """Direction of motion and branch of the law after an event."""
     approaching, region = phase.approaching, phase.region
     if kind == TURN:
         approaching = not approaching
@@ -226,60 +228,60 @@ def switched(kind, phase):
 
 
 @kernel
-def end_on(kind, place, impact, phase, span, rtol, desk):
+def end_on(kind, place, impact, phase, span, rtol, workspace):
     """End the step on an event; returns (length, event), the whole length and NONE where it is not there."""
-    spread(impact, phase, span, desk)
-    place = settle(kind, place, impact, phase, span, desk)
+    spread(impact, phase, span, workspace)
+    place = settle(kind, place, impact, phase, span, workspace)
     if place > 1.0:
         return span[1], NONE
-    length, there = land(kind, place, impact, phase, span, rtol, desk)
+    length, there = land(kind, place, impact, phase, span, rtol, workspace)
     # A crest that passes F_E by less than the tolerance may stay below it when the step is made again: still a yield.
     there = there or (kind == YIELD and phase.region == ELASTIC)
     return length, kind if there else NONE
 
 
 @small
-def take_step(impact, phase, span, rtol, desk):
-    """One accepted step within ``span`` = (s, length to try, length left, known), shortened to the first event on it.
+def take_step(impact, phase, span, rtol, workspace):
+    """One accepted step within ``span`` = (s, length to try, remaining length, known), up to the first event on it.
 
     ``known`` says that the readings at its beginning stand in their rows already.
 
-    The end is left in row END, its slopes on this branch in row LAST. Returns (length, event, next length to
+    The end is left in END, its slopes on this branch in LAST. Returns (length, event, next length to
     try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
     is not finite.
     """
-    s, h, left, known = span
+    s, h, remaining, known = span
     attempts = 0
     while True:
-        # A sliver at the end of the span would cost a step of its own: split what is left evenly instead.
-        if h >= left:
-            h = left
-        elif 2.0 * h > left:
-            h = 0.5 * left
-        error = attempt(impact, phase, s, h, rtol, desk)
+        # A sliver at the end of the span would cost a step of its own: split the remaining length evenly instead.
+        if h >= remaining:
+            h = remaining
+        elif 2.0 * h > remaining:
+            h = 0.5 * remaining
+        error = attempt(impact, phase, s, h, rtol, workspace)
         attempts += 1
         if error <= SHARE * rtol:
             break
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, h, attempts
-        h = next_step(h, error, rtol, desk) if error >= 0.0 else 0.1 * h
-        if s + h <= s or h < 1e-13 * left:
+        h = next_step(h, error, rtol, workspace.tableau) if error >= 0.0 else 0.1 * h
+        if s + h <= s or h < 1e-13 * remaining:
             return 0.0, NONE, h, attempts
-    if desk[FINAL, END_WEIGHT] == 0.0:
-        finish(impact, phase, s + h, desk)
+    if workspace.tableau.end_weight == 0.0:
+        finish(impact, phase, s + h, workspace)
     if not known:
-        read_end(impact, phase, (s, h), desk, BEGIN_ROWS)
-    read_end(impact, phase, (s + h, h), desk, END_ROWS)
-    following = next_step(h, error, rtol, desk)
-    event, place = first_event(impact, phase, (s, h), desk)
+        read_end(impact, phase, (s, h), workspace, AT_BEGIN)
+    read_end(impact, phase, (s + h, h), workspace, AT_END)
+    following = next_step(h, error, rtol, workspace.tableau)
+    event, place = first_event(impact, phase, (s, h), workspace)
     if event != NONE:
         following = h
-        h, event = end_on(event, place, impact, phase, (s, h), rtol, desk)
+        h, event = end_on(event, place, impact, phase, (s, h), rtol, workspace)
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
         for _ in range(PART):
-            earlier = event_passed(event, impact, phase, desk)
+            earlier = event_passed(event, impact, phase, workspace)
             if earlier == NONE:
                 break
-            place = min(dip_of(earlier, impact, phase, (s, h), desk), 1.0)
-            h, event = end_on(earlier, place, impact, phase, (s, h), rtol, desk)
+            place = min(dip_of(earlier, impact, phase, (s, h), workspace), 1.0)
+            h, event = end_on(earlier, place, impact, phase, (s, h), rtol, workspace)
     return h, event, following, attempts

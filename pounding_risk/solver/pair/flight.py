@@ -20,24 +20,10 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.models.ground import Passing, Together
-from pounding_risk.solver.pair.taylor import (
-    HERE,
-    HIGH,
-    LEFT,
-    LOW,
-    NEXT,
-    RIGHT,
-    SIGNAL,
-    crest_bound,
-    expand,
-    first_rise,
-    highest,
-    slope_at,
-    value_at,
-)
+from pounding_risk.solver.pair.taylor import crest_bound, expand, first_rise, highest, slope_at, value_at
+from pounding_risk.solver.workspace import LEFT, RIGHT, SIGNAL, SIGNALS
 
 BLOCK = 16  # nodes passed over at a time
-SIGNALS = 5  # relative displacement; displacement left, right; absolute acceleration left, right
 
 
 class Free(NamedTuple):
@@ -47,7 +33,7 @@ class Free(NamedTuple):
     step: float  # between samples, of which the passage makes nodes [s]
     terms: int  # of the Taylor series over one step
     states: np.ndarray  # (N, 4) u_left, u_right, v_left, v_right
-    high: np.ndarray  # (B, SIGNALS) no value in the block is larger, between nodes too; see `survey`
+    high: np.ndarray  # (B, SIGNALS) no value in the block is larger, between nodes too; see `fill_free_response`
     low: np.ndarray  # (B, SIGNALS) nor smaller
     node_map: tuple  # free vibration over one node: 2 x 4 numbers
     block_map: tuple  # and over one block
@@ -56,31 +42,32 @@ class Free(NamedTuple):
 
 
 @small
-def read_signals(pair, state, widened, desk, row):
-    """The five watched values of a state in flight; absolute acceleration is −2 ζ ω u̇ − ω² u.
+def read_signals(pair, state, widened, signals):
+    """Write the five signals of a state in flight to ``signals``; absolute acceleration is −2 ζ ω u̇ − ω² u.
 
     ``widened`` is what the ground itself has widened the gap by.
     """
     left, right = pair
-    desk[row, 0] = state[0] - state[1] - widened
-    desk[row, 1] = state[0]
-    desk[row, 2] = state[1]
-    desk[row, 3] = -left.fade * state[2] - left.spring * state[0]
-    desk[row, 4] = -right.fade * state[3] - right.spring * state[1]
+    signals[0] = state[0] - state[1] - widened
+    signals[1] = state[0]
+    signals[2] = state[1]
+    signals[3] = -left.fade * state[2] - left.spring * state[0]
+    signals[4] = -right.fade * state[3] - right.spring * state[1]
 
 
 @kernel
-def signal_row(signal, pair, ground, desk, terms):
+def write_signal(signal, pair, ground, workspace, terms):
     """Row with the Taylor coefficients of a watched signal, from those of the two buildings; and their number."""
     left, right = pair
+    series = workspace.search.series
     if signal == 0:
         for n in range(terms):
-            desk[SIGNAL, n] = desk[LEFT, n] - desk[RIGHT, n]
+            series[SIGNAL, n] = series[LEFT, n] - series[RIGHT, n]
         still, first, second, third = ground.widening()
-        desk[SIGNAL, 0] -= still
-        desk[SIGNAL, 1] -= first
-        desk[SIGNAL, 2] -= second
-        desk[SIGNAL, 3] -= third
+        series[SIGNAL, 0] -= still
+        series[SIGNAL, 1] -= first
+        series[SIGNAL, 2] -= second
+        series[SIGNAL, 3] -= third
         return SIGNAL, terms
     if signal == 1:
         return LEFT, terms
@@ -90,7 +77,7 @@ def signal_row(signal, pair, ground, desk, terms):
     spring = left.spring if signal == 3 else right.spring
     source = LEFT if signal == 3 else RIGHT
     for n in range(terms - 1):
-        desk[SIGNAL, n] = -fade * (n + 1) * desk[source, n + 1] - spring * desk[source, n]
+        series[SIGNAL, n] = -fade * (n + 1) * series[source, n + 1] - spring * series[source, n]
     return SIGNAL, terms - 1
 
 
@@ -128,47 +115,48 @@ def bend_bounds(pair, state, ground, length):
 
 
 @kernel
-def state_at(pair, desk, terms, x):
+def state_at(pair, workspace, terms, x):
     """(u_left, u_right, v_left, v_right) at x from the series of both buildings."""
     left, right = pair
+    series = workspace.search.series
     u_left = u_right = v_left = v_right = 0.0
     if left.inverse_omega > 0.0:
-        u_left = value_at(desk, LEFT, terms, x)
-        v_left = slope_at(desk, LEFT, terms, x)
+        u_left = value_at(series, LEFT, terms, x)
+        v_left = slope_at(series, LEFT, terms, x)
     if right.inverse_omega > 0.0:
-        u_right = value_at(desk, RIGHT, terms, x)
-        v_right = slope_at(desk, RIGHT, terms, x)
+        u_right = value_at(series, RIGHT, terms, x)
+        v_right = slope_at(series, RIGHT, terms, x)
     return u_left, u_right, v_left, v_right
 
 
 @kernel
-def search_interval(pair, gap, wanted, span, terms, desk):
-    """The first touch within a stretch of flight, and the peaks up to there; ``wanted`` as `unquiet` has it.
+def search_interval(pair, gap, wanted, span, terms, workspace):
+    """The first touch within a stretch of flight, and the peaks up to there; ``wanted`` as `search_mask` has it.
 
-    The series of both buildings stand on the desk; ``span`` = (ground, length) of the stretch. Returns the time of the
-    touch after its start, or −1; the peaks are raised in rows HIGH and LOW.
+    The series of both buildings stand in the workspace; ``span`` = (ground, length) of the stretch. Returns the time of
+    the touch after its start, or −1; the largest and smallest signals so far are updated.
     """
     ground, stop = span
     touch = -1.0
     if wanted & 1:
-        signal_row(0, pair, ground, desk, terms)
-        touch = first_rise(desk, terms, gap, stop)
+        write_signal(0, pair, ground, workspace, terms)
+        touch = first_rise(workspace.search, terms, gap, stop)
         stop = touch if touch >= 0.0 else stop
     if stop > 0.0:
         for signal in range(SIGNALS):
             sides = wanted >> (1 + 2 * signal) & 3
             if sides:
-                row, count = signal_row(signal, pair, ground, desk, terms)
+                row, count = write_signal(signal, pair, ground, workspace, terms)
                 if sides & 1:
-                    desk[HIGH, signal] = highest(desk, row, count, 1.0, stop, desk[HIGH, signal])
+                    workspace.high[signal] = highest(workspace.search, row, count, 1.0, stop, workspace.high[signal])
                 if sides & 2:
-                    desk[LOW, signal] = -highest(desk, row, count, -1.0, stop, -desk[LOW, signal])
+                    workspace.low[signal] = -highest(workspace.search, row, count, -1.0, stop, -workspace.low[signal])
     return touch
 
 
 @small
-def unquiet(pair, gap, state, span, desk):
-    """What a stretch of flight has to be searched for, from its ends' signals in HERE and NEXT; 0 for nothing.
+def search_mask(pair, gap, state, span, workspace):
+    """What a stretch of flight has to be searched for, from the signals at its ends; 0 for nothing.
 
     The last bit stands for a touch, then two for each signal: a new highest, a new lowest. Where there can be no
     touch the values at the end count at once, and only a crest between the ends is left to be searched for.
@@ -177,18 +165,18 @@ def unquiet(pair, gap, state, span, desk):
     bends = bend_bounds(pair, state, ground, length)
     eighth = 0.125 * length * length
     wanted = 0
-    if max(desk[HERE, 0], desk[NEXT, 0]) + eighth * bends[0] > gap:
-        wanted = 1 if crest_bound(desk[HERE, 0], desk[NEXT, 0], length, bends[0]) > gap else 0
+    if max(workspace.here[0], workspace.there[0]) + eighth * bends[0] > gap:
+        wanted = 1 if crest_bound(workspace.here[0], workspace.there[0], length, bends[0]) > gap else 0
     for signal in range(SIGNALS):
-        bend, here, there = bends[signal], desk[HERE, signal], desk[NEXT, signal]
+        bend, here, there = bends[signal], workspace.here[signal], workspace.there[signal]
         if wanted & 1 == 0:
-            desk[HIGH, signal] = max(desk[HIGH, signal], there)
-            desk[LOW, signal] = min(desk[LOW, signal], there)
+            workspace.high[signal] = max(workspace.high[signal], there)
+            workspace.low[signal] = min(workspace.low[signal], there)
         # The coarser bound first, max + |f''| h²/8: it settles most intervals without a division.
         top, bottom = max(here, there) + eighth * bend, min(here, there) - eighth * bend
-        if top > desk[HIGH, signal] and crest_bound(here, there, length, bend) > desk[HIGH, signal]:
+        if top > workspace.high[signal] and crest_bound(here, there, length, bend) > workspace.high[signal]:
             wanted |= 2 << 2 * signal
-        if bottom < desk[LOW, signal] and -crest_bound(-here, -there, length, bend) < desk[LOW, signal]:
+        if bottom < workspace.low[signal] and -crest_bound(-here, -there, length, bend) < workspace.low[signal]:
             wanted |= 4 << 2 * signal
         # Motion that is not finite is searched: what the search makes of it ends the run with its status.
         wanted |= 0 if abs(top) < inf else 2 << 2 * signal
@@ -196,15 +184,15 @@ def unquiet(pair, gap, state, span, desk):
 
 
 @kernel
-def lay_out(pair, state, ground, terms, desk):
-    """The Taylor series of both buildings over a stretch, onto the desk."""
-    expand(pair[0], state[0], state[2], ground.push_left(pair[0]), desk, LEFT, terms)
-    expand(pair[1], state[1], state[3], ground.push_right(pair[1]), desk, RIGHT, terms)
+def write_series(pair, state, ground, terms, workspace):
+    """Write the Taylor series of both buildings over a stretch of flight to the workspace."""
+    expand(pair[0], state[0], state[2], ground.push_left(pair[0]), workspace.search, LEFT, terms)
+    expand(pair[1], state[1], state[3], ground.push_right(pair[1]), workspace.search, RIGHT, terms)
 
 
 @small
-def block_is_quiet(pair, extremes, gap, block, vibration, desk):
-    """True where the block can be passed over; a block of purely free motion leaves its own peaks on the desk."""
+def block_is_quiet(pair, extremes, gap, block, vibration, workspace):
+    """True where the block can be passed over; a block of purely free motion updates the peaks so far."""
     left, right = pair
     high, low = extremes
     reach_left = sqrt(vibration[0] ** 2 + (vibration[2] * left.inverse_omega) ** 2)
@@ -214,8 +202,8 @@ def block_is_quiet(pair, extremes, gap, block, vibration, desk):
         return False
     if reach == 0.0:
         for signal in range(SIGNALS):
-            desk[HIGH, signal] = max(desk[HIGH, signal], high[block, signal])
-            desk[LOW, signal] = min(desk[LOW, signal], low[block, signal])
+            workspace.high[signal] = max(workspace.high[signal], high[block, signal])
+            workspace.low[signal] = min(workspace.low[signal], low[block, signal])
         return True
     for signal in range(SIGNALS):
         if signal == 1:
@@ -226,15 +214,15 @@ def block_is_quiet(pair, extremes, gap, block, vibration, desk):
             reach = reach_left * (left.spring + left.fade * sqrt(left.spring))
         elif signal == 4:
             reach = reach_right * (right.spring + right.fade * sqrt(right.spring))
-        if high[block, signal] + reach > desk[HIGH, signal]:
+        if high[block, signal] + reach > workspace.high[signal]:
             return False
-        if low[block, signal] - reach < desk[LOW, signal]:
+        if low[block, signal] - reach < workspace.low[signal]:
             return False
     return True
 
 
 @small
-def turned(maps, vibration):
+def advanced(maps, vibration):
     """The free vibration (u_left, u_right, v_left, v_right) advanced by the maps of both buildings."""
     a, b = maps
     u, w, v, z = vibration
@@ -243,7 +231,7 @@ def turned(maps, vibration):
 
 @small
 def with_free(states, node, vibration):
-    """The whole motion at a node."""
+    """The motion at a node: free response plus free vibration (u_left, u_right, v_left, v_right)."""
     return (
         states[node, 0] + vibration[0],
         states[node, 1] + vibration[1],
@@ -253,7 +241,7 @@ def with_free(states, node, vibration):
 
 
 @kernel
-def fly(pair, free, gap, start, state, desk):
+def fly(pair, free, gap, start, state, workspace):
     """Fly from ``start`` = (node, time after it) with ``state`` to the next touch or the end of the record.
 
     Returns (node, time after it, state) of the touch; node is −1 at the end of the record. A start at (0, 0) is
@@ -266,13 +254,13 @@ def fly(pair, free, gap, start, state, desk):
     if node > 0 or offset > 0.0:
         ground = passage.stretch(free.ground, free.step, node, offset)
         span = (ground, passage.width(free.step, node) - offset)
-        lay_out(pair, state, ground, terms, desk)
-        ahead = state_at(pair, desk, terms, span[1])
-        read_signals(pair, state, ground.widening()[0], desk, HERE)
-        read_signals(pair, ahead, passage.widened(node + 1), desk, NEXT)
-        touch = search_interval(pair, gap, unquiet(pair, gap, state, span, desk), span, terms, desk)
+        write_series(pair, state, ground, terms, workspace)
+        ahead = state_at(pair, workspace, terms, span[1])
+        read_signals(pair, state, ground.widening()[0], workspace.here)
+        read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
+        touch = search_interval(pair, gap, search_mask(pair, gap, state, span, workspace), span, terms, workspace)
         if touch >= 0.0:
-            return node, offset + touch, state_at(pair, desk, terms, touch)
+            return node, offset + touch, state_at(pair, workspace, terms, touch)
         state = ahead
         node += 1
         vibration = (
@@ -282,26 +270,26 @@ def fly(pair, free, gap, start, state, desk):
             state[3] - states[node, 3],
         )
     while node < last:
-        if node % BLOCK == 0 and block_is_quiet(pair, extremes, gap, node // BLOCK, vibration, desk):
-            vibration = turned(free.block_map, vibration)
+        if node % BLOCK == 0 and block_is_quiet(pair, extremes, gap, node // BLOCK, vibration, workspace):
+            vibration = advanced(free.block_map, vibration)
             node += BLOCK
             continue
         stop = min(last, node - node % BLOCK + BLOCK)
         state = with_free(states, node, vibration)
-        read_signals(pair, state, passage.widened(node), desk, NEXT)
+        read_signals(pair, state, passage.widened(node), workspace.there)
         while node < stop:
             span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
-            vibration = turned(passage.node_maps(free.node_map, node), vibration)
+            vibration = advanced(passage.node_maps(free.node_map, node), vibration)
             ahead = with_free(states, node + 1, vibration)
             for signal in range(SIGNALS):
-                desk[HERE, signal] = desk[NEXT, signal]
-            read_signals(pair, ahead, passage.widened(node + 1), desk, NEXT)
-            wanted = unquiet(pair, gap, state, span, desk)
+                workspace.here[signal] = workspace.there[signal]
+            read_signals(pair, ahead, passage.widened(node + 1), workspace.there)
+            wanted = search_mask(pair, gap, state, span, workspace)
             if wanted:
-                lay_out(pair, state, span[0], terms, desk)
-                touch = search_interval(pair, gap, wanted, span, terms, desk)
+                write_series(pair, state, span[0], terms, workspace)
+                touch = search_interval(pair, gap, wanted, span, terms, workspace)
                 if touch >= 0.0:
-                    return node, touch, state_at(pair, desk, terms, touch)
+                    return node, touch, state_at(pair, workspace, terms, touch)
             state = ahead
             node += 1
     return -1, 0.0, state

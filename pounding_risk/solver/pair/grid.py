@@ -1,8 +1,8 @@
 """The compiled grid: every gap and yield force of one law under one ground motion.
 
-Runs that are known are not run. Where the free motion closes no gap, the free response is the answer, exactly;
-where the yield force lies above the largest force of the run without yielding, that run is. A law without a cap
-runs once for every gap.
+Cases whose result is known are not simulated: where the free motion does not close the gap, the result is the free
+response, exactly; where the yield force lies above the largest force of the run without yielding, it is that run. A
+law without a cap is simulated once for every gap.
 """
 
 from __future__ import annotations
@@ -13,72 +13,74 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.counters import COMPLETE, DEMAND, FIRST_YIELD, STATUS, TALLIED, YIELDS, make_log
-from pounding_risk.solver.pair.flight import SIGNALS
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.pair.taylor import HIGH, LOW, TALLY
+from pounding_risk.solver.pair.stages import Limits
+from pounding_risk.solver.workspace import SIGNALS
 
 KNOWN, SIMULATED = 0, 1
 
 
 @kernel
-def write_out(desk, out):
-    """Copy a run from the desk to its row."""
+def copy_to_row(workspace, out):
+    """Copy the counters and the extremes of a run from the workspace to its row of raw columns."""
     for place in range(TALLIED):
-        out[place] = desk[TALLY, place]
+        out[place] = workspace.counters[place]
     for signal in range(SIGNALS):
-        out[TALLIED + signal] = desk[HIGH, signal]
-        out[TALLIED + SIGNALS + signal] = desk[LOW, signal]
+        out[TALLIED + signal] = workspace.high[signal]
+        out[TALLIED + SIGNALS + signal] = workspace.low[signal]
 
 
 @kernel
-def answer_levels(log, row, out):
+def copy_levels(log, row, out):
     """Yielding of a law without a cap: its force reaches the yield force."""
     out[YIELDS] = log.reached[row]
     out[FIRST_YIELD] = log.first[row]
 
 
 @kernel
-def sweep(pair, free, law, grid, rtol, screening, desk, out, how):
+def solve_grid(pair, free, law, grid, rtol, screening, workspace, out, how):
     """Fill ``out`` (gaps, yield forces, outputs.COLUMNS) and ``how`` (gaps, yield forces).
 
-    ``grid`` = (gaps, yield forces ascending, restitution); ``desk`` is this thread's own.
+    ``grid`` = (gaps, yield forces ascending, restitution); ``workspace`` belongs to the calling thread.
     """
     gaps, yield_forces, restitution = grid
     capped = law.ceiling(1.0) < inf
     count = yield_forces.size
-    nothing = np.zeros(0)
+    no_levels = np.zeros(0)
     closing = -inf
     for block in range(free.high.shape[0]):
         closing = max(closing, free.high[block, 0])
     for g in range(gaps.size):
         contact = closing > gaps[g]
-        # Place −1 is the run without yielding, from which others may be known; without screening there is none.
+        # Index −1 is the run without yielding, from which others may be known; without screening there is none.
         f = -1 if screening else 0
         known_from = count
         while f < known_from:
             strength = inf if f < 0 else yield_forces[f]
-            levels = nothing
+            levels = no_levels
             if not capped and contact:
                 levels = yield_forces if f < 0 else yield_forces[f : f + 1]
             log = make_log(0, 0, levels)
-            march(pair, free, law, (gaps[g], strength, restitution), rtol, desk, log)
+            march(pair, free, law, Limits(gaps[g], strength, restitution), rtol, workspace, log)
             if f >= 0:
-                write_out(desk, out[g, f])
+                copy_to_row(workspace, out[g, f])
                 how[g, f] = SIMULATED
                 if levels.size > 0:
-                    answer_levels(log, 0, out[g, f])
+                    copy_levels(log, 0, out[g, f])
             else:
                 known_from = 0
                 if capped and contact:
-                    whole = desk[TALLY, STATUS] == COMPLETE
-                    while known_from < count and not (whole and yield_forces[known_from] > desk[TALLY, DEMAND]):
+                    completed = workspace.counters[STATUS] == COMPLETE
+                    while known_from < count and not (
+                        completed and yield_forces[known_from] > workspace.counters[DEMAND]
+                    ):
                         known_from += 1
                 for known in range(known_from, count):
-                    write_out(desk, out[g, known])
+                    copy_to_row(workspace, out[g, known])
                     how[g, known] = KNOWN
                     if levels.size > 0:
-                        answer_levels(log, known, out[g, known])
-                # That run stands in the last of the columns it answers for.
+                        copy_levels(log, known, out[g, known])
+                # The run without yielding is counted as the last of the cases that it answers.
                 if contact and known_from < count:
                     how[g, count - 1] = SIMULATED
             f += 1

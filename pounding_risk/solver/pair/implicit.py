@@ -15,25 +15,12 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, part, small
 from pounding_risk.solver.counters import IMPLICIT, WORKED
-from pounding_risk.solver.linear import solve_linear
-from pounding_risk.solver.pair.stages import (
-    ELASTIC,
-    END_WEIGHT,
-    FINAL,
-    POLYNOMIAL,
-    SHARE,
-    TERMS,
-    finish,
-    slopes,
-    state_of,
-)
-from pounding_risk.solver.pair.taylor import END, STAGES, STATE, TALLY
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE, explicit_attempt, explicit_spread, finish, slopes, state_of
 from pounding_risk.solver.runge_kutta import RADAU
+from pounding_risk.solver.workspace import BEGIN, END, FIRST_STAGE, TERMS
 
 NODES, COEFFICIENTS, BEGIN_SLOPE, POLYNOMIAL_OF_STAGES = RADAU.c, RADAU.a, RADAU.start, RADAU.terms
-PARTS = NODES.size
-AT_NODE = STAGES + PARTS + 1  # rows of the desk: the states at the nodes, behind the slopes there
-MISSING = 8  # and from this column on, what the speeds there miss
+PARTS = NODES.size  # nodes of a step
 
 # A step is made implicit where the damper acts so many times within it. The explicit method is stable up to some six;
 # below that its steps are the cheaper ones.
@@ -42,6 +29,36 @@ LEAST_ITERATIONS, ITERATIONS = 2, 30
 SHALLOWEST = 1e-6  # of the depth that the spring alone would allow
 RESIDUE = 1e-2  # of the error that a step may make: what may be left of its equations
 ROUNDED_RESIDUE = 0.3  # the same where iterating gains no more: rounding
+
+
+@kernel
+def solve_linear(matrix, right):
+    """Solve ``matrix`` x = ``right`` by Gaussian elimination with row pivots; x is left in ``right``.
+
+    The matrix is used up. The same on every machine, to the bit, which a library's is not.
+    """
+    size = right.size
+    for column in range(size):
+        pivot = column
+        for i in range(column + 1, size):
+            if abs(matrix[i, column]) > abs(matrix[pivot, column]):
+                pivot = i
+        if pivot != column:
+            for j in range(column, size):
+                matrix[column, j], matrix[pivot, j] = matrix[pivot, j], matrix[column, j]
+            right[column], right[pivot] = right[pivot], right[column]
+        for i in range(column + 1, size):
+            factor = matrix[i, column] / matrix[column, column]
+            if factor != 0.0:
+                for j in range(column + 1, size):
+                    matrix[i, j] -= factor * matrix[column, j]
+                right[i] -= factor * right[column]
+    for back in range(size):
+        i = size - 1 - back
+        total = right[i]
+        for j in range(i + 1, size):
+            total -= matrix[i, j] * right[j]
+        right[i] = total / matrix[i, i]
 
 
 @small
@@ -83,16 +100,17 @@ def tangents(impact, phase, state):
 
 
 @part
-def choose_method(impact, phase, s, h, desk):
+def choose_method(impact, phase, s, h, workspace):
     """Set whether the next step is implicit: where the damper acts many times within ``h``.
 
     A step once implicit stays so down to shorter ones, so that the choice does not alternate.
     """
     end = s + h
     time = end * end * end * end - s * s * s * s
-    enough = SHORTEST if desk[TALLY, IMPLICIT] > 0.0 else STIFF_ENOUGH
-    rate = tangents(impact, phase, state_of(desk, STATE))[0] * (impact.left.inverse_mass + impact.right.inverse_mass)
-    desk[TALLY, IMPLICIT] = 1.0 if rate * time > enough else 0.0
+    enough = SHORTEST if workspace.counters[IMPLICIT] > 0.0 else STIFF_ENOUGH
+    damper = tangents(impact, phase, state_of(workspace.states, BEGIN))[0]
+    rate = damper * (impact.left.inverse_mass + impact.right.inverse_mass)
+    workspace.counters[IMPLICIT] = 1.0 if rate * time > enough else 0.0
 
 
 @kernel
@@ -124,30 +142,30 @@ def response(weights, damper, spring):
 
 
 @part
-def evaluate_nodes(impact, phase, s, h, weights, desk):
+def evaluate_nodes(impact, phase, s, h, weights, workspace):
     """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
-    desk[TALLY, WORKED] += PARTS
+    workspace.counters[WORKED] += PARTS
     for i in range(PARTS):
         for body in range(2):
             total = 0.0
             for j in range(PARTS):
-                total += weights[i, j] * desk[AT_NODE + j, 2 + body]
-            desk[AT_NODE + i, body] = desk[STATE, body] + total
-        slopes(impact, phase, s + NODES[i] * h, state_of(desk, AT_NODE + i), desk, STAGES + 1 + i)
+                total += weights[i, j] * workspace.node_states[j, 2 + body]
+            workspace.node_states[i, body] = workspace.states[BEGIN, body] + total
+        slopes(impact, phase, s + NODES[i] * h, state_of(workspace.node_states, i), workspace, 1 + i)
     largest = 0.0
     for i in range(PARTS):
         for body in range(2):
             total = 0.0
             for j in range(PARTS):
-                total += COEFFICIENTS[i, j] * desk[STAGES + 1 + j, 2 + body]
-            missing = desk[STATE, 2 + body] + h * total - desk[AT_NODE + i, 2 + body]
-            desk[AT_NODE + i, MISSING + body] = missing
+                total += COEFFICIENTS[i, j] * workspace.slopes[1 + j, 2 + body]
+            missing = workspace.states[BEGIN, 2 + body] + h * total - workspace.node_states[i, 2 + body]
+            workspace.missing_speeds[i, body] = missing
             largest = max(largest, abs(missing)) if missing == missing else inf
     return largest
 
 
 @part
-def correct(impact, table, desk):
+def correct(impact, table, workspace):
     """Add to the speeds at the nodes what is missing there, less what the contact force's answer takes of it."""
     left, right = impact.left.inverse_mass, impact.right.inverse_mass
     matrix, changes = np.empty((PARTS, PARTS)), np.empty(PARTS)
@@ -155,69 +173,87 @@ def correct(impact, table, desk):
         for j in range(PARTS):
             matrix[i, j] = (left + right) * table[i, j]
         matrix[i, i] += 1.0
-        changes[i] = desk[AT_NODE + i, MISSING] - desk[AT_NODE + i, MISSING + 1]
+        changes[i] = workspace.missing_speeds[i, 0] - workspace.missing_speeds[i, 1]
     solve_linear(matrix, changes)
     for i in range(PARTS):
         impulse = 0.0
         for j in range(PARTS):
             impulse += table[i, j] * changes[j]
-        desk[AT_NODE + i, 2] += desk[AT_NODE + i, MISSING] - left * impulse
-        desk[AT_NODE + i, 3] += desk[AT_NODE + i, MISSING + 1] + right * impulse
+        workspace.node_states[i, 2] += workspace.missing_speeds[i, 0] - left * impulse
+        workspace.node_states[i, 3] += workspace.missing_speeds[i, 1] + right * impulse
 
 
 @part
-def implicit_attempt(impact, phase, s, h, rtol, desk):
-    """One implicit step, as `collide.explicit_attempt`; infinite where its equations are not solved."""
-    state = state_of(desk, STATE)
+def implicit_attempt(impact, phase, s, h, rtol, workspace):
+    """One implicit step, as `pair.stages.explicit_attempt`; infinite where its equations are not solved."""
+    state = state_of(workspace.states, BEGIN)
     damper, spring = tangents(impact, phase, state)
     weights = time_weights(s, h)
     table = response(weights, damper, spring)
     for i in range(PARTS):
-        desk[AT_NODE + i, 2], desk[AT_NODE + i, 3] = state[2], state[3]
+        workspace.node_states[i, 2], workspace.node_states[i, 3] = state[2], state[3]
     before = inf
     for turn in range(ITERATIONS):
-        missing = evaluate_nodes(impact, phase, s, h, weights, desk)
+        missing = evaluate_nodes(impact, phase, s, h, weights, workspace)
         if is_solved(turn, missing, before, SHARE * rtol * impact.speed):
             break
         if is_too_slow(turn, missing, before):
             return inf
         before = missing
-        correct(impact, table, desk)
+        correct(impact, table, workspace)
     for column in range(4):
-        desk[END, column] = desk[AT_NODE + PARTS - 1, column]
+        workspace.states[END, column] = workspace.node_states[PARTS - 1, column]
     for column in range(4, 7):
         total = 0.0
         for j in range(PARTS):
-            total += COEFFICIENTS[PARTS - 1, j] * desk[STAGES + 1 + j, column]
-        desk[END, column] = desk[STATE, column] + h * total
-    if desk[FINAL, END_WEIGHT] != 0.0:
-        finish(impact, phase, s + h, desk)
+            total += COEFFICIENTS[PARTS - 1, j] * workspace.slopes[1 + j, column]
+        workspace.states[END, column] = workspace.states[BEGIN, column] + h * total
+    if workspace.tableau.end_weight != 0.0:
+        finish(impact, phase, s + h, workspace)
     delta = state[0] - state[1] - impact.gap
     depth = shallow(delta, impact.depth) if damper > 0.0 else impact.depth
-    return begin_defect(h, depth, impact.speed, desk)
+    return begin_defect(h, depth, impact.speed, workspace)
 
 
 @part
-def begin_defect(h, depth, speed, desk):
+def begin_defect(h, depth, speed, workspace):
     """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales."""
     total = 0.0
     for column in range(4):
-        off = -desk[STAGES, column]
+        off = -workspace.slopes[FIRST_STAGE, column]
         for j in range(PARTS):
-            off += BEGIN_SLOPE[j] * desk[STAGES + 1 + j, column]
+            off += BEGIN_SLOPE[j] * workspace.slopes[1 + j, column]
         off = off / (depth if column < 2 else speed)
         total += off * off
     return h * sqrt(total)
 
 
 @part
-def implicit_spread(desk):
-    """The polynomial of the implicit step just made, as `collide.explicit_spread` leaves it."""
+def implicit_spread(workspace):
+    """The polynomial of the implicit step just made, as `pair.stages.explicit_spread` leaves it."""
+    states = workspace.states
     for term in range(TERMS):
         for column in range(4):
-            total = 0.0
+            start, total = states[BEGIN, column], 0.0
             if term < PARTS:
                 for i in range(PARTS - 1):
-                    total += POLYNOMIAL_OF_STAGES[term, i] * (desk[AT_NODE + i, column] - desk[STATE, column])
-                total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (desk[END, column] - desk[STATE, column])
-            desk[POLYNOMIAL + term, column] = total
+                    total += POLYNOMIAL_OF_STAGES[term, i] * (workspace.node_states[i, column] - start)
+                total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (states[END, column] - start)
+            workspace.polynomial[term, column] = total
+
+
+@kernel
+def attempt(impact, phase, s, h, rtol, workspace):
+    """One step from BEGIN, whose slopes are known, to END; returns its error in the contact's scales."""
+    if workspace.counters[IMPLICIT] > 0.0:
+        return implicit_attempt(impact, phase, s, h, rtol, workspace)
+    return explicit_attempt(impact, phase, s, h, workspace)
+
+
+@kernel
+def spread(impact, phase, span, workspace):
+    """Write the polynomial between both ends of the step just made, ``span`` = (s, h)."""
+    if workspace.counters[IMPLICIT] > 0.0:
+        implicit_spread(workspace)
+    else:
+        explicit_spread(impact, phase, span, workspace)

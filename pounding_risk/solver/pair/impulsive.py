@@ -40,26 +40,14 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.pair.contact import touch_down, write_contact, write_step
 from pounding_risk.solver.pair.stages import energy_of, state_of
-from pounding_risk.solver.pair.taylor import (
-    HIGH,
-    LEFT,
-    LOW,
-    RIGHT,
-    SIGNAL,
-    STATE,
-    TALLY,
-    expand,
-    first_rise,
-    highest,
-    slope_at,
-    value_at,
-)
+from pounding_risk.solver.pair.taylor import expand, first_rise, highest, slope_at, value_at
+from pounding_risk.solver.workspace import BEGIN, LEFT, RIGHT, SIGNAL
 
 ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
 
 
 class Joint(NamedTuple):
-    """Two buildings as one."""
+    """Two buildings in joined motion: one oscillator, and where each stands in it."""
 
     left: Oscillator
     right: Oscillator
@@ -115,60 +103,62 @@ def push_whole(joint, ground):
 
 
 @kernel
-def lay_tension(joint, ground, terms, desk):
+def write_tension(joint, ground, terms, workspace):
     """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
     left, right = joint.left, joint.right
     fade, spring = left.fade - right.fade, left.spring - right.spring
+    series = workspace.search.series
     for n in range(terms - 1):
-        desk[SIGNAL, n] = fade * ((n + 1) * desk[LEFT, n + 1]) + spring * desk[LEFT, n]
+        series[SIGNAL, n] = fade * ((n + 1) * series[LEFT, n + 1]) + spring * series[LEFT, n]
     one, other = ground.push_left(left), ground.push_across(right)
-    desk[SIGNAL, 0] += (one[0] - other[0]) + (left.spring * joint.ahead + right.spring * joint.behind)
+    series[SIGNAL, 0] += (one[0] - other[0]) + (left.spring * joint.ahead + right.spring * joint.behind)
     for n in range(1, 4):
-        desk[SIGNAL, n] += one[n] - other[n]
+        series[SIGNAL, n] += one[n] - other[n]
     return terms - 1
 
 
 @small
-def presses(desk, count):
+def presses(series, count):
     """True where the force between the buildings, −SIGNAL, is compression just after the start of its series."""
     for n in range(count):
-        if desk[SIGNAL, n] != 0.0:
-            return desk[SIGNAL, n] < 0.0
+        if series[SIGNAL, n] != 0.0:
+            return series[SIGNAL, n] < 0.0
     return False
 
 
 @kernel
-def raise_rows(joint, ground, terms, stop, desk):
+def raise_rows(joint, ground, terms, stop, workspace):
     """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
     left, right, whole = joint.left, joint.right, joint.whole
-    place = desk[LEFT, 0]
+    series = workspace.search.series
+    place = series[LEFT, 0]
     for n in range(terms):
-        desk[RIGHT, n] = desk[LEFT, n]
+        series[RIGHT, n] = series[LEFT, n]
     for n in range(terms - 1):
-        desk[SIGNAL, n] = -whole.fade * ((n + 1) * desk[LEFT, n + 1]) - whole.spring * desk[LEFT, n]
+        series[SIGNAL, n] = -whole.fade * ((n + 1) * series[LEFT, n + 1]) - whole.spring * series[LEFT, n]
     # ẍ + a_g: without a wave nothing of a_g is left but where a rigid building carries the other along.
     push, widening, still = push_whole(joint, ground), ground.widening(), ground.under_left()
     for n in range(4):
-        desk[SIGNAL, n] -= push[n]
-        desk[RIGHT, n] -= widening[n]
-    desk[SIGNAL, 0] += still[0]
-    desk[SIGNAL, 1] += still[1]
-    desk[LEFT, 0] += joint.ahead
-    desk[RIGHT, 0] -= joint.behind
+        series[SIGNAL, n] -= push[n]
+        series[RIGHT, n] -= widening[n]
+    series[SIGNAL, 0] += still[0]
+    series[SIGNAL, 1] += still[1]
+    series[LEFT, 0] += joint.ahead
+    series[RIGHT, 0] -= joint.behind
     if left.inverse_mass > 0.0:
-        raise_signal(1, LEFT, terms, stop, desk)
-        raise_signal(3, SIGNAL, terms - 1, stop, desk)
+        raise_signal(1, LEFT, terms, stop, workspace)
+        raise_signal(3, SIGNAL, terms - 1, stop, workspace)
     if right.inverse_mass > 0.0:
-        raise_signal(2, RIGHT, terms, stop, desk)
-        raise_signal(4, SIGNAL, terms - 1, stop, desk)
-    desk[LEFT, 0] = place
+        raise_signal(2, RIGHT, terms, stop, workspace)
+        raise_signal(4, SIGNAL, terms - 1, stop, workspace)
+    series[LEFT, 0] = place
 
 
 @kernel
-def raise_signal(signal, row, terms, stop, desk):
+def raise_signal(signal, row, terms, stop, workspace):
     """Raise a signal's peaks by those of a row's series on [0, stop]."""
-    desk[HIGH, signal] = highest(desk, row, terms, 1.0, stop, desk[HIGH, signal])
-    desk[LOW, signal] = -highest(desk, row, terms, -1.0, stop, -desk[LOW, signal])
+    workspace.high[signal] = highest(workspace.search, row, terms, 1.0, stop, workspace.high[signal])
+    workspace.low[signal] = -highest(workspace.search, row, terms, -1.0, stop, -workspace.low[signal])
 
 
 @small
@@ -181,24 +171,25 @@ def parted(joint, state):
 
 
 @small
-def write_state(desk, state):
+def write_state(workspace, state):
     """Put the state where the log reads it."""
     for part in range(4):
-        desk[STATE, part] = state[part]
+        workspace.states[BEGIN, part] = state[part]
 
 
 @kernel
-def time_levels(mass, largest, count, span, desk, log):
+def time_levels(mass, largest, count, span, workspace, log):
     """Time the levels that F reaches first on a joined stretch, ``span`` = (its start, its length); −F/m in SIGNAL."""
+    series = workspace.search.series
     while log.used[2] < log.levels.size and log.levels[log.used[2]] <= mass * largest:
         level = log.levels[log.used[2]] / mass
         after = 0.0
-        if -desk[SIGNAL, 0] < level:
+        if -series[SIGNAL, 0] < level:
             for n in range(count):
-                desk[SIGNAL, n] = -desk[SIGNAL, n]
-            root = first_rise(desk, count, level, span[1])
+                series[SIGNAL, n] = -series[SIGNAL, n]
+            root = first_rise(workspace.search, count, level, span[1])
             for n in range(count):
-                desk[SIGNAL, n] = -desk[SIGNAL, n]
+                series[SIGNAL, n] = -series[SIGNAL, n]
             # A crest that reaches it by rounding has no root.
             after = root if root >= 0.0 else span[1]
         log.first[log.used[2]] = span[0] + after
@@ -206,38 +197,38 @@ def time_levels(mass, largest, count, span, desk, log):
 
 
 @kernel
-def hold(joint, free, start, place, speed, desk, log):
+def move_joined(joint, free, start, place, speed, workspace, log):
     """Joined motion from ``start`` until F falls to zero or the record ends; x, ẋ at its start are given.
 
     Returns (how it ended, node, time after it, state seen from the own grounds, largest force).
     """
     node, offset = start
-    mass, terms = joint.whole.mass, free.terms
+    mass, terms, series = joint.whole.mass, free.terms, workspace.search.series
     largest = 0.0
     while True:
         ground = free.passage.stretch(free.ground, free.step, node, offset)
         span = free.passage.width(free.step, node) - offset
-        expand(joint.whole, place, speed, push_whole(joint, ground), desk, LEFT, terms)
-        count = lay_tension(joint, ground, terms, desk)
-        root = first_rise(desk, count, 0.0, span)
+        expand(joint.whole, place, speed, push_whole(joint, ground), workspace.search, LEFT, terms)
+        count = write_tension(joint, ground, terms, workspace)
+        root = first_rise(workspace.search, count, 0.0, span)
         stop = root if root >= 0.0 else span
-        largest = highest(desk, SIGNAL, count, -1.0, stop, largest)
-        if not isnan(desk[TALLY, DEMAND]):
-            time_levels(mass, largest, count, (free.passage.moment(free.step, node) + offset, stop), desk, log)
+        largest = highest(workspace.search, SIGNAL, count, -1.0, stop, largest)
+        if not isnan(workspace.counters[DEMAND]):
+            time_levels(mass, largest, count, (free.passage.moment(free.step, node) + offset, stop), workspace, log)
         push, power = 0.0, stop
         for n in range(count):
-            push -= desk[SIGNAL, n] * power / (n + 1)
+            push -= series[SIGNAL, n] * power / (n + 1)
             power *= stop
-        desk[STATE, 5] += mass * push
-        force = max(-mass * value_at(desk, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
-        raise_rows(joint, ground, terms, stop, desk)
-        place, speed = value_at(desk, LEFT, terms, stop), slope_at(desk, LEFT, terms, stop)
-        desk[TALLY, STEPS] += 1.0
+        workspace.states[BEGIN, 5] += mass * push
+        force = max(-mass * value_at(series, SIGNAL, count, stop), 0.0) if root < 0.0 else 0.0
+        raise_rows(joint, ground, terms, stop, workspace)
+        place, speed = value_at(series, LEFT, terms, stop), slope_at(series, LEFT, terms, stop)
+        workspace.counters[STEPS] += 1.0
         offset += stop
         state = of_both(joint, place, speed)
-        write_state(desk, state)
+        write_state(workspace, state)
         state = ground.apart(joint.right, state, stop)
-        write_step(log, free.passage.moment(free.step, node) + offset, force, state, desk)
+        write_step(log, free.passage.moment(free.step, node) + offset, force, state, workspace)
         if root >= 0.0:
             return FINISHED, node, offset, state, mass * largest
         node, offset = node + 1, 0.0
@@ -246,93 +237,93 @@ def hold(joint, free, start, place, speed, desk, log):
 
 
 @small
-def note_push(push, touched, desk, log):
+def record_push(push, touched, workspace, log):
     """Enter the largest force of a jump, NaN for none that is finite, before what may follow it."""
-    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], push) if not isnan(push) else nan
+    workspace.counters[DEMAND] = max(workspace.counters[DEMAND], push) if not isnan(push) else nan
     while log.used[2] < log.levels.size and log.levels[log.used[2]] <= push:
         log.first[log.used[2]] = touched
         log.used[2] += 1
 
 
 @small
-def settle_force(push, largest, rests, desk, log):
-    """The largest force of a contact, from that of its jump and of the joined motion, entered in the tally."""
-    known = desk[TALLY, PEAK_FORCE]
+def settle_force(push, largest, rests, workspace, log):
+    """The largest force of a contact, from that of its jump and of the joined motion, entered in the counters."""
+    known = workspace.counters[PEAK_FORCE]
     if isnan(push):
         if rests:
-            desk[TALLY, PEAK_FORCE] = largest if not known > largest else known
+            workspace.counters[PEAK_FORCE] = largest if not known > largest else known
             return largest
         if known == 0.0:
-            desk[TALLY, PEAK_FORCE] = nan
+            workspace.counters[PEAK_FORCE] = nan
         return nan
     force = max(push, largest)
-    desk[TALLY, PEAK_FORCE] = max(known, force)
-    desk[TALLY, DEMAND] = max(desk[TALLY, DEMAND], force)
+    workspace.counters[PEAK_FORCE] = max(known, force)
+    workspace.counters[DEMAND] = max(workspace.counters[DEMAND], force)
     for level in range(log.levels.size):
         log.reached[level] += 1.0 if log.levels[level] <= force else 0.0
     return force
 
 
 @kernel
-def merge(pair, free, law, limits, rtol, start, state, desk, log):
+def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, log):
     """One touch at ``start`` = (node, time after it), and the joined motion where it does not rebound.
 
-    Returns (how it ended, node, time after it, state then), as `pound` does. Where the impulse of a jump has no finite
-    force the largest force is that of the joined motion, NaN where there has been none, and the force that a law
-    would have without a cap is NaN.
+    Returns (how it ended, node, time after it, state then), as `integrate_contact` does. Where the impulse of a jump
+    has no finite force the largest force is that of the joined motion, NaN where there has been none, and the force
+    that a law would have without a cap is NaN.
     """
     node, offset = start
-    joint = joined(pair, limits[0])
-    mass = joint.whole.mass
+    joint = joined(pair, limits.gap)
+    mass, series = joint.whole.mass, workspace.search.series
     ground = free.passage.stretch(free.ground, free.step, node, offset)
     state = ground.across(joint.right, state, 0.0)
     touched = free.passage.moment(free.step, node) + offset
     speed = max(state[2] - state[3], 0.0)
-    e = limits[2].at(speed)
-    desk[STATE, :8] = 0.0
-    write_state(desk, state)
-    energy = touch_down(joint, limits[2].beyond(speed), touched, speed, desk)
-    desk[HIGH, 0] = max(desk[HIGH, 0], limits[0])
-    write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), desk)
+    e = limits.restitution.at(speed)
+    workspace.states[BEGIN, :] = 0.0
+    write_state(workspace, state)
+    energy = touch_down(joint, limits.restitution.beyond(speed), touched, speed, workspace)
+    workspace.high[0] = max(workspace.high[0], limits.gap)
+    write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), workspace)
     place, common = midway(joint, state)
-    expand(joint.whole, place, common, push_whole(joint, ground), desk, LEFT, free.terms)
-    pressed = presses(desk, lay_tension(joint, ground, free.terms, desk))
+    expand(joint.whole, place, common, push_whole(joint, ground), workspace.search, LEFT, free.terms)
+    pressed = presses(series, write_tension(joint, ground, free.terms, workspace))
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
     back, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
-    low = -2.0 * desk[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    low = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
     if pressed and (back <= rtol * free.fastest or back * back <= low):
         back = 0.0
     rests = pressed and back == 0.0
-    force = -mass * desk[SIGNAL, 0] if rests else 0.0
+    force = -mass * series[SIGNAL, 0] if rests else 0.0
     state = (
         state[0],
         state[1],
         common - joint.share_right * back,
         common + joint.share_left * back,
     )
-    write_state(desk, state)
-    desk[STATE, 4] = 0.5 * mass * (speed - back) * (speed + back)
-    desk[STATE, 5] = mass * (speed + back)
-    desk[TALLY, VISCOUS] += desk[STATE, 4]
-    taken_along = ground.taken_along(joint.right, desk[STATE, 5], state[3])
-    desk[TALLY, RESIDUAL] += energy_of(pair, state) - energy + desk[STATE, 4] + taken_along
+    write_state(workspace, state)
+    workspace.states[BEGIN, 4] = 0.5 * mass * (speed - back) * (speed + back)
+    workspace.states[BEGIN, 5] = mass * (speed + back)
+    workspace.counters[VISCOUS] += workspace.states[BEGIN, 4]
+    taken_along = ground.taken_along(joint.right, workspace.states[BEGIN, 5], state[3])
+    workspace.counters[RESIDUAL] += energy_of(pair, state) - energy + workspace.states[BEGIN, 4] + taken_along
     state = ground.apart(joint.right, state, 0.0)
-    write_step(log, touched, force if isnan(push) else max(push, force), state, desk)
-    note_push(push, touched, desk, log)
+    write_step(log, touched, force if isnan(push) else max(push, force), state, workspace)
+    record_push(push, touched, workspace, log)
     finish, largest = FINISHED, 0.0
     if rests:
-        finish, node, offset, state, largest = hold(joint, free, (node, offset), place, common, desk, log)
-    force = settle_force(push, largest, rests, desk, log)
+        finish, node, offset, state, largest = move_joined(joint, free, (node, offset), place, common, workspace, log)
+    force = settle_force(push, largest, rests, workspace, log)
     state = parted(joint, state)
     stop = free.passage.moment(free.step, free.ground.size - 1)
     over = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
     duration = max(over - touched, 0.0)
-    desk[TALLY, ENERGY] = max(desk[TALLY, ENERGY], energy_of(pair, state_of(desk, STATE)))
+    workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy_of(pair, state_of(workspace.states, BEGIN)))
     # The next touch may come while the floors still press.
-    desk[TALLY, CONTACT_TIME] += max(over - max(touched, desk[TALLY, BUSY]), 0.0)
-    desk[TALLY, BUSY] = over
-    desk[TALLY, IMPULSE] += desk[STATE, 5]
+    workspace.counters[CONTACT_TIME] += max(over - max(touched, workspace.counters[BUSY]), 0.0)
+    workspace.counters[BUSY] = over
+    workspace.counters[IMPULSE] += workspace.states[BEGIN, 5]
     uncapped = nan if isnan(push) else force
-    write_contact(log, (touched, touched + duration, speed, e, force, uncapped, 0.0, 0.0), desk)
+    write_contact(log, (touched, touched + duration, speed, e, force, uncapped, 0.0, 0.0), workspace)
     return finish, node, offset, state

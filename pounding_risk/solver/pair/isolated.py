@@ -21,10 +21,10 @@ from pounding_risk.models.ground import Together
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
-from pounding_risk.solver.pair.flight import SIGNALS, Free
-from pounding_risk.solver.pair.run import meet
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import STATE
+from pounding_risk.solver.pair.flight import Free
+from pounding_risk.solver.pair.run import begin_contact
+from pounding_risk.solver.pair.stages import Limits
+from pounding_risk.solver.workspace import BEGIN, SIGNALS, make_workspace
 from pounding_risk.units import GAP, TIME, YIELD_FORCE, say
 
 NEVER = 1e9  # s; an isolated contact that lasts this long does not part
@@ -35,7 +35,7 @@ RTOL = 1e-12  # of an impact by which a stiffness is found
 
 @dataclass(frozen=True, repr=False)
 class Impact(ShortRepr):
-    """What came of one collision; arrays have one value per step, from the touch to the parting.
+    """Result of one collision; arrays have one value per step, from the touch to the parting.
 
     Of floors that collide as bars they have the corners of the force's steps; the masses' speeds jump at the touch.
     """
@@ -92,15 +92,16 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         Where the contact does not end, or takes more steps than `ROWS`.
     """
     mass, other_mass, *_ = values
-    pair, *_, desk, log = arguments = meeting(law, rule, speed, values)
-    finish, *_ = meet(*arguments)
+    pair, *_, workspace, log = arguments = meeting(law, rule, speed, values)
+    finish, *_ = begin_contact(*arguments)
     if finish not in (FINISHED, AT_END):
         raise PoundingError(f"impact: {STATUS_SENTENCES[finish]}")
     if log.used[1] > ROWS:
         raise PoundingError(f"impact: the contact takes {log.used[1]} steps, more than {ROWS}; raise rtol")
     facts = dict(zip(CONTACT_COLUMNS, log.contacts[0], strict=False))
     rows = _steps_of(law, pair, facts) if needs_floors(law) else log.steps[: log.used[1]]
-    momentum = mass * (desk[STATE, 2] - speed) + (other_mass * desk[STATE, 3] if other_mass < inf else np.nan)
+    after = workspace.states[BEGIN]
+    momentum = mass * (after[2] - speed) + (other_mass * after[3] if other_mass < inf else np.nan)
     return Impact(
         law=name_of(type(bare(law))),
         mass=float(mass),
@@ -122,7 +123,7 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
 
 
 def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> tuple[Any, ...]:
-    """Arguments of `solver.pair.run.meet` for `collide`; ``values`` = (mass, other mass, yield force, rtol)."""
+    """Arguments of `run.begin_contact` for `collide`; ``values`` = (mass, other mass, yield force, rtol)."""
     mass, other_mass, yield_force, rtol = map(float, values)
     still = ((0.0,) * 4,) * 2
     free = Free(
@@ -138,14 +139,14 @@ def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         Together(),
     )
     start = (0.0, 0.0, float(speed), 0.0)
-    log, desk = make_log(1, ROWS, np.zeros(0)), make_desk(rtol)
+    log, workspace = make_log(1, ROWS, np.zeros(0)), make_workspace(rtol)
     pair = free_mass(mass), free_mass(other_mass)
-    return pair, free, lowered(law), (0.0, yield_force, rule), rtol, (0, 0.0), start, desk, log
+    return pair, free, lowered(law), Limits(0.0, yield_force, rule), rtol, (0, 0.0), start, workspace, log
 
 
 def _steps_of(law: Any, pair: Any, facts: dict[str, float]) -> NDArray[np.float64]:
     """The corners of the force between two floors, as rows of the log of a run; nothing penetrates."""
-    steps = list(islice(law.course(*(each.inverse_mass for each in pair)), ROWS))
+    steps = list(islice(law.course(*(oscillator.inverse_mass for oscillator in pair)), ROWS))
     if len(steps) == ROWS:
         raise PoundingError(
             f"impact: the force has more than {ROWS} steps, since a wave is back in one floor so many times before it "
@@ -174,8 +175,8 @@ def equal_stiffness(
     target = getattr(collide(reference, rule, speed, (mass, inf, inf, RTOL)), measure)
 
     def excess(logarithm: float) -> float:
-        found = collide(law(10.0**logarithm), rule, speed, (mass, inf, inf, RTOL))
-        return float(np.log(getattr(found, measure) / target))
+        impact = collide(law(10.0**logarithm), rule, speed, (mass, inf, inf, RTOL))
+        return float(np.log(getattr(impact, measure) / target))
 
     ends = log10(SOFTEST), log10(STIFFEST)
     if excess(ends[0]) * excess(ends[1]) > 0.0:

@@ -1,9 +1,9 @@
-"""Every output of a run in one place: name, unit, words, and how it follows from what the kernels count.
+"""Outputs of a run: name, unit, description, and how each follows from the counters of the kernels.
 
-Raw columns are those of `sweep.COLUMNS`: the tally, then the largest and the smallest of every watched signal.
+Raw columns are `COLUMNS` numbers for each run: the counters, then the largest and the smallest of every watched signal.
 
-A model whose velocities jump (`models.instant`) has no finite force at a touch: its largest force is that of the
-joined motion, NaN where there was a touch and none, and yielding is not defined, NaN or −1, once there was a touch.
+A model whose velocities jump (`models.contact.impulsive`) has no finite force at a touch: its largest force is that of
+the joined motion, NaN where there was a touch and none, and yielding is not defined, NaN or −1, once there was a touch.
 Its ``energy_viscous`` is what the jumps take, its ``contact_time`` that of the joined motion. `DistributedMass` gives
 each jump a force and a duration, and its outputs are those of a law without a cap; what waves in the floors keep counts
 as ``energy_viscous``.
@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.pair.flight import SIGNALS
 
 Raw = NDArray[np.float64]
-COLUMNS = tally.TALLIED + 2 * SIGNALS
-HIGH, LOW = tally.TALLIED, tally.TALLIED + SIGNALS
+COLUMNS = counters.TALLIED + 2 * SIGNALS
+HIGH, LOW = counters.TALLIED, counters.TALLIED + SIGNALS
 
 
 class Output(NamedTuple):
@@ -41,17 +41,17 @@ def _column(place: int) -> Callable[[Raw, Raw], Raw]:
 
 def _share(raw: Raw, strength: Raw) -> Raw:
     # Without yielding (infinite F_E) the demand is zero, also where there was no contact.
-    return raw[..., tally.DEMAND] / strength
+    return raw[..., counters.DEMAND] / strength
 
 
 def _defined(raw: Raw, count: NDArray[Any]) -> Raw:
     # A jump has no force that could reach the yield force: what depends on it is not defined.
-    return np.where(np.isnan(raw[..., tally.DEMAND]), -1.0, count)
+    return np.where(np.isnan(raw[..., counters.DEMAND]), -1.0, count)
 
 
 def _residual(raw: Raw, strength: Raw) -> Raw:
-    peak = raw[..., tally.ENERGY]
-    return np.abs(raw[..., tally.RESIDUAL]) / np.where(peak > 0.0, peak, 1.0)
+    peak = raw[..., counters.ENERGY]
+    return np.abs(raw[..., counters.RESIDUAL]) / np.where(peak > 0.0, peak, 1.0)
 
 
 def _reach(signal: int) -> Callable[[Raw], Raw]:
@@ -66,45 +66,45 @@ RUN: dict[str, Output] = {
     ),
     "peak_closing": Output("m", "largest u_left - u_right towards contact", _column(HIGH)),
     "peak_opening": Output("m", "largest u_right - u_left, away from contact", lambda raw, _: -raw[..., LOW]),
-    "peak_penetration": Output("m", "largest penetration of any contact", _column(tally.PENETRATION)),
-    "impact_count": Output("1", "contacts, each from touch to parting", _column(tally.COUNT), whole=True),
-    "first_impact_time": Output("s", "time of the first touch; NaN without contact", _column(tally.FIRST_TOUCH)),
-    "contact_time": Output("s", "duration of all contacts together", _column(tally.CONTACT_TIME)),
-    "peak_approach_speed": Output("m/s", "largest relative speed at a touch", _column(tally.APPROACH)),
+    "peak_penetration": Output("m", "largest penetration of any contact", _column(counters.PENETRATION)),
+    "impact_count": Output("1", "contacts, each from touch to parting", _column(counters.COUNT), whole=True),
+    "first_impact_time": Output("s", "time of the first touch; NaN without contact", _column(counters.FIRST_TOUCH)),
+    "contact_time": Output("s", "duration of all contacts together", _column(counters.CONTACT_TIME)),
+    "peak_approach_speed": Output("m/s", "largest relative speed at a touch", _column(counters.APPROACH)),
     "peak_contact_force": Output(
         "N",
         "largest contact force; of a jump in velocity, which has no finite force, the force in joined motion, or NaN",
-        _column(tally.PEAK_FORCE),
+        _column(counters.PEAK_FORCE),
     ),
     "lowest_contact_force": Output(
-        "N", "smallest contact force; negative where the law pulls", _column(tally.LOWEST_FORCE)
+        "N", "smallest contact force; negative where the law pulls", _column(counters.LOWEST_FORCE)
     ),
-    "impulse": Output("N s", "total impulse of the contact force", _column(tally.IMPULSE)),
+    "impulse": Output("N s", "total impulse of the contact force", _column(counters.IMPULSE)),
     "yield_exceedance": Output(
         "1",
         "1 where the uncapped force reaches the yield force",
-        lambda raw, _: _defined(raw, raw[..., tally.YIELDS] > 0.0),
+        lambda raw, _: _defined(raw, raw[..., counters.YIELDS] > 0.0),
         whole=True,
     ),
     "yield_demand": Output("1", "largest uncapped force over the yield force", _share),
     "yield_count": Output(
         "1",
         "contacts in which the uncapped force reaches the yield force",
-        lambda raw, _: _defined(raw, raw[..., tally.YIELDS]),
+        lambda raw, _: _defined(raw, raw[..., counters.YIELDS]),
         whole=True,
     ),
     "first_yield_time": Output(
         "s",
         "time at which the uncapped force first reaches the yield force; NaN without yielding",
-        _column(tally.FIRST_YIELD),
+        _column(counters.FIRST_YIELD),
     ),
-    "energy_viscous": Output("J", "energy that the contact's damper takes", _column(tally.VISCOUS)),
+    "energy_viscous": Output("J", "energy that the contact's damper takes", _column(counters.VISCOUS)),
     "energy_plastic": Output(
         "J",
         "energy that yielding takes; none in laws whose plateau is retraced",
-        _column(tally.PLASTIC),
+        _column(counters.PLASTIC),
     ),
-    "permanent_set": Output("m", "widening of the gap by dents at the end of the run", _column(tally.SET)),
+    "permanent_set": Output("m", "widening of the gap by dents at the end of the run", _column(counters.SET)),
     "energy_residual": Output(
         "1",
         "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch",
@@ -113,7 +113,7 @@ RUN: dict[str, Output] = {
     "restitution_held": Output(
         "1",
         "contacts faster than the range of the restitution relation, computed with the restitution at the range's end",
-        _column(tally.HELD),
+        _column(counters.HELD),
         whole=True,
     ),
 }
@@ -144,7 +144,7 @@ BUILDING: dict[str, tuple[str, str, Callable[[Raw, Building, int, Raw | float], 
 def run_outputs(raw: Raw, yield_force: Raw | float) -> dict[str, Raw]:
     """Every output of `RUN` by name, with raw's leading shape; failed runs are NaN, or −1 in counts and flags."""
     strength = np.asarray(yield_force, dtype=float)
-    failed = raw[..., tally.STATUS] != tally.COMPLETE
+    failed = raw[..., counters.STATUS] != counters.COMPLETE
     return {
         name: np.where(failed, -1.0 if output.whole else np.nan, output.compute(raw, strength))
         for name, output in RUN.items()
@@ -153,7 +153,7 @@ def run_outputs(raw: Raw, yield_force: Raw | float) -> dict[str, Raw]:
 
 def building_outputs(raw: Raw, buildings: tuple[Building, Building], pga: Raw | float) -> dict[str, Raw]:
     """Every output of `BUILDING` by name, with a last axis for left and right; ``pga`` [m/s²] as the runs' shape."""
-    failed = raw[..., tally.STATUS] != tally.COMPLETE
+    failed = raw[..., counters.STATUS] != counters.COMPLETE
     return {
         name: np.stack(
             [np.where(failed, np.nan, compute(raw, building, side, pga)) for side, building in enumerate(buildings)],

@@ -6,15 +6,74 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import LOWEST_FORCE
-from pounding_risk.solver.pair.flight import SIGNALS
-from pounding_risk.solver.pair.readings import FORCE, peek
-from pounding_risk.solver.pair.stages import PEEKED, PEEKED_RISE
-from pounding_risk.solver.pair.step import spread
-from pounding_risk.solver.pair.taylor import HERE, HERE_SLOPE, HIGH, LOW, NEXT, NEXT_SLOPE, TALLY
+from pounding_risk.solver.pair.implicit import spread
+from pounding_risk.solver.pair.stages import ELASTIC, nudged, slopes, state_between, state_of, transmitted, uncapped
+from pounding_risk.solver.workspace import BEGIN, BETWEEN, BETWEEN_SLOPE, END, FIRST_STAGE, LAST, SIGNALS
+
+# Readings in contact; from 1 on they are numbered as the signals in flight.
+FORCE, DISPLACEMENT_LEFT, DISPLACEMENT_RIGHT, ACCELERATION_LEFT, ACCELERATION_RIGHT = 0, 1, 2, 3, 4
+
+
+@small
+def read_contact(impact, phase, state, time, workspace, row):
+    """Write the readings of a state: uncapped force, displacements, absolute accelerations."""
+    readings = workspace.readings
+    force = transmitted(impact, phase, state)
+    left, right = impact.left, impact.right
+    readings[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
+    u, w, v, z = phase.ground.apart(right, state, time)
+    readings[row, DISPLACEMENT_LEFT] = u
+    readings[row, DISPLACEMENT_RIGHT] = w
+    readings[row, ACCELERATION_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * force
+    readings[row, ACCELERATION_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * force
+
+
+@small
+def read_end(impact, phase, place, workspace, rows):
+    """Write the readings and their slopes per unit of s at ``place`` = (s, length of the step).
+
+    ``rows`` are those of the place: (of states and readings, of slopes). The slope of the force is a difference over a
+    ten-millionth of the step; all else is linear in it and in the slopes of the state.
+    """
+    row, slope_row = rows
+    rise = workspace.reading_slopes
+    left, right = impact.left, impact.right
+    state = state_of(workspace.states, row)
+    s, h = place
+    cube = s * s * s
+    nudge = 1e-7 * h
+    ahead = nudged(state, workspace.slopes, slope_row, nudge)
+    read_contact(impact, phase, state, cube * s, workspace, row)
+    rise[row, FORCE] = (uncapped(impact, phase, ahead) - workspace.readings[row, FORCE]) / nudge
+    felt = rise[row, FORCE]
+    if phase.region != ELASTIC:
+        felt = (transmitted(impact, phase, ahead) - transmitted(impact, phase, state)) / nudge
+    u, w, v, z = phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
+    rise[row, DISPLACEMENT_LEFT] = u
+    rise[row, DISPLACEMENT_RIGHT] = w
+    rise[row, ACCELERATION_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
+    rise[row, ACCELERATION_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * felt
+
+
+# Rows of a place on the step: of its state and readings, and of its slopes.
+AT_BEGIN = (BEGIN, FIRST_STAGE)
+AT_END = (END, LAST)
+AT_BETWEEN = (BETWEEN, BETWEEN_SLOPE)
+
+
+@small
+def read_between(impact, phase, span, x, workspace):
+    """Write state, slopes and readings at a place x of the step, 0 to 1, on its polynomial."""
+    s, h = span
+    state = state_between(x, workspace)
+    for part in range(4):
+        workspace.states[BETWEEN, part] = state[part]
+    slopes(impact, phase, s + x * h, state, workspace, BETWEEN_SLOPE)
+    read_end(impact, phase, (s + x * h, h), workspace, AT_BETWEEN)
 
 
 @kernel
-def crest(watch, sign, ends, impact, phase, span, desk):
+def crest(reading, sign, ends, impact, phase, span, workspace):
     """The largest sign × reading inside the step, where its slope turns, and its place; on the step's polynomial.
 
     ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the crest
@@ -26,13 +85,13 @@ def crest(watch, sign, ends, impact, phase, span, desk):
     side = 0
     x = low_slope / (low_slope - high_slope)
     if span[0] > 0.0:
-        rise = sign * (desk[NEXT, watch] - desk[HERE, watch]) / span[1]
+        rise = sign * (workspace.readings[END, reading] - workspace.readings[BEGIN, reading]) / span[1]
         x = cubic_crest(rise, low_slope, high_slope)
     for _ in range(60):
-        peek(impact, phase, span, x, desk)
-        if sign * desk[PEEKED, watch] > best:
-            best, there = sign * desk[PEEKED, watch], x
-        slope = sign * desk[PEEKED_RISE, watch]
+        read_between(impact, phase, span, x, workspace)
+        if sign * workspace.readings[BETWEEN, reading] > best:
+            best, there = sign * workspace.readings[BETWEEN, reading], x
+        slope = sign * workspace.reading_slopes[BETWEEN, reading]
         if slope > 0.0:
             low, low_slope = x, slope
             high_slope = 0.5 * high_slope if side == 1 else high_slope
@@ -62,60 +121,61 @@ def cubic_crest(rise, start_slope, stop_slope):
 
 
 @small
-def hides_crest(watch, sign, best, span, desk):
+def hides_crest(reading, sign, best, span, workspace):
     """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
     s, h = span
-    end_slope = sign * desk[NEXT_SLOPE, watch]
+    end_slope = sign * workspace.reading_slopes[END, reading]
     if end_slope >= 0.0:
         return 0.0, 0.0
     if s == 0.0:
         # The slope at the touch itself may be infinite and is no measure of what follows.
         return -end_slope, end_slope
-    start_slope = sign * desk[HERE_SLOPE, watch]
+    start_slope = sign * workspace.reading_slopes[BEGIN, reading]
     if start_slope <= 0.0:
         return 0.0, 0.0
     # A concave stretch stays under the crossing of its end tangents.
     reach = h * start_slope * end_slope / (end_slope - start_slope)
-    if max(sign * desk[HERE, watch], sign * desk[NEXT, watch]) + reach < best:
+    if max(sign * workspace.readings[BEGIN, reading], sign * workspace.readings[END, reading]) + reach < best:
         return 0.0, 0.0
     return start_slope, end_slope
 
 
 @kernel
-def raise_peak(watch, sign, best, impact, phase, span, desk):
+def peak_over_step(reading, sign, best, impact, phase, span, workspace):
     """max(best, sign × reading over the step), with the crest between its ends; and whether the step is laid out.
 
     ``span`` = (s, h, whether the step is laid out already by `spread`).
     """
-    best = max(best, sign * desk[NEXT, watch])
-    ends = hides_crest(watch, sign, best, (span[0], span[1]), desk)
+    best = max(best, sign * workspace.readings[END, reading])
+    ends = hides_crest(reading, sign, best, (span[0], span[1]), workspace)
     if not ends[0] > 0.0:
         return best, span[2]
     if not span[2]:
-        spread(impact, phase, (span[0], span[1]), desk)
-    return max(best, crest(watch, sign, ends, impact, phase, (span[0], span[1]), desk)[0]), True
+        spread(impact, phase, (span[0], span[1]), workspace)
+    return max(best, crest(reading, sign, ends, impact, phase, (span[0], span[1]), workspace)[0]), True
 
 
 @small
-def watch_step(impact, phase, span, peak, desk):
-    """Peaks over an accepted step onto the desk; returns this contact's peak uncapped force so far.
+def update_peaks(impact, phase, span, peak, workspace):
+    """Peaks over an accepted step into the workspace; returns this contact's peak uncapped force so far.
 
-    Its readings stand on the desk already. Error control keeps a step from hiding a crest twice as high as both its
-    ends: what stays below half of the peak so far is not looked at.
+    The readings at its ends are those in the workspace. Error control keeps a step from hiding a crest twice as high as
+    both its ends: what stays below half of the peak so far is not searched.
     """
     laid = False
-    here, there = desk[HERE, FORCE], desk[NEXT, FORCE]
+    counters, readings, high, low = workspace.counters, workspace.readings, workspace.high, workspace.low
+    here, there = readings[BEGIN, FORCE], readings[END, FORCE]
     peak = max(peak, here)
     if 2.0 * max(here, there) > peak:
-        peak, laid = raise_peak(FORCE, 1.0, peak, impact, phase, (*span, laid), desk)
-    if impact.least == -inf and 2.0 * min(here, there) < desk[TALLY, LOWEST_FORCE]:
-        lowest, laid = raise_peak(FORCE, -1.0, -desk[TALLY, LOWEST_FORCE], impact, phase, (*span, laid), desk)
-        desk[TALLY, LOWEST_FORCE] = -lowest
-    for watch in range(FORCE + 1, SIGNALS):
-        here, there = desk[HERE, watch], desk[NEXT, watch]
-        if 2.0 * max(here, there) > desk[HIGH, watch]:
-            desk[HIGH, watch], laid = raise_peak(watch, 1.0, desk[HIGH, watch], impact, phase, (*span, laid), desk)
-        if 2.0 * min(here, there) < desk[LOW, watch]:
-            lowest, laid = raise_peak(watch, -1.0, -desk[LOW, watch], impact, phase, (*span, laid), desk)
-            desk[LOW, watch] = -lowest
+        peak, laid = peak_over_step(FORCE, 1.0, peak, impact, phase, (*span, laid), workspace)
+    if impact.least == -inf and 2.0 * min(here, there) < counters[LOWEST_FORCE]:
+        lowest, laid = peak_over_step(FORCE, -1.0, -counters[LOWEST_FORCE], impact, phase, (*span, laid), workspace)
+        counters[LOWEST_FORCE] = -lowest
+    for reading in range(FORCE + 1, SIGNALS):
+        here, there = readings[BEGIN, reading], readings[END, reading]
+        if 2.0 * max(here, there) > high[reading]:
+            high[reading], laid = peak_over_step(reading, 1.0, high[reading], impact, phase, (*span, laid), workspace)
+        if 2.0 * min(here, there) < low[reading]:
+            lowest, laid = peak_over_step(reading, -1.0, -low[reading], impact, phase, (*span, laid), workspace)
+            low[reading] = -lowest
     return peak

@@ -25,13 +25,14 @@ from pounding_risk.solver.counters import (
     TOO_MANY_CONTACTS,
     Log,
 )
-from pounding_risk.solver.pair.contact import pound
-from pounding_risk.solver.pair.flight import SIGNALS, Free, fly
-from pounding_risk.solver.pair.impulsive import merge
-from pounding_risk.solver.pair.taylor import HIGH, LOW, TALLY
+from pounding_risk.solver.pair.contact import integrate_contact
+from pounding_risk.solver.pair.flight import Free, fly
+from pounding_risk.solver.pair.impulsive import impulsive_contact
+from pounding_risk.solver.pair.stages import Limits
+from pounding_risk.solver.workspace import SIGNALS
 
-# What a touch leads to: a jump of the velocities under a law that has one, otherwise a contact of finite force.
-meet = by_verb("strike", 2, merge, pound)
+# A touch begins a jump of the velocities under a law that has one, otherwise a contact of finite force.
+begin_contact = by_verb("strike", 2, impulsive_contact, integrate_contact)
 
 
 @small
@@ -65,45 +66,47 @@ def borrow_log(log):
 
 
 @kernel
-def march(pair, free, law, limits, rtol, desk, log):
-    """One run from rest to the end of the record; ``limits`` = (gap, yield force, restitution).
+def march(pair, free, law, limits, rtol, workspace, log):
+    """One run from rest to the end of the record; ``limits`` as `stages.Limits`.
 
-    Peaks are left in rows HIGH and LOW of the desk, everything else in row TALLY.
+    Leaves the largest and smallest signals and the counters in the workspace.
     """
     # The caller holds all arrays until this returns.
-    desk, free, log = borrowed(desk), borrow_free(free), borrow_log(log)
-    desk[HIGH, :SIGNALS] = 0.0
-    desk[LOW, :SIGNALS] = 0.0
-    desk[TALLY, :] = 0.0
-    desk[TALLY, FIRST_TOUCH] = nan
-    desk[TALLY, FIRST_YIELD] = nan
+    free, log = borrow_free(free), borrow_log(log)
+    workspace.high[:] = 0.0
+    workspace.low[:] = 0.0
+    workspace.counters[:] = 0.0
+    workspace.counters[FIRST_TOUCH] = nan
+    workspace.counters[FIRST_YIELD] = nan
     state = (0.0, 0.0, 0.0, 0.0)
     node, offset = 0, 0.0
     while True:
         # The gap is as wide as the dents of the contacts before have left it.
-        gap = limits[0] + desk[TALLY, SET]
-        node, offset, state = fly(pair, free, gap, (node, offset), state, desk)
+        gap = limits.gap + workspace.counters[SET]
+        node, offset, state = fly(pair, free, gap, (node, offset), state, workspace)
         if node < 0:
             break
-        if desk[TALLY, COUNT] >= MAX_CONTACTS:
-            desk[TALLY, STATUS] = TOO_MANY_CONTACTS
+        if workspace.counters[COUNT] >= MAX_CONTACTS:
+            workspace.counters[STATUS] = TOO_MANY_CONTACTS
             break
-        now = gap, limits[1], limits[2]
-        finish, node, offset, state = meet(pair, free, law, now, rtol, (node, offset), state, desk, log)
+        limits_now = Limits(gap, limits.yield_force, limits.restitution)
+        finish, node, offset, state = begin_contact(
+            pair, free, law, limits_now, rtol, (node, offset), state, workspace, log
+        )
         if finish == AT_END:
             break
         if finish != FINISHED:
-            desk[TALLY, STATUS] = finish
+            workspace.counters[STATUS] = finish
             break
-    total = desk[TALLY, IMPULSE]
+    total = workspace.counters[IMPULSE]
     # Whatever is not finite in the ground motion stays in the free response; a search only passes it over.
     for part in range(4):
         total += free.states[free.ground.size - 1, part]
     for signal in range(SIGNALS):
-        total += desk[HIGH, signal] + desk[LOW, signal]
+        total += workspace.high[signal] + workspace.low[signal]
     if not abs(total) < inf:
-        desk[TALLY, STATUS] = NOT_FINITE
-    elif desk[TALLY, STATUS] == COMPLETE:
-        limit = (OPEN_SHARE * rtol + OPEN_FLOOR) * desk[TALLY, ENERGY]
-        if not abs(desk[TALLY, RESIDUAL]) <= limit:
-            desk[TALLY, STATUS] = ENERGY_OPEN
+        workspace.counters[STATUS] = NOT_FINITE
+    elif workspace.counters[STATUS] == COMPLETE:
+        limit = (OPEN_SHARE * rtol + OPEN_FLOOR) * workspace.counters[ENERGY]
+        if not abs(workspace.counters[RESIDUAL]) <= limit:
+            workspace.counters[STATUS] = ENERGY_OPEN

@@ -12,73 +12,70 @@ from math import inf
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, small
+from pounding_risk.solver.workspace import MAX_TERMS, SIGNAL
 
-MAX_TERMS = 48
 # 1 / (n (n−1)): a division would take longer than all else in a term.
 SHARES = np.array([0.0, 0.0] + [1.0 / (n * (n - 1)) for n in range(2, MAX_TERMS)])
 FINEST = 2.0**-36  # of an interval: where the bisection stops
 
-# A run works on one array, its desk; these are its rows. (One array is one reference to count in a call, and
-# calls are many.) Rows from STAGES on belong to the contact phase.
-LEFT, RIGHT, SIGNAL, ENDS, HERE, NEXT, HERE_SLOPE, NEXT_SLOPE, HIGH, LOW, TALLY, STATE, END, STAGES = range(14)
-
 
 @kernel
-def expand(oscillator, place, speed, push, desk, row, terms):
-    """Taylor coefficients of u(x) from (u, u̇) into a row of the desk; ``push`` as `ground.Stretch` has it."""
-    desk[row, 0] = place
-    desk[row, 1] = speed
+def expand(oscillator, place, speed, push, search, row, terms):
+    """Write the Taylor coefficients of u(x) from (u, u̇) to a row of the series; ``push`` as `ground.Stretch` has it."""
+    series = search.series
+    series[row, 0] = place
+    series[row, 1] = speed
     fade, spring = oscillator.fade, oscillator.spring
-    desk[row, 2] = -(fade * desk[row, 1] + spring * desk[row, 0] + push[0]) * SHARES[2]
-    desk[row, 3] = -(fade * 2 * desk[row, 2] + spring * desk[row, 1] + push[1]) * SHARES[3]
-    desk[row, 4] = -(fade * 3 * desk[row, 3] + spring * desk[row, 2] + push[2]) * SHARES[4]
-    desk[row, 5] = -(fade * 4 * desk[row, 4] + spring * desk[row, 3] + push[3]) * SHARES[5]
+    series[row, 2] = -(fade * series[row, 1] + spring * series[row, 0] + push[0]) * SHARES[2]
+    series[row, 3] = -(fade * 2 * series[row, 2] + spring * series[row, 1] + push[1]) * SHARES[3]
+    series[row, 4] = -(fade * 3 * series[row, 3] + spring * series[row, 2] + push[2]) * SHARES[4]
+    series[row, 5] = -(fade * 4 * series[row, 4] + spring * series[row, 3] + push[3]) * SHARES[5]
     for n in range(6, terms):
-        desk[row, n] = -(fade * (n - 1) * desk[row, n - 1] + spring * desk[row, n - 2]) * SHARES[n]
+        series[row, n] = -(fade * (n - 1) * series[row, n - 1] + spring * series[row, n - 2]) * SHARES[n]
 
 
 @small
-def value_at(desk, row, terms, x):
-    """Σ c_n x^n."""
+def value_at(series, row, terms, x):
+    """Value of a Taylor series at x: Σ c_n x^n."""
     total = 0.0
     for n in range(terms - 1, -1, -1):
-        total = total * x + desk[row, n]
+        total = total * x + series[row, n]
     return total
 
 
 @small
-def slope_at(desk, row, terms, x):
-    """Σ n c_n x^(n−1)."""
+def slope_at(series, row, terms, x):
+    """First derivative of a Taylor series at x: Σ n c_n x^(n−1)."""
     total = 0.0
     for n in range(terms - 1, 0, -1):
-        total = total * x + n * desk[row, n]
+        total = total * x + n * series[row, n]
     return total
 
 
 @small
-def bend_at(desk, row, terms, x):
-    """Σ n (n−1) c_n x^(n−2)."""
+def bend_at(series, row, terms, x):
+    """Second derivative of a Taylor series at x: Σ n (n−1) c_n x^(n−2)."""
     total = 0.0
     for n in range(terms - 1, 1, -1):
-        total = total * x + n * (n - 1) * desk[row, n]
+        total = total * x + n * (n - 1) * series[row, n]
     return total
 
 
 @small
-def bend_within(desk, row, terms, x):
+def bend_within(series, row, terms, x):
     """Σ n (n−1) |c_n| x^(n−2): no second derivative on [0, x] is larger."""
     total = 0.0
     for n in range(terms - 1, 1, -1):
-        total = total * x + n * (n - 1) * abs(desk[row, n])
+        total = total * x + n * (n - 1) * abs(series[row, n])
     return total
 
 
 @small
-def twist_within(desk, row, terms, x):
+def twist_within(series, row, terms, x):
     """Σ n (n−1) (n−2) |c_n| x^(n−3): no third derivative on [0, x] is larger."""
     total = 0.0
     for n in range(terms - 1, 2, -1):
-        total = total * x + n * (n - 1) * (n - 2) * abs(desk[row, n])
+        total = total * x + n * (n - 1) * (n - 2) * abs(series[row, n])
     return total
 
 
@@ -93,16 +90,16 @@ def crest_bound(start, stop, span, bend):
 
 
 @kernel
-def root_between(desk, terms, level, low, high):
+def root_between(search, terms, level, low, high):
     """The x in (low, high] where the rising series of row SIGNAL meets ``level``: Newton's rule in the bracket."""
     x = high
     for _ in range(100):
-        excess = value_at(desk, SIGNAL, terms, x) - level
+        excess = value_at(search.series, SIGNAL, terms, x) - level
         if excess > 0.0:
             high = x
         else:
             low = x
-        slope = slope_at(desk, SIGNAL, terms, x)
+        slope = slope_at(search.series, SIGNAL, terms, x)
         new = x - excess / slope if slope > 0.0 else low
         if not low <= new <= high:
             new = 0.5 * (low + high)
@@ -115,7 +112,7 @@ def root_between(desk, terms, level, low, high):
 
 
 @kernel
-def first_rise(desk, terms, level, stop):
+def first_rise(search, terms, level, stop):
     """The first x in (0, stop] where the series of row SIGNAL rises through ``level``, or −1.
 
     The series starts at or below ``level``; what is above it by rounding counts as at it.
@@ -123,29 +120,29 @@ def first_rise(desk, terms, level, stop):
     if level == inf:
         return -1.0
     start = 0.0
-    at_start = min(desk[SIGNAL, 0] - level, 0.0)
-    slope = desk[SIGNAL, 1]
+    at_start = min(search.series[SIGNAL, 0] - level, 0.0)
+    slope = search.series[SIGNAL, 1]
     if slope < 0.0:
         # Departing: nothing can be back before 2 |slope| / bend.
-        bend = bend_within(desk, SIGNAL, terms, stop)
+        bend = bend_within(search.series, SIGNAL, terms, stop)
         start = -2.0 * slope / bend if bend > 0.0 else stop
         if start >= stop:
             return -1.0
-        at_start = min(value_at(desk, SIGNAL, terms, start) - level, 0.0)
-        slope = slope_at(desk, SIGNAL, terms, start)
+        at_start = min(value_at(search.series, SIGNAL, terms, start) - level, 0.0)
+        slope = slope_at(search.series, SIGNAL, terms, start)
     finest = stop * FINEST
-    desk[ENDS, 0] = stop
+    search.pending[0] = stop
     top = 0
     while top >= 0:
-        end = desk[ENDS, top]
-        at_end = value_at(desk, SIGNAL, terms, end) - level
+        end = search.pending[top]
+        at_end = value_at(search.series, SIGNAL, terms, end) - level
         span = end - start
-        bend = bend_within(desk, SIGNAL, terms, end)
-        end_slope = slope_at(desk, SIGNAL, terms, end)
+        bend = bend_within(search.series, SIGNAL, terms, end)
+        end_slope = slope_at(search.series, SIGNAL, terms, end)
         # Put so that NaN, which is never above anything, ends the search: the run's status tells of it.
         quiet = not crest_bound(at_start, at_end, span, bend) > 0.0
         if not quiet and at_end > 0.0 and slope + end_slope > bend * span:
-            return root_between(desk, terms, level, start, end)
+            return root_between(search, terms, level, start, end)
         if not quiet and span <= finest and at_end > 0.0:
             return end
         if quiet or span <= finest:
@@ -153,26 +150,26 @@ def first_rise(desk, terms, level, stop):
             top -= 1
         else:
             top += 1
-            desk[ENDS, top] = 0.5 * (start + end)
+            search.pending[top] = 0.5 * (start + end)
     return -1.0
 
 
 @kernel
-def summit(desk, row, terms, sign, start, end):
+def summit(search, row, terms, sign, start, end):
     """The largest sign × series on a stretch that is concave throughout: Newton's rule for its slope."""
-    if sign * slope_at(desk, row, terms, start) <= 0.0:
-        return sign * value_at(desk, row, terms, start)
-    if sign * slope_at(desk, row, terms, end) >= 0.0:
-        return sign * value_at(desk, row, terms, end)
+    if sign * slope_at(search.series, row, terms, start) <= 0.0:
+        return sign * value_at(search.series, row, terms, start)
+    if sign * slope_at(search.series, row, terms, end) >= 0.0:
+        return sign * value_at(search.series, row, terms, end)
     low, high = start, end
     x = 0.5 * (start + end)
     for _ in range(60):
-        slope = sign * slope_at(desk, row, terms, x)
+        slope = sign * slope_at(search.series, row, terms, x)
         if slope > 0.0:
             low = x
         else:
             high = x
-        new = x - slope / (sign * bend_at(desk, row, terms, x))
+        new = x - slope / (sign * bend_at(search.series, row, terms, x))
         if not low < new < high:
             new = 0.5 * (low + high)
         # Flat at the summit: a place good to 1e-8 gives the value to rounding.
@@ -180,30 +177,30 @@ def summit(desk, row, terms, sign, start, end):
         x = new
         if near:
             break
-    return sign * value_at(desk, row, terms, x)
+    return sign * value_at(search.series, row, terms, x)
 
 
 @kernel
-def highest(desk, row, terms, sign, stop, best):
+def highest(search, row, terms, sign, stop, best):
     """max(best, sign × series of a row on [0, stop]), to rounding."""
     start = 0.0
-    at_start = sign * desk[row, 0]
+    at_start = sign * search.series[row, 0]
     best = max(best, at_start)
     finest = stop * FINEST
-    desk[ENDS, 0] = stop
+    search.pending[0] = stop
     top = 0
     while top >= 0:
-        end = desk[ENDS, top]
-        at_end = sign * value_at(desk, row, terms, end)
+        end = search.pending[top]
+        at_end = sign * value_at(search.series, row, terms, end)
         best = max(best, at_end)
         span = end - start
-        crest = crest_bound(at_start, at_end, span, bend_within(desk, row, terms, end))
+        crest = crest_bound(at_start, at_end, span, bend_within(search.series, row, terms, end))
         done = not crest > best + 1e-15 * abs(best) or span <= finest
         if not done:
-            bend = sign * bend_at(desk, row, terms, 0.5 * (start + end))
-            spread = 0.5 * span * twist_within(desk, row, terms, end)
+            bend = sign * bend_at(search.series, row, terms, 0.5 * (start + end))
+            spread = 0.5 * span * twist_within(search.series, row, terms, end)
             if bend + spread < 0.0:
-                best = max(best, summit(desk, row, terms, sign, start, end))
+                best = max(best, summit(search, row, terms, sign, start, end))
             # A stretch that is convex throughout is highest at an end.
             done = abs(bend) > spread
         if done:
@@ -211,5 +208,5 @@ def highest(desk, row, terms, sign, stop, best):
             top -= 1
         else:
             top += 1
-            desk[ENDS, top] = 0.5 * (start + end)
+            search.pending[top] = 0.5 * (start + end)
     return best

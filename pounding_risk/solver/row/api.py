@@ -1,6 +1,6 @@
 """A row of buildings under one ground motion: laid out once, run with and without contact.
 
-The buildings are chains of masses (`chains`), the contact points places on them (`contact_points`). Between contacts
+The buildings are chains of masses (`mdof.Chain`), the contact points places on them. Between contacts
 the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and lands on every event.
 """
 
@@ -15,52 +15,40 @@ from scipy.linalg import expm
 
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
+from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
-from pounding_risk.solver.pair.stages import make_desk
-from pounding_risk.solver.pair.taylor import MAX_TERMS
 from pounding_risk.solver.row.laws import verbs_of
-from pounding_risk.solver.row.run import WATCHED, march, survey
+from pounding_risk.solver.row.run import WATCHED, march, march_free
 from pounding_risk.solver.row.workspace import (
+    ACCELERATION,
     BAND,
     BENDS,
-    BOOKED,
     BOTTOM,
     BRANCH,
+    DISPLACEMENT,
     DRIFT,
-    ENERGY,
-    FASTEST,
     FIRST,
-    FORCE,
-    FORCE_VERB,
-    GAPS,
-    GREW,
     INVERSE,
-    LAW,
     LIMIT,
     MAP,
     MASS,
-    PLACE,
     PLASTIC,
     QUICK,
-    RESIDUAL,
-    RULE,
-    SHAKE,
     SHEAR,
     SOFT,
     SPRING,
     START,
     STATIC,
-    STATUS,
-    STEPS,
-    WHOLE,
-    WRITTEN,
+    STOREY_FORCE,
+    VERBS,
     Row,
     Run,
     log_of,
     new_run,
 )
 from pounding_risk.solver.row.workspace import NODE as AT_END
+from pounding_risk.solver.workspace import MAX_TERMS
 
 if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
@@ -72,7 +60,7 @@ LINES = 4096  # of a log to begin with; a run that needs more is made again with
 
 
 class Contacts(NamedTuple):
-    """What stands at the contact points of a row, K values each."""
+    """Gaps, yield forces, laws and restitutions at the K contact points of a row."""
 
     gaps: np.ndarray  # m
     yield_forces: np.ndarray  # N, inf never yields
@@ -83,9 +71,9 @@ class Contacts(NamedTuple):
 
 
 class RowRun(NamedTuple):
-    """What a run of a row leaves; K contact points, D dofs of all buildings in turn."""
+    """Result of a run of a row; K contact points, D dofs of all buildings in turn."""
 
-    points: np.ndarray  # (K, POINT_COLUMNS) the tally by place, then highest and lowest u_left − u_right
+    points: np.ndarray  # (K, POINT_COLUMNS) the counters, then highest and lowest u_left − u_right
     floors: np.ndarray  # (D, 4) largest |u|, |drift|, |storey shear|, |absolute acceleration|
     rest: np.ndarray  # (D, 2) drift at the end, plastic drift then
     status: int
@@ -97,11 +85,11 @@ class RowRun(NamedTuple):
     first: np.ndarray  # (K, L) when a force first reaches a level
     reached: np.ndarray  # (K, L) contacts in which it does
     states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for; NaN after a failure
-    log: np.ndarray  # (lines, ...) as `core.rows.log` writes it, where asked for
+    log: np.ndarray  # (lines, ...) as `trace` writes it, where asked for
 
 
 class Laid(NamedTuple):
-    """A row as the kernels have it, for samples ``dt`` apart."""
+    """Arrays of a row for the kernels, for a motion sampled every ``dt`` [s]."""
 
     row: Row
     dt: float
@@ -268,19 +256,18 @@ def nodes_of(laid: Laid, acceleration: np.ndarray) -> np.ndarray:
 def free_row(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> RowRun:
     """The row without any contact under a_g [m/s²]; ``states`` keeps u and v at every node."""
     arguments = unmoved(laid, acceleration, states=states)
-    survey(*arguments)
-    row, run, *_, kept = arguments
-    return _told(row, run, kept)
+    march_free(*arguments)
+    row, run, *_, node_states = arguments
+    return _results_of(row, run, node_states)
 
 
 def unmoved(laid: Laid, acceleration: np.ndarray, *, states: bool = False) -> tuple[Any, ...]:
-    """What `survey` is called with for `free_row`."""
+    """Arguments of `march_free` for `free_row`."""
     row, points = laid.row, laid.row.ends.shape[0]
-    limits = np.zeros((points, LAW))
-    limits[:, GAPS] = inf
-    run = new_run(row, limits, np.zeros(0), make_desk())
+    run = new_run(row, np.zeros((points, 0)), np.zeros(0))
+    set_column(run.contacts, "given_gap", np.full(points, inf))
     ground = nodes_of(laid, np.asarray(acceleration, dtype=np.float64))
-    return row, run, ground, laid.step, laid.terms, _room(ground.size if states else 0, row)
+    return row, run, ground, laid.step, laid.terms, _empty_states(ground.size if states else 0, row)
 
 
 def run_row(
@@ -320,59 +307,61 @@ def _run(
     given = np.zeros((points, max([0, *(room for room, _ in verbs)])))
     for place, own in enumerate(numbers):
         given[place, : len(own)] = own
-    watched = np.zeros(points) if contacts.watched is None else contacts.watched
-    fastest = np.zeros(points) if contacts.fastest is None else contacts.fastest
-    limits = np.column_stack(
-        [
-            *(contacts.gaps, contacts.yield_forces, watched, fastest),
-            np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(points, FORCE_VERB - RULE),
-            np.array([places for _, places in verbs]).reshape(points, LAW - FORCE_VERB),
-            given,
-        ]
-    )
-    limits = np.ascontiguousarray(limits, dtype=np.float64)
+    fields = {
+        "given_gap": contacts.gaps,
+        "yield_force": contacts.yield_forces,
+        "watched": np.zeros(points) if contacts.watched is None else contacts.watched,
+        "fastest": np.zeros(points) if contacts.fastest is None else contacts.fastest,
+        "rule": np.array([numbers_of(rule) for rule in contacts.restitutions]).reshape(
+            points, len(Restitution._fields)
+        ),
+        **dict(zip(VERBS, np.array([addresses for _, addresses in verbs]).reshape(points, len(VERBS)).T, strict=True)),
+    }
     lines = LINES if histories else 0
     while True:
-        run = new_run(row, limits, levels, make_desk(rtol), lines)
-        kept = _room(ground.size if histories else 0, row)
-        march(row, run, ground, laid.step, laid.terms, float(rtol), kept)
-        written = int(run.board[WHOLE, WRITTEN])
+        run = new_run(row, given.copy(), levels, rtol, lines)
+        for name, values in fields.items():
+            set_column(run.contacts, name, values)
+        states = _empty_states(ground.size if histories else 0, row)
+        march(row, run, ground, laid.step, laid.terms, float(rtol), states)
+        written = int(run.workspace.lines_written)
         if written <= lines or not histories:
-            return _told(row, run, kept)
+            return _results_of(row, run, states)
         lines = written
 
 
-def _room(nodes: int, row: Row) -> np.ndarray:
-    """For u and v at so many nodes, at rest at the first."""
-    kept = np.full((nodes, 2, row.floors.shape[1]), np.nan)
-    kept[:1] = 0.0
-    return kept
+def _empty_states(nodes: int, row: Row) -> np.ndarray:
+    """Array for u and v at so many nodes, at rest at the first and NaN after it."""
+    states = np.full((nodes, 2, row.floors.shape[1]), np.nan)
+    states[:1] = 0.0
+    return states
 
 
-def _told(row: Row, run: Run, kept: np.ndarray) -> RowRun:
-    """What a run has left, by name."""
-    floors = np.ascontiguousarray(run.desk[PLACE : SHAKE + 1].T)
+def _results_of(row: Row, run: Run, states: np.ndarray) -> RowRun:
+    """The result of a run, from the arrays that the kernel has filled."""
+    floors = np.ascontiguousarray(run.dofs[DISPLACEMENT : ACCELERATION + 1].T)
     # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
-    elastic = floors[:, DRIFT - PLACE] <= row.floors[LIMIT]
-    floors[elastic, FORCE - PLACE] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - PLACE]
-    at_end = run.desk[AT_END]
+    elastic = floors[:, DRIFT - DISPLACEMENT] <= row.floors[LIMIT]
+    floors[elastic, STOREY_FORCE - DISPLACEMENT] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - DISPLACEMENT]
+    at_end = run.dofs[AT_END]
     drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
     # A storey that yields drags its elastic range along, which is written down when it turns.
-    plastic, yields = run.desk[PLASTIC].copy(), run.desk[BRANCH] != 0.0
-    plastic[yields] = drift[yields] - run.desk[BRANCH, yields] * row.floors[LIMIT, yields]
-    whole = run.board[WHOLE]
+    plastic, yields = run.dofs[PLASTIC].copy(), run.dofs[BRANCH] != 0.0
+    plastic[yields] = drift[yields] - run.dofs[BRANCH, yields] * row.floors[LIMIT, yields]
+    workspace, contacts = run.workspace, run.contacts
+    points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
     return RowRun(
-        run.book[:, BOOKED:].copy(),
+        np.column_stack([points[0].reshape(len(contacts), TALLIED), *points[1:]]),
         floors,
         np.column_stack([drift, plastic]),
-        int(whole[STATUS]),
-        int(whole[STEPS]),
-        float(whole[ENERGY]),
-        float(whole[RESIDUAL]),
-        int(whole[GREW]),
-        run.limits[:, FASTEST].copy(),
+        int(workspace.status),
+        int(workspace.steps),
+        float(workspace.energy),
+        float(workspace.residual),
+        int(workspace.watched_point),
+        column(contacts, "fastest"),
         run.timed[1],
         run.timed[2],
-        kept,
+        states,
         log_of(run),
     )

@@ -77,26 +77,26 @@ class Cases:
         span = self.model.everything
         made = self._run(span, limits.gaps, limits.yield_forces, histories=histories)
         run = self._levelled(made, limits.yield_forces)
-        found = put_together(self.driven.free, [(self._part(span), run)])
-        return found._replace(states=run.states, log=run.log)
+        row_run = put_together(self.driven.free, [(self._part(span), run)])
+        return row_run._replace(states=run.states, log=run.log)
 
     def in_parts(self, limits: Limits) -> tuple[RowRun, list[Answered]]:
         """The case with only those solved together that are tied, and how each of their runs was found.
 
         A row none of whose interfaces the free motion closes has the free response, and no runs.
         """
-        found: list[Answered] = []
+        answers: list[Answered] = []
 
         def solve(span: Span) -> tuple[RowRun, int]:
             run, answered = self._answer(span, limits)
-            found.append(answered)
+            answers.append(answered)
             return run, self._part(span).side(run.grew) if run.status == GREW_STATUS else HELD
 
         free, bounds = self.driven.free, self.model.bounds
         shut = free.points[:, HIGHEST] > limits.gaps
         closed = [bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
         runs = settled(tied(closed), solve) if free.status == COMPLETE else {}
-        return put_together(free, [(self._part(span), run) for span, run in runs.items()]), found
+        return put_together(free, [(self._part(span), run) for span, run in runs.items()]), answers
 
     def _part(self, span: Span) -> Part:
         return self.model.part(span, self.driven.dt)

@@ -1,4 +1,4 @@
-"""A contact of a row, from its touch to its parting, in the book and in the tally."""
+"""A contact of a row, from its touch to its parting, and its entries in the counters."""
 
 from __future__ import annotations
 
@@ -24,138 +24,110 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.stages import ELASTIC, REBOUND_SHARE, ROUNDING
 from pounding_risk.solver.row.flight import across, compliance
 from pounding_risk.solver.row.laws import law_begin, law_part, law_turn
-from pounding_risk.solver.row.workspace import (
-    APPROACHING,
-    ASKED,
-    AT_TOUCH,
-    BOOKED,
-    CLOSED,
-    DEEPEST,
-    DENTED,
-    DEPTH,
-    FASTEST,
-    FORCES,
-    GAP,
-    HIGHEST,
-    LEAST,
-    LOST,
-    NOW,
-    PACE,
-    PEAK,
-    PLATEAU,
-    REGION,
-    ROOM,
-    RULE,
-    SPEED,
-    START,
-    STILL,
-    STRENGTH,
-    TOUCHED,
-    WHOLE,
-    WORN,
-    YIELDED,
-)
+from pounding_risk.solver.row.workspace import NOW, START, VELOCITY
 
 
 @kernel
 def touch_down(row, run, k, time):
     """Contact ``k`` begins at ``time`` with the state in rows NOW."""
-    book, desk = run.book, run.desk
-    c = run.limits
-    rule = Restitution(c[k, RULE], c[k, RULE + 1], c[k, RULE + 2], c[k, RULE + 3], c[k, RULE + 4])
-    speed = max(across(row, k, desk, NOW + 1), 0.0)
+    contact, dofs = run.contacts[k], run.dofs
+    rule = Restitution(contact.rule[0], contact.rule[1], contact.rule[2], contact.rule[3], contact.rule[4])
+    speed = max(across(row, k, dofs, NOW + VELOCITY), 0.0)
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
-    scale = max(speed, 1e-3 * run.limits[k, FASTEST], 1e-12)
-    strength, least, depth = law_begin(run, k, e, speed, mass, book[k, WORN], scale, run.limits[k, FORCES])
+    scale = max(speed, 1e-3 * contact.fastest, 1e-12)
+    strength, least, depth = law_begin(run, k, e, speed, mass, contact.worn, scale, contact.yield_force)
     size = 0.0
     for end in range(4):
         if row.ends[k, end] >= 0:
-            size = max(size, abs(desk[NOW, row.ends[k, end]]))
-    book[k, CLOSED] = 1.0
-    book[k, STRENGTH], book[k, LEAST] = strength, least
-    book[k, SPEED], book[k, DEPTH] = scale, depth
+            size = max(size, abs(dofs[NOW, row.ends[k, end]]))
+    contact.closed = 1.0
+    contact.strength, contact.least_force = strength, least
+    contact.speed_scale, contact.depth_scale = scale, depth
     # As the pair has it: δ is a difference of displacements, and what they round by becomes a speed.
-    book[k, STILL] = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
-    book[k, APPROACHING], book[k, REGION] = 1.0, float(ELASTIC)
-    book[k, TOUCHED], book[k, AT_TOUCH], book[k, ASKED] = time, speed, e
+    contact.still_speed = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
+    contact.approaching, contact.region = 1.0, float(ELASTIC)
+    contact.touch_time, contact.approach_speed, contact.restitution = time, speed, e
     # Crests below the largest force so far are of no account, unless each contact's own are asked for.
-    own = run.timed.shape[2] > 0 or run.board[WHOLE, ROOM] > 0.0
-    book[k, PEAK] = 0.0 if own else book[k, BOOKED + DEMAND]
-    book[k, PLATEAU] = book[k, DEEPEST] = book[k, YIELDED] = book[k, DENTED] = book[k, LOST] = 0.0
-    book[k, PACE] = 0.3 * depth / scale
-    if book[k, BOOKED + COUNT] == 0.0:
-        book[k, BOOKED + FIRST_TOUCH] = time
-    book[k, BOOKED + COUNT] += 1.0
-    book[k, BOOKED + APPROACH] = max(book[k, BOOKED + APPROACH], speed)
-    book[k, BOOKED + HELD] += 1.0 if rule.beyond(speed) else 0.0
+    own = run.timed.shape[2] > 0 or run.workspace.line_room > 0.0
+    contact.peak_force = 0.0 if own else contact.counters[DEMAND]
+    contact.plateau_force = contact.peak_penetration = contact.yields = contact.dent = contact.plastic_energy = 0.0
+    contact.next_step = 0.3 * depth / scale
+    if contact.counters[COUNT] == 0.0:
+        contact.counters[FIRST_TOUCH] = time
+    contact.counters[COUNT] += 1.0
+    contact.counters[APPROACH] = max(contact.counters[APPROACH], speed)
+    contact.counters[HELD] += 1.0 if rule.beyond(speed) else 0.0
 
 
 @kernel
 def own_tolerance(run, k, rtol):
     """What comes back of a contact is e times what came: its error must stay a small part of that."""
-    return min(rtol, REBOUND_SHARE * run.book[k, ASKED])
+    return min(rtol, REBOUND_SHARE * run.contacts[k].restitution)
 
 
 @kernel
 def turn(row, run, k, delta):
-    """The motion of contact ``k`` turns at ``delta``; as `core.pound` has it."""
-    book = run.book
-    approaching = book[k, APPROACHING] > 0.0
+    """The motion of contact ``k`` turns at ``delta``; as in `pair.contact.integrate_contact`."""
+    contact = run.contacts[k]
+    approaching = contact.approaching > 0.0
     if approaching:
-        book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
-    dent, taken = law_turn(run, k, delta, book[k, STRENGTH], book[k, APPROACHING], book[k, REGION])
+        contact.peak_penetration = max(contact.peak_penetration, delta + contact.dent)
+    dent, taken = law_turn(run, k, delta, contact.strength, contact.approaching, contact.region)
     if dent >= 0.0:
         # What stays widens the gap, here and for the contacts after this one.
-        book[k, GAP] += dent
-        book[k, DENTED] += dent
-        book[k, LOST] += taken
-        book[k, REGION] = float(ELASTIC)
-    book[k, APPROACHING] = 0.0 if approaching else 1.0
+        contact.gap += dent
+        contact.dent += dent
+        contact.plastic_energy += taken
+        contact.region = float(ELASTIC)
+    contact.approaching = 0.0 if approaching else 1.0
 
 
 @kernel
 def note_yield(run, k, time):
     """The uncapped force of contact ``k`` has met F_E."""
-    book = run.book
-    book[k, PEAK], book[k, PLATEAU] = max(book[k, PEAK], book[k, STRENGTH]), max(book[k, PLATEAU], book[k, STRENGTH])
-    book[k, YIELDED] += 1.0
-    if book[k, YIELDED] == 1.0:
-        book[k, BOOKED + YIELDS] += 1.0
-        if book[k, BOOKED + YIELDS] == 1.0:
-            book[k, BOOKED + FIRST_YIELD] = time
+    contact = run.contacts[k]
+    contact.peak_force, contact.plateau_force = (
+        max(contact.peak_force, contact.strength),
+        max(contact.plateau_force, contact.strength),
+    )
+    contact.yields += 1.0
+    if contact.yields == 1.0:
+        contact.counters[YIELDS] += 1.0
+        if contact.counters[YIELDS] == 1.0:
+            contact.counters[FIRST_YIELD] = time
 
 
 @kernel
 def lift_off(row, run, k, time, line, work):
     """Contact ``k`` ends at ``time``, its state in rows ``line``; ``work`` is what its force has taken in all [J]."""
-    book = run.book
-    delta = max(across(row, k, run.desk, line) - book[k, GAP], 0.0)
-    book[k, DEEPEST] = max(book[k, DEEPEST], delta + book[k, DENTED])
-    loss, hysteresis, worn = law_part(run, k, delta, book[k, STRENGTH], work - book[k, LOST])
-    book[k, BOOKED + VISCOUS] += loss - hysteresis
-    book[k, BOOKED + PLASTIC] += book[k, LOST] + hysteresis
-    book[k, BOOKED + SET] += book[k, DENTED]
-    book[k, WORN] = worn
-    book[k, BOOKED + CONTACT_TIME] += time - book[k, TOUCHED]
-    force = book[k, PLATEAU] if book[k, YIELDED] > 0.0 else min(book[k, PEAK], book[k, STRENGTH])
-    book[k, BOOKED + DEMAND] = max(book[k, BOOKED + DEMAND], book[k, PEAK])
-    book[k, BOOKED + PEAK_FORCE] = max(book[k, BOOKED + PEAK_FORCE], force)
-    book[k, BOOKED + PENETRATION] = max(book[k, BOOKED + PENETRATION], book[k, DEEPEST])
-    run.book[k, HIGHEST] = max(run.book[k, HIGHEST], book[k, GAP] - book[k, DENTED] + book[k, DEEPEST])
+    contact = run.contacts[k]
+    delta = max(across(row, k, run.dofs, line) - contact.gap, 0.0)
+    contact.peak_penetration = max(contact.peak_penetration, delta + contact.dent)
+    loss, hysteresis, worn = law_part(run, k, delta, contact.strength, work - contact.plastic_energy)
+    contact.counters[VISCOUS] += loss - hysteresis
+    contact.counters[PLASTIC] += contact.plastic_energy + hysteresis
+    contact.counters[SET] += contact.dent
+    contact.worn = worn
+    contact.counters[CONTACT_TIME] += time - contact.touch_time
+    force = contact.plateau_force if contact.yields > 0.0 else min(contact.peak_force, contact.strength)
+    contact.counters[DEMAND] = max(contact.counters[DEMAND], contact.peak_force)
+    contact.counters[PEAK_FORCE] = max(contact.counters[PEAK_FORCE], force)
+    contact.counters[PENETRATION] = max(contact.counters[PENETRATION], contact.peak_penetration)
+    contact.highest = max(contact.highest, contact.gap - contact.dent + contact.peak_penetration)
     for level in range(run.timed.shape[2]):
-        run.timed[2, k, level] += 1.0 if run.timed[0, k, level] <= book[k, PEAK] else 0.0
-    book[k, CLOSED] = 0.0
+        run.timed[2, k, level] += 1.0 if run.timed[0, k, level] <= contact.peak_force else 0.0
+    contact.closed = 0.0
 
 
 @kernel
 def scales(row, run, first, last):
     """(when the last touch was, smallest scale of penetration, of speed, shortest pace) of a group's contacts."""
-    book = run.book
     touched, depth, speed, pace = -inf, inf, inf, inf
     for k in range(row.frame[START, first], row.frame[START, last]):
-        if book[k, CLOSED] > 0.0:
-            touched = max(touched, book[k, TOUCHED])
-            depth, speed = min(depth, book[k, DEPTH]), min(speed, book[k, SPEED])
-            pace = min(pace, book[k, PACE])
+        contact = run.contacts[k]
+        if contact.closed > 0.0:
+            touched = max(touched, contact.touch_time)
+            depth, speed = min(depth, contact.depth_scale), min(speed, contact.speed_scale)
+            pace = min(pace, contact.next_step)
     return touched, depth, speed, pace

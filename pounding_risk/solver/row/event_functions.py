@@ -1,6 +1,6 @@
 """Margins of the events of a group in contact: positive until the event.
 
-The kinds of `core.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
+The kinds of `pair.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
 its branch.
 """
 
@@ -10,33 +10,25 @@ from math import inf
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
-from pounding_risk.solver.pair.stages import (
-    YIELDING,
-)
+from pounding_risk.solver.pair.stages import YIELDING
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.flight import across
 from pounding_risk.solver.row.stages import between, uncapped
 from pounding_risk.solver.row.storey import OVER, creep, drift_in
 from pounding_risk.solver.row.workspace import (
-    APPROACHING,
+    AT_END,
+    AT_START,
     BOTTOM,
     BRANCH,
-    CLOSED,
     END,
-    END_FORCE,
-    GAP,
     LAST,
-    LEAST,
     LIMIT,
     NOW,
     PLASTIC,
-    REGION,
     SLOPE,
     SLOPES,
     START,
-    START_FORCE,
-    STILL,
-    STRENGTH,
+    VELOCITY,
 )
 
 TOUCH, STRAIN = 5, 6
@@ -44,67 +36,72 @@ ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no to
 
 
 @kernel
-def read_force(row, run, group, h, state, line, place):
-    """Uncapped force of every contact and its slope per unit of s, from a state and its slopes, into the book."""
-    book, desk = run.book, run.desk
+def read_force(row, run, group, h, state, line, at):
+    """Write every contact's uncapped force and its slope per unit of s at one end of the step."""
+    dofs = run.dofs
     nudge = 1e-7 * h
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if book[k, CLOSED] > 0.0:
-            delta, rate = across(row, k, desk, state) - book[k, GAP], across(row, k, desk, state + 1)
-            ahead = delta + nudge * across(row, k, desk, line)
-            faster = rate + nudge * across(row, k, desk, line + SLOPES)
+        contact = run.contacts[k]
+        if contact.closed > 0.0:
+            delta, rate = across(row, k, dofs, state) - contact.gap, across(row, k, dofs, state + VELOCITY)
+            ahead = delta + nudge * across(row, k, dofs, line)
+            faster = rate + nudge * across(row, k, dofs, line + SLOPES)
             force = uncapped(run, k, max(delta, 0.0), rate)
-            book[k, place] = force
-            book[k, place + 1] = (uncapped(run, k, max(ahead, 0.0), faster) - force) / nudge
+            contact.force[at] = force
+            contact.force_slope[at] = (uncapped(run, k, max(ahead, 0.0), faster) - force) / nudge
 
 
 @kernel
-def margin_of_force(run, kind, k, force, rise):
+def force_event_function(run, kind, k, force, rise):
     """(margin, slope) of the kinds of event that the uncapped force makes."""
+    contact = run.contacts[k]
     if kind == YIELD:
-        sign = 1.0 if run.book[k, REGION] > 0.0 else -1.0
-        return sign * (force - run.book[k, STRENGTH]) + MET * run.book[k, STRENGTH], sign * rise
-    sign = -1.0 if run.book[k, REGION] < 0.0 else 1.0
+        sign = 1.0 if contact.region > 0.0 else -1.0
+        return sign * (force - contact.strength) + MET * contact.strength, sign * rise
+    sign = -1.0 if contact.region < 0.0 else 1.0
     return sign * force, sign * rise
 
 
 @kernel
-def strain_margin(row, run, i, drift, rate):
+def strain_event_function(row, run, i, drift, rate):
     """(margin, its slope per unit of the drift's) of a storey's next change of branch."""
-    branch = run.desk[BRANCH, i]
+    branch = run.dofs[BRANCH, i]
     if branch != 0.0:
         return branch * rate + creep(row, i), 0.0
-    strain = drift - run.desk[PLASTIC, i]
+    strain = drift - run.dofs[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
     return OVER * row.floors[LIMIT, i] - side * strain, -side
 
 
 @kernel
-def margin(row, run, kind, k, at_end):
+def event_function(row, run, kind, k, at_end):
     """(margin, slope per unit of s) of an event at the start or the end of a step."""
-    desk, book = run.desk, run.book
+    dofs = run.dofs
     state = END if at_end else NOW
     line = SLOPE + LAST if at_end else SLOPE
     if kind == STRAIN:
-        branch = run.desk[BRANCH, k]
+        branch = run.dofs[BRANCH, k]
         if branch != 0.0:
-            rate = drift_in(row, desk, state + 1, k)
-            return branch * rate + creep(row, k), branch * drift_in(row, desk, line + SLOPES, k)
-        value, turn = strain_margin(row, run, k, drift_in(row, desk, state, k), 0.0)
-        return value, turn * drift_in(row, desk, line, k)
+            rate = drift_in(row, dofs, state + VELOCITY, k)
+            return branch * rate + creep(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
+        value, turn = strain_event_function(row, run, k, drift_in(row, dofs, state, k), 0.0)
+        return value, turn * drift_in(row, dofs, line, k)
+    contact = run.contacts[k]
     if kind == TOUCH:
-        return book[k, GAP] + ROUNDED - across(row, k, desk, state), -across(row, k, desk, line)
+        return contact.gap + ROUNDED - across(row, k, dofs, state), -across(row, k, dofs, line)
     if kind == TURN:
-        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
-        return sign * across(row, k, desk, state + 1) + book[k, STILL], sign * across(row, k, desk, line + SLOPES)
+        sign = 1.0 if contact.approaching > 0.0 else -1.0
+        return sign * across(row, k, dofs, state + VELOCITY) + contact.still_speed, sign * across(
+            row, k, dofs, line + SLOPES
+        )
     if kind == PART:
-        return across(row, k, desk, state) - book[k, GAP], across(row, k, desk, line)
-    place = END_FORCE if at_end else START_FORCE
-    return margin_of_force(run, kind, k, book[k, place], book[k, place + 1])
+        return across(row, k, dofs, state) - contact.gap, across(row, k, dofs, line)
+    at = AT_END if at_end else AT_START
+    return force_event_function(run, kind, k, contact.force[at], contact.force_slope[at])
 
 
 @kernel
-def across_between(row, run, group, k, part, x, after, terms):
+def across_between(row, run, group, k, part, x, after):
     """u_left − u_right (part 0) or its rate at x of the step; ``after`` is the time on the spectators' series."""
     total = 0.0
     for end in range(4):
@@ -113,48 +110,49 @@ def across_between(row, run, group, k, part, x, after, terms):
             if group.low <= i < group.high:
                 value = between(run, part, i, x)
             elif part == 0:
-                value = value_at(run.series, i, terms, after)
+                value = value_at(run.series, i, group.terms, after)
             else:
-                value = slope_at(run.series, i, terms, after)
+                value = slope_at(run.series, i, group.terms, after)
             total += row.shares[k, end] * value
     return total
 
 
 @kernel
-def margin_between(row, run, group, kind, k, x, span, terms):
+def event_function_between(row, run, group, kind, k, x, span):
     """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
-    book = run.book
     if kind == STRAIN:
         drift, rate = between(run, 0, k, x), between(run, 1, k, x)
         if row.floors[BOTTOM, k] == 0.0:
             drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
-        return strain_margin(row, run, k, drift, rate)[0]
+        return strain_event_function(row, run, k, drift, rate)[0]
+    contact = run.contacts[k]
     clock = span[0] + x * span[1]
     after = group.origin + clock * clock * clock * clock - span[2]
     if kind == TOUCH:
-        return book[k, GAP] + ROUNDED - across_between(row, run, group, k, 0, x, after, terms)
+        return contact.gap + ROUNDED - across_between(row, run, group, k, 0, x, after)
     if kind == TURN:
-        sign = 1.0 if book[k, APPROACHING] > 0.0 else -1.0
-        return sign * across_between(row, run, group, k, 1, x, after, terms) + book[k, STILL]
-    delta = across_between(row, run, group, k, 0, x, after, terms) - book[k, GAP]
+        sign = 1.0 if contact.approaching > 0.0 else -1.0
+        return sign * across_between(row, run, group, k, 1, x, after) + contact.still_speed
+    delta = across_between(row, run, group, k, 0, x, after) - contact.gap
     if kind == PART:
         return delta
-    rate = across_between(row, run, group, k, 1, x, after, terms)
+    rate = across_between(row, run, group, k, 1, x, after)
     force = uncapped(run, k, max(delta, 0.0), rate)
-    return margin_of_force(run, kind, k, force, 0.0)[0]
+    return force_event_function(run, kind, k, force, 0.0)[0]
 
 
 @kernel
-def is_watched(row, run, kind, k):
+def is_possible(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
     if kind == STRAIN:
         return row.floors[LIMIT, k] < inf
+    contact = run.contacts[k]
     if kind == TOUCH:
-        return run.book[k, CLOSED] == 0.0
-    if run.book[k, CLOSED] == 0.0:
+        return contact.closed == 0.0
+    if contact.closed == 0.0:
         return False
     if kind == YIELD:
-        return run.book[k, STRENGTH] < inf
+        return contact.strength < inf
     if kind == CUT:
-        return run.book[k, LEAST] > -inf and int(run.book[k, REGION]) != YIELDING
-    return kind != PART or run.book[k, APPROACHING] == 0.0
+        return contact.least_force > -inf and int(contact.region) != YIELDING
+    return kind != PART or contact.approaching == 0.0

@@ -1,6 +1,6 @@
 """Events of a group in contact: which comes first on a step, and landing on it.
 
-The kinds of `core.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
+The kinds of `pair.events` for every contact, and two of a row's own: an open contact point touches, a storey changes
 its branch. Margins are positive until the event.
 """
 
@@ -10,47 +10,29 @@ from math import sqrt
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
-from pounding_risk.solver.pair.stages import (
-    ELASTIC,
-    END_WEIGHT,
-    FINAL,
-    SHARE,
-    next_step,
-)
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE, next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.event_functions import (
     STRAIN,
     TOUCH,
-    is_watched,
-    margin,
-    margin_between,
+    event_function,
+    event_function_between,
+    is_possible,
     read_force,
 )
+from pounding_risk.solver.row.implicit import attempt, spread
 from pounding_risk.solver.row.stages import slopes
-from pounding_risk.solver.row.step import attempt, spread
-from pounding_risk.solver.row.workspace import (
-    END,
-    END_FORCE,
-    FIRST,
-    LAST,
-    NOW,
-    REGION,
-    SLOPE,
-    SLOPES,
-    START,
-    START_FORCE,
-    STRENGTH,
-)
+from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
 @kernel
-def dip_of(row, run, group, kind, k, span, terms, laid):
+def dip_of(row, run, group, kind, k, span, laid):
     """(where on the step an event comes first or 2, whether the polynomial stands): a cubic between both ends."""
     s, h = span[0], span[1]
-    stop, stop_slope = margin(row, run, kind, k, True)
+    stop, stop_slope = event_function(row, run, kind, k, True)
     if stop >= 0.0 and stop_slope <= 0.0 and kind != TURN:
         return 2.0, laid
-    start, start_slope = margin(row, run, kind, k, False)
+    start, start_slope = event_function(row, run, kind, k, False)
     if stop >= 0.0 and (stop_slope <= 0.0 or s == 0.0):
         return 2.0, laid
     start = max(start, 0.0)
@@ -68,8 +50,8 @@ def dip_of(row, run, group, kind, k, span, terms, laid):
         dip = -start_slope / (h * stop_slope - start_slope)
     if not laid:
         spread(row, run, group, s, h)
-    bottom = lowest(row, run, group, kind, k, span, terms, dip)
-    value = margin_between(row, run, group, kind, k, bottom, span, terms)
+    bottom = lowest(row, run, group, kind, k, span, dip)
+    value = event_function_between(row, run, group, kind, k, bottom, span)
     # Rounding is no event: the motion that only grazes goes on as it was.
     return (bottom if value < -graze(run, kind, k) else 2.0), True
 
@@ -78,21 +60,21 @@ def dip_of(row, run, group, kind, k, span, terms, laid):
 def graze(run, kind, k):
     """How far a margin may dip without an event: rounding."""
     if kind == YIELD:
-        return 1e-9 * run.book[k, STRENGTH]
+        return 1e-9 * run.contacts[k].strength
     return 0.0
 
 
 @kernel
-def lowest(row, run, group, kind, k, span, terms, guess):
+def lowest(row, run, group, kind, k, span, guess):
     """Where on the step a margin that falls at its start and rises at its end is lowest: golden section."""
     low, high, x = 0.0, 1.0, min(max(guess, 0.05), 0.95)
-    value = margin_between(row, run, group, kind, k, x, span, terms)
+    value = event_function_between(row, run, group, kind, k, x, span)
     for _ in range(40):
         if value < -graze(run, kind, k):
             return x
         wide = x - low > high - x
         other = x - 0.381966 * (x - low) if wide else x + 0.381966 * (high - x)
-        there = margin_between(row, run, group, kind, k, other, span, terms)
+        there = event_function_between(row, run, group, kind, k, other, span)
         if there < value:
             if wide:
                 high = x
@@ -109,40 +91,37 @@ def lowest(row, run, group, kind, k, span, terms, guess):
 
 
 @kernel
-def first_event(row, run, group, watch, span, terms, laid):
-    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out.
-
-    ``watch`` = (first, last building whose points are watched).
-    """
+def first_event(row, run, group, span, laid):
+    """(kind, contact or storey, where on the step) of the event that a step meets first, and whether it is laid out."""
     found, which, place = NONE, -1, 2.0
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+    for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
-            if (inside or kind == TOUCH) and is_watched(row, run, kind, k):
-                dip, laid = dip_of(row, run, group, kind, k, span, terms, laid)
+            if (inside or kind == TOUCH) and is_possible(row, run, kind, k):
+                dip, laid = dip_of(row, run, group, kind, k, span, laid)
                 if dip < place:
                     found, which, place = kind, k, dip
     for i in range(group.low, group.high):
-        if is_watched(row, run, STRAIN, i):
-            dip, laid = dip_of(row, run, group, STRAIN, i, span, terms, laid)
+        if is_possible(row, run, STRAIN, i):
+            dip, laid = dip_of(row, run, group, STRAIN, i, span, laid)
             if dip < place:
                 found, which, place = STRAIN, i, dip
     return found, which, place, laid
 
 
 @kernel
-def settle(row, run, group, kind, k, place, span, terms):
+def settle(row, run, group, kind, k, place, span):
     """Refine the place of an event on the step's polynomial: regula falsi with halving; 2 where there is none.
 
     ``place`` lies past the event, or at a guess of it.
     """
-    high, above = 1.0, margin_between(row, run, group, kind, k, 1.0, span, terms)
-    value = margin_between(row, run, group, kind, k, place, span, terms)
+    high, above = 1.0, event_function_between(row, run, group, kind, k, 1.0, span)
+    value = event_function_between(row, run, group, kind, k, place, span)
     if value < 0.0:
         high, above = place, value
     elif not above < 0.0:
         return 2.0
-    low, below = 0.0, max(margin_between(row, run, group, kind, k, 0.0, span, terms), 0.0)
+    low, below = 0.0, max(event_function_between(row, run, group, kind, k, 0.0, span), 0.0)
     if value >= 0.0:
         low, below = place, value
     side = 0
@@ -151,7 +130,7 @@ def settle(row, run, group, kind, k, place, span, terms):
         x = low + (high - low) * below / (below - above)
         if not low < x < high:
             x = 0.5 * (low + high)
-        value = margin_between(row, run, group, kind, k, x, span, terms)
+        value = event_function_between(row, run, group, kind, k, x, span)
         if value < 0.0:
             move, high, above = high - x, x, value
             below = 0.5 * below if side == 1 else below
@@ -166,46 +145,46 @@ def settle(row, run, group, kind, k, place, span, terms):
 
 
 @kernel
-def fill_spectators(row, run, group, watch, after, terms, line):
+def fill_spectators(row, run, group, after, line):
     """The neighbours that only look on, ``after`` the start of their series, into rows ``line``."""
-    for b in range(watch[0], watch[1] + 1):
+    for b in range(group.watched_first, group.watched_last + 1):
         if not group.first <= b <= group.last:
             for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                run.desk[line, i] = value_at(run.series, i, terms, after)
-                run.desk[line + 1, i] = slope_at(run.series, i, terms, after)
+                run.dofs[line, i] = value_at(run.series, i, group.terms, after)
+                run.dofs[line + VELOCITY, i] = slope_at(run.series, i, group.terms, after)
 
 
 @kernel
-def fill_ends(row, run, group, watch, span, terms):
+def fill_ends(row, run, group, span):
     """Spectators at both ends of a step, and their slopes per unit of s; ``span`` = (s, h, base)."""
     for at_end in range(2):
         s = span[0] + span[1] if at_end else span[0]
         cube = s * s * s
         after = group.origin + cube * s - span[2]
-        fill_spectators(row, run, group, watch, after, terms, END if at_end else NOW)
+        fill_spectators(row, run, group, after, END if at_end else NOW)
         line = SLOPE + LAST if at_end else SLOPE
-        for b in range(watch[0], watch[1] + 1):
+        for b in range(group.watched_first, group.watched_last + 1):
             if not group.first <= b <= group.last:
                 for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-                    run.desk[line, i] = 4.0 * cube * run.desk[(END if at_end else NOW) + 1, i]
-                    run.desk[line + SLOPES, i] = 0.0
+                    run.dofs[line, i] = 4.0 * cube * run.dofs[(END if at_end else NOW) + VELOCITY, i]
+                    run.dofs[line + SLOPES, i] = 0.0
 
 
 @kernel
-def land(row, run, group, watch, kind, k, place, span, terms, rtol):
-    """Shorten the step until it ends on the event, as `core.events.land`; returns (length, whether it is there)."""
+def land(row, run, group, kind, k, place, span, rtol):
+    """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, whether it is there)."""
     s, h = span[0], span[1]
     low, high, length = 0.0, h, place * h
-    crossed = margin(row, run, kind, k, True)[0] < 0.0
+    crossed = event_function(row, run, kind, k, True)[0] < 0.0
     converged = False
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
         attempt(row, run, group, s, length, rtol)
         slopes(row, run, group, s + length, END, LAST)
-        fill_ends(row, run, group, watch, (s, length, span[2]), terms)
+        fill_ends(row, run, group, (s, length, span[2]))
         if kind in (YIELD, CUT):
-            read_force(row, run, group, h, END, SLOPE + LAST, END_FORCE)
-        value, slope = margin(row, run, kind, k, True)
+            read_force(row, run, group, h, END, SLOPE + LAST, AT_END)
+        value, slope = event_function(row, run, kind, k, True)
         if value > 0.0:
             low = length
         else:
@@ -226,43 +205,43 @@ def land(row, run, group, watch, kind, k, place, span, terms, rtol):
 @kernel
 def slide(row, run, group, length):
     """Move the end of a step along its slopes."""
-    desk, points = run.desk, run.limits.shape[0]
+    dofs, points = run.dofs, run.laws.shape[0]
     for i in range(group.low, group.high):
-        desk[END, i] += length * desk[SLOPE + LAST, i]
-        desk[END + 1, i] += length * desk[SLOPE + LAST + SLOPES, i]
+        dofs[END, i] += length * dofs[SLOPE + LAST, i]
+        dofs[END + VELOCITY, i] += length * dofs[SLOPE + LAST + SLOPES, i]
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         for column in (k, points + k):
-            run.quads[SLOPES, column] += length * run.quads[LAST, column]
-    run.quads[SLOPES, 2 * points] += length * run.quads[LAST, 2 * points]
+            run.quadratures[SLOPES, column] += length * run.quadratures[LAST, column]
+    run.quadratures[SLOPES, 2 * points] += length * run.quadratures[LAST, 2 * points]
 
 
 @kernel
-def passed(row, run, group, watch, landed, which):
+def event_passed(row, run, group, landed, which):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+    for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
         for kind in range(TURN, TOUCH + 1):
             if (kind == landed and k == which) or not (inside or kind == TOUCH):
                 continue
-            if is_watched(row, run, kind, k) and margin(row, run, kind, k, True)[0] < 0.0:
+            if is_possible(row, run, kind, k) and event_function(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
         if landed == STRAIN and i == which:
             continue
-        if is_watched(row, run, STRAIN, i) and margin(row, run, STRAIN, i, True)[0] < 0.0:
+        if is_possible(row, run, STRAIN, i) and event_function(row, run, STRAIN, i, True)[0] < 0.0:
             return STRAIN, i
     return NONE, -1
 
 
 @kernel
-def look(row, run, group, watch, span, terms):
+def read_step_end(row, run, group, span):
     """Readings at the end of the step, whose slopes at LAST stand."""
-    fill_ends(row, run, group, watch, span, terms)
-    read_force(row, run, group, span[1], END, SLOPE + LAST, END_FORCE)
+    fill_ends(row, run, group, span)
+    read_force(row, run, group, span[1], END, SLOPE + LAST, AT_END)
 
 
 @kernel
-def take_step(row, run, group, watch, span, left, terms, rtol):
+def take_step(row, run, group, span, left, rtol):
     """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
 
     Returns (length, kind of event, contact or storey, next length, attempts, whether the polynomial stands); a length
@@ -281,35 +260,35 @@ def take_step(row, run, group, watch, span, left, terms, rtol):
             break
         if not error >= 0.0 and attempts > 10:
             return -1.0, NONE, -1, h, attempts, False
-        h = next_step(h, error, rtol, run.board) if error >= 0.0 else 0.1 * h
+        h = next_step(h, error, rtol, run.workspace.tableau) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * left:
             return 0.0, NONE, -1, h, attempts, False
-    if run.board[FINAL, END_WEIGHT] == 0.0:
+    if run.workspace.tableau.end_weight == 0.0:
         slopes(row, run, group, s + h, END, LAST)
-    read_force(row, run, group, h, NOW, SLOPE, START_FORCE)
-    look(row, run, group, watch, (s, h, base), terms)
-    following = next_step(h, error, rtol, run.board)
-    kind, k, place, laid = first_event(row, run, group, watch, (s, h, base), terms, False)
+    read_force(row, run, group, h, NOW, SLOPE, AT_START)
+    read_step_end(row, run, group, (s, h, base))
+    following = next_step(h, error, rtol, run.workspace.tableau)
+    kind, k, place, laid = first_event(row, run, group, (s, h, base), False)
     if kind == NONE:
         return h, NONE, -1, following, attempts, laid
     if not laid:
         spread(row, run, group, s, h)
     following = h
     whole = h
-    place = settle(row, run, group, kind, k, place, (s, whole, base), terms)
+    place = settle(row, run, group, kind, k, place, (s, whole, base))
     if place > 1.0:
         return h, NONE, -1, following, attempts, True
     for _ in range(8):
-        h, there = land(row, run, group, watch, kind, k, place, (s, whole, base), terms, rtol)
-        look(row, run, group, watch, (s, h, base), terms)
-        if not there and not (kind == YIELD and int(run.book[k, REGION]) == ELASTIC):
+        h, there = land(row, run, group, kind, k, place, (s, whole, base), rtol)
+        read_step_end(row, run, group, (s, h, base))
+        if not there and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
             return h, NONE, -1, following, attempts, False
-        other, which = passed(row, run, group, watch, kind, k)
+        other, which = event_passed(row, run, group, kind, k)
         if other == NONE:
             break
         # The order of two events on one step is a guess of the model between its ends: look again from the landing.
         spread(row, run, group, s, h)
-        start = margin(row, run, other, which, False)[0]
-        place = settle(row, run, group, other, which, 1.0, (s, h, base), terms) if start > 0.0 else 0.0
+        start = event_function(row, run, other, which, False)[0]
+        place = settle(row, run, group, other, which, 1.0, (s, h, base)) if start > 0.0 else 0.0
         place, whole, kind, k = min(place, 1.0), h, other, which
     return h, kind, k, following, attempts, False

@@ -6,29 +6,17 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest
-from pounding_risk.solver.row.workspace import (
-    FIRST,
-    GAP,
-    HIGHEST,
-    INVERSE,
-    LEFT_HIGH,
-    LEFT_LOW,
-    LOWEST,
-    NODE,
-    RIGHT_HIGH,
-    RIGHT_LOW,
-    START,
-)
+from pounding_risk.solver.row.workspace import FIRST, INVERSE, LEFT_HIGH, LEFT_LOW, NODE, RIGHT_HIGH, RIGHT_LOW, START
 
 
 @kernel
-def across(row, k, desk, line):
-    """u_left − u_right at contact point ``k`` from a row of the desk (of v: its rate)."""
+def across(row, k, dofs, line):
+    """u_left − u_right at contact point ``k`` from a row of the dofs (of v: its rate)."""
     total = 0.0
     for end in range(4):
         i = row.ends[k, end]
         if i >= 0:
-            total += row.shares[k, end] * desk[line, i]
+            total += row.shares[k, end] * dofs[line, i]
     return total
 
 
@@ -44,41 +32,42 @@ def compliance(row, k):
 
 
 @kernel
-def push_apart(row, k, force, desk, line):
-    """Add the accelerations that a contact force gives to the floors at both ends to a row of the desk."""
+def push_apart(row, k, force, dofs, line):
+    """Add the accelerations that a contact force gives to the floors at both ends to a row of the dofs."""
     for end in range(4):
         i = row.ends[k, end]
         if i >= 0:
-            desk[line, i] -= row.shares[k, end] * row.floors[INVERSE, i] * force
+            dofs[line, i] -= row.shares[k, end] * row.floors[INVERSE, i] * force
 
 
 @kernel
-def lay_across(row, run, k, terms):
-    """The series of u_left − u_right at contact point ``k`` onto the board."""
-    board = run.board
+def write_distance(row, run, k, terms):
+    """The series of u_left − u_right at contact point ``k`` to the workspace."""
+    signals = run.workspace.search.series
     for n in range(terms):
-        board[SIGNAL, n] = 0.0
+        signals[SIGNAL, n] = 0.0
     for end in range(4):
         i = row.ends[k, end]
         if i >= 0:
             share = row.shares[k, end]
             for n in range(terms):
-                board[SIGNAL, n] += share * run.series[i, n]
+                signals[SIGNAL, n] += share * run.series[i, n]
 
 
 @kernel
 def search_point(row, run, k, gap, stop, terms):
     """When contact point ``k`` touches on (0, stop], or −1; the series of both buildings stand."""
-    lay_across(row, run, k, terms)
-    return first_rise(run.board, terms, gap, stop)
+    write_distance(row, run, k, terms)
+    return first_rise(run.workspace.search, terms, gap, stop)
 
 
 @kernel
 def raise_reach(row, run, k, stop, terms):
     """Raise the extremes of u_left − u_right at contact point ``k`` by those on [0, stop] of its series."""
-    lay_across(row, run, k, terms)
-    run.book[k, HIGHEST] = highest(run.board, SIGNAL, terms, 1.0, stop, run.book[k, HIGHEST])
-    run.book[k, LOWEST] = -highest(run.board, SIGNAL, terms, -1.0, stop, -run.book[k, LOWEST])
+    write_distance(row, run, k, terms)
+    contact, search = run.contacts[k], run.workspace.search
+    contact.highest = highest(search, SIGNAL, terms, 1.0, stop, contact.highest)
+    contact.lowest = -highest(search, SIGNAL, terms, -1.0, stop, -contact.lowest)
 
 
 @kernel
@@ -96,21 +85,22 @@ def bend_across(row, k):
 def wider(run, k, here, there, span, bend):
     """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered."""
     eighth = 0.125 * span * span * bend
-    run.book[k, HIGHEST] = max(run.book[k, HIGHEST], there)
-    run.book[k, LOWEST] = min(run.book[k, LOWEST], there)
+    contact = run.contacts[k]
+    contact.highest = max(contact.highest, there)
+    contact.lowest = min(contact.lowest, there)
     top, bottom = max(here, there) + eighth, min(here, there) - eighth
     # What is not finite is searched, and ends the run with its status.
-    return top > run.book[k, HIGHEST] or bottom < run.book[k, LOWEST] or not abs(top) < inf
+    return top > contact.highest or bottom < contact.lowest or not abs(top) < inf
 
 
 @kernel
-def own_side(row, k, low, high, desk, line):
-    """What the dofs from ``low`` to ``high`` add to u_left − u_right at contact point ``k``, from a row of the desk."""
+def own_side(row, k, low, high, dofs, line):
+    """What the dofs from ``low`` to ``high`` add to u_left − u_right at contact point ``k``, from a row of the dofs."""
     total = 0.0
     for end in range(4):
         i = row.ends[k, end]
         if low <= i < high:
-            total += row.shares[k, end] * desk[line, i]
+            total += row.shares[k, end] * dofs[line, i]
     return total
 
 
@@ -132,35 +122,37 @@ def begin_blind(row, run, span, watch):
         first, last = blind_points(row, span, watch, side)
         column = RIGHT_HIGH if side == 0 else LEFT_HIGH
         for k in range(first, last):
-            run.book[k, column] = run.book[k, column + 1] = own_side(row, k, low, high, run.desk, NODE)
+            sides = run.contacts[k].side_extremes
+            sides[column] = sides[column + 1] = own_side(row, k, low, high, run.dofs, NODE)
 
 
 @kernel
 def fly_blind(row, run, span, watch, stop, terms):
     """Raise those extremes by the series of a flight on [0, stop]."""
+    search = run.workspace.search
     low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
     for side in range(2):
         first, last = blind_points(row, span, watch, side)
         column = RIGHT_HIGH if side == 0 else LEFT_HIGH
         for k in range(first, last):
             for n in range(terms):
-                run.board[SIGNAL, n] = 0.0
+                search.series[SIGNAL, n] = 0.0
             for end in range(4):
                 i = row.ends[k, end]
                 if low <= i < high:
                     for n in range(terms):
-                        run.board[SIGNAL, n] += row.shares[k, end] * run.series[i, n]
-            book = run.book
-            book[k, column] = highest(run.board, SIGNAL, terms, 1.0, stop, book[k, column])
-            book[k, column + 1] = -highest(run.board, SIGNAL, terms, -1.0, stop, -book[k, column + 1])
+                        search.series[SIGNAL, n] += row.shares[k, end] * run.series[i, n]
+            sides = run.contacts[k].side_extremes
+            sides[column] = highest(search, SIGNAL, terms, 1.0, stop, sides[column])
+            sides[column + 1] = -highest(search, SIGNAL, terms, -1.0, stop, -sides[column + 1])
 
 
 @kernel
 def stay_apart(row, run, interface):
     """True where two groups that did not look across an interface have kept clear of it, and of its extremes so far."""
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
-        book = run.book
-        high, low = book[k, LEFT_HIGH] + book[k, RIGHT_HIGH], book[k, LEFT_LOW] + book[k, RIGHT_LOW]
-        if not (high < min(book[k, GAP], book[k, HIGHEST]) and low > book[k, LOWEST]):
+        contact, sides = run.contacts[k], run.contacts[k].side_extremes
+        high, low = sides[LEFT_HIGH] + sides[RIGHT_HIGH], sides[LEFT_LOW] + sides[RIGHT_LOW]
+        if not (high < min(contact.gap, contact.highest) and low > contact.lowest):
             return False
     return True

@@ -9,22 +9,21 @@ from pounding_risk.solver.counters import EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.pair.taylor import crest_bound
 from pounding_risk.solver.row.building import (
     accelerate,
-    lay_series,
     motion_bound,
     place_on,
     raise_between,
     raise_peaks,
     step_over,
+    write_series,
 )
 from pounding_risk.solver.row.flight import across, bend_across, compliance, fly_blind, raise_reach, search_point, wider
 from pounding_risk.solver.row.storey import first_strain, switch_storey
 from pounding_risk.solver.row.workspace import (
-    A_END,
-    A_START,
+    ACCEL_END,
+    ACCEL_START,
     BENDS,
     BRANCH,
     FIRST,
-    GAP,
     INVERSE,
     LIMIT,
     NEXT,
@@ -32,8 +31,7 @@ from pounding_risk.solver.row.workspace import (
     NOW,
     PLASTIC,
     START,
-    STATUS,
-    WHOLE,
+    VELOCITY,
 )
 
 
@@ -42,18 +40,18 @@ def is_elastic(row, run, b):
     """True where no storey of a building is yielding."""
     if row.frame[BENDS, b]:
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            if run.desk[BRANCH, i] != 0.0:
+            if run.dofs[BRANCH, i] != 0.0:
                 return False
     return True
 
 
 @kernel
 def may_yield(row, run, b, swing, step):
-    """True where a storey's drift may pass its limit within the node interval, by the bound of `chain.motion_bound`."""
+    """True where a storey's drift may pass its limit within the node interval, by `building.motion_bound`."""
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         bend = sqrt(swing * row.floors[INVERSE, i])
-        here, there, rest = run.desk[NODE, i], run.desk[NEXT, i], run.desk[PLASTIC, i]
+        here, there, rest = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
         top = max(abs(here - below - rest), abs(there - below_end - rest)) + 0.125 * step * step * (bend + below_bend)
         if not top < row.floors[LIMIT, i]:
             return True
@@ -63,7 +61,7 @@ def may_yield(row, run, b, swing, step):
 
 @kernel
 def predict(row, run, b, window, swings):
-    """Building ``b`` over one node interval on its own: rows NODE to rows NEXT, ü at the node in A_START.
+    """Building ``b`` over one node interval on its own: rows NODE to rows NEXT, ü at the node in ACCEL_START.
 
     Leaves 2 E of its bounds in ``swings``; returns False where a storey yields, or may.
     """
@@ -74,9 +72,9 @@ def predict(row, run, b, window, swings):
     swings[b] = inf
     if row.frame[BENDS, b] and not is_elastic(row, run, b):
         return False
-    accelerate(row, b, NODE, pull, run.desk, A_START)
-    step_over(row, b, pull, rise, run.desk, NODE, NEXT)
-    swings[b] = motion_bound(row, b, rise, run.desk, NODE, A_START)
+    accelerate(row, b, NODE, pull, run.dofs, ACCEL_START)
+    step_over(row, b, pull, rise, run.dofs, NODE, NEXT)
+    swings[b] = motion_bound(row, b, rise, run.dofs, NODE, ACCEL_START)
     if row.frame[BENDS, b] and may_yield(row, run, b, swings[b], step):
         swings[b] = inf
         return False
@@ -90,43 +88,43 @@ def meets(row, run, interface, window, swings, terms):
     swing = sqrt(max(swings[interface], swings[interface + 1]))
     laid = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
-        here, there = across(row, k, run.desk, NODE), across(row, k, run.desk, NEXT)
+        here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
         bend = swing * bend_across(row, k)
         top = max(here, there) + 0.125 * step * step * bend
-        if not top > run.book[k, GAP] or compliance(row, k) == 0.0:
+        if not top > run.contacts[k].gap or compliance(row, k) == 0.0:
             continue
-        if crest_bound(here, there, step, bend) > run.book[k, GAP]:
+        if crest_bound(here, there, step, bend) > run.contacts[k].gap:
             if not laid:
-                lay_series(row, run, interface, NODE, pull, rise, terms)
-                lay_series(row, run, interface + 1, NODE, pull, rise, terms)
+                write_series(row, run, interface, NODE, pull, rise, terms)
+                write_series(row, run, interface + 1, NODE, pull, rise, terms)
                 laid = True
-            if search_point(row, run, k, run.book[k, GAP], step, terms) >= 0.0:
+            if search_point(row, run, k, run.contacts[k].gap, step, terms) >= 0.0:
                 return True
     return False
 
 
 @kernel
-def stand_apart(row, run, interface, window, swings, terms):
+def update_distances(row, run, interface, window, swings, terms):
     """Raise the extremes of the distances between two buildings that have both flown alone."""
     _, step, pull, rise = window
     swing = sqrt(max(swings[interface], swings[interface + 1]))
     laid = False
     for k in range(row.frame[START, interface], row.frame[START, interface + 1]):
-        here, there = across(row, k, run.desk, NODE), across(row, k, run.desk, NEXT)
+        here, there = across(row, k, run.dofs, NODE), across(row, k, run.dofs, NEXT)
         if wider(run, k, here, there, step, swing * bend_across(row, k)):
             if not laid:
-                lay_series(row, run, interface, NODE, pull, rise, terms)
-                lay_series(row, run, interface + 1, NODE, pull, rise, terms)
+                write_series(row, run, interface, NODE, pull, rise, terms)
+                write_series(row, run, interface + 1, NODE, pull, rise, terms)
                 laid = True
             raise_reach(row, run, k, step, terms)
 
 
 @kernel
-def note_peaks(row, run, b, window, swings, terms):
+def update_peaks(row, run, b, window, swings, terms):
     """Raise the peaks of a building that `predict` has brought over the interval."""
     _, step, pull, rise = window
-    accelerate(row, b, NEXT, pull + rise * step, run.desk, A_END)
-    ends = NODE, NEXT, A_START, A_END
+    accelerate(row, b, NEXT, pull + rise * step, run.dofs, ACCEL_END)
+    ends = NODE, NEXT, ACCEL_START, ACCEL_END
     raise_between(row, run, b, ends, swings[b], pull, rise, step, terms)
 
 
@@ -134,24 +132,24 @@ def note_peaks(row, run, b, window, swings, terms):
 def copy_state(row, run, first, last, source, target):
     """Rows of u and v of these buildings."""
     for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
-        run.desk[target, i] = run.desk[source, i]
-        run.desk[target + 1, i] = run.desk[source + 1, i]
+        run.dofs[target, i] = run.dofs[source, i]
+        run.dofs[target + VELOCITY, i] = run.dofs[source + VELOCITY, i]
 
 
 @kernel
-def lay_all(row, run, watch, pull, rise, terms):
+def write_all_series(row, run, watch, pull, rise, terms):
     """Lay the series of all watched buildings from rows NOW; spectators have been brought there."""
     for b in range(watch[0], watch[1] + 1):
-        lay_series(row, run, b, NOW, pull, rise, terms)
+        write_series(row, run, b, NOW, pull, rise, terms)
 
 
 @kernel
-def lay_spectators(row, run, span, watch, pull, rise, terms):
+def write_spectator_series(row, run, span, watch, pull, rise, terms):
     """Lay the series of the buildings that only look on, from rows NOW."""
     if watch[0] < span[0]:
-        lay_series(row, run, watch[0], NOW, pull, rise, terms)
+        write_series(row, run, watch[0], NOW, pull, rise, terms)
     if watch[1] > span[1]:
-        lay_series(row, run, watch[1], NOW, pull, rise, terms)
+        write_series(row, run, watch[1], NOW, pull, rise, terms)
 
 
 @kernel
@@ -167,11 +165,11 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
         for k in range(row.frame[START, i], row.frame[START, i + 1]):
             if compliance(row, k) == 0.0:
                 continue
-            found = search_point(row, run, k, run.book[k, GAP], stop, terms)
-            if found >= 0.0:
+            touch = search_point(row, run, k, run.contacts[k].gap, stop, terms)
+            if touch >= 0.0:
                 if outer:
-                    return found, k, -1
-                stop, point = found, k
+                    return touch, k, -1
+                stop, point = touch, k
     for b in range(span[0], span[1] + 1):
         if row.frame[BENDS, b]:
             stop, changed = first_strain(row, run, b, stop, terms)
@@ -186,7 +184,7 @@ def fly_group(row, run, span, watch, stop, pull, rise, terms):
 
 
 @kernel
-def glide(row, run, span, watch, window, terms):
+def fly(row, run, span, watch, window, terms):
     """Buildings whose storeys yield, or may, over one node interval without contact: stretch by stretch.
 
     A storey that switches back and forth without end sets the run's status.
@@ -195,7 +193,7 @@ def glide(row, run, span, watch, window, terms):
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
     for _ in range(MAX_CONTACTS):
-        lay_all(row, run, watch, pull + rise * t, rise, terms)
+        write_all_series(row, run, watch, pull + rise * t, rise, terms)
         flown, _, storey = fly_group(row, run, span, watch, step - t, pull + rise * t, rise, terms)
         for b in range(watch[0], watch[1] + 1):
             place_on(row, run, b, flown, terms, NOW)
@@ -204,5 +202,5 @@ def glide(row, run, span, watch, window, terms):
             break
         switch_storey(row, run, storey, NOW)
     else:
-        run.board[WHOLE, STATUS] = float(EXHAUSTED)
+        run.workspace.status = float(EXHAUSTED)
     copy_state(row, run, span[0], span[1], NOW, NEXT)

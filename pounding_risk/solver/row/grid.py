@@ -25,14 +25,14 @@ class RowGrid(NamedTuple):
 
     @property
     def model(self) -> RowModel:
-        """The row."""
+        """The row of buildings with its contact points."""
         return self.frame.model
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Contact models, gaps, yield forces."""
+        """Numbers of contact models, gaps and yield forces."""
         return len(self.mechanics), len(self.gaps), len(self.yield_forces)
 
     def limits(self, gap: int, strength: int) -> Limits:
-        """One case's."""
+        """Gaps and yield forces of one case, by contact point."""
         return Limits(self.gaps[gap][self.model.interfaces], self.yield_forces[strength], self.yield_forces[-1])

@@ -21,40 +21,16 @@ from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.solver.pair.stages import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.row.building import energy_of, place_on
 from pounding_risk.solver.row.contact import lift_off, note_yield, own_tolerance, scales, touch_down, turn
-from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, is_watched, margin
+from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight import across, begin_blind, compliance
-from pounding_risk.solver.row.free import copy_state, fly_group, lay_all, lay_spectators
+from pounding_risk.solver.row.free import copy_state, fly_group, write_all_series, write_spectator_series
 from pounding_risk.solver.row.implicit import choose_method
-from pounding_risk.solver.row.peaks import watch_floors, watch_points
+from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
 from pounding_risk.solver.row.stages import Group, load, slopes
 from pounding_risk.solver.row.storey import switch_storey
-from pounding_risk.solver.row.trace import write_down
-from pounding_risk.solver.row.workspace import (
-    BOOKED,
-    CLOSED,
-    END,
-    ENERGY,
-    FIRST,
-    GAP,
-    IMPLICIT,
-    LAST,
-    NODE,
-    NOW,
-    PACE,
-    REGION,
-    RESIDUAL,
-    ROOM,
-    SLOPE,
-    SLOPES,
-    START,
-    STATUS,
-    STEPS,
-    TRIAL,
-    WHOLE,
-    WORK,
-    WORKED,
-)
+from pounding_risk.solver.row.trace import write_line
+from pounding_risk.solver.row.workspace import END, FIRST, LAST, NODE, NOW, SLOPE, SLOPES, START, TRIAL, VELOCITY
 
 FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
 ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each other by rounding at most
@@ -65,27 +41,27 @@ def any_closed(row, run, first, last):
     """True where two of these buildings touch."""
     closed = False
     for k in range(row.frame[START, first], row.frame[START, last]):
-        closed = closed or run.book[k, CLOSED] > 0.0
+        closed = closed or run.contacts[k].closed > 0.0
     return closed
 
 
 @kernel
-def press(row, run, group, time, pull):
+def begin_contacts(row, run, group, time, pull):
     """Begin every contact of the group that is about to press, its state in rows NOW; returns how many."""
     count = 0
     ready = False
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0 or compliance(row, k) == 0.0:
+        if run.contacts[k].closed > 0.0 or compliance(row, k) == 0.0:
             continue
-        if across(row, k, run.desk, NOW) - run.book[k, GAP] < -ROUNDED:
+        if across(row, k, run.dofs, NOW) - run.contacts[k].gap < -ROUNDED:
             continue
-        rate = across(row, k, run.desk, NOW + 1)
+        rate = across(row, k, run.dofs, NOW + VELOCITY)
         if rate == 0.0:
             # Closed at rest: what decides is how both sides would move on.
             if not ready:
                 load(row, run, group, NOW, pull, TRIAL)
                 ready = True
-            rate = across(row, k, run.desk, TRIAL)
+            rate = across(row, k, run.dofs, TRIAL)
             if rate <= ALIKE * abs(pull):
                 continue
         if rate > 0.0:
@@ -99,55 +75,55 @@ def group_energy(row, run, group, line):
     """Mechanical energy of the group [J]."""
     total = 0.0
     for b in range(group.first, group.last + 1):
-        total += energy_of(row, b, line, run.desk)
+        total += energy_of(row, b, line, run.dofs)
     return total
 
 
 @kernel
 def close_step(row, run, group):
     """Rows END become rows NOW, and the quadratures of the step go into the sums; returns the energy that came in."""
-    points = run.limits.shape[0]
+    points = run.laws.shape[0]
     for i in range(group.low, group.high):
-        run.desk[NOW, i] = run.desk[END, i]
-        run.desk[NOW + 1, i] = run.desk[END + 1, i]
-    came = run.quads[SLOPES, 2 * points]
+        run.dofs[NOW, i] = run.dofs[END, i]
+        run.dofs[NOW + VELOCITY, i] = run.dofs[END + VELOCITY, i]
+    came = run.quadratures[SLOPES, 2 * points]
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0:
-            run.book[k, BOOKED + IMPULSE] += run.quads[SLOPES, k]
-            run.book[k, WORK] += run.quads[SLOPES, points + k]
-            came -= run.quads[SLOPES, points + k]
+        if run.contacts[k].closed > 0.0:
+            run.contacts[k].counters[IMPULSE] += run.quadratures[SLOPES, k]
+            run.contacts[k].work += run.quadratures[SLOPES, points + k]
+            came -= run.quadratures[SLOPES, points + k]
     return came
 
 
 @kernel
-def happen(row, run, kind, k, time, line):
-    """What an event changes in the book; returns (whether a contact began or ended, change of the potential)."""
-    book = run.book
+def apply_event(row, run, kind, k, time, line):
+    """Apply an event to its contact or storey; returns (whether a contact began or ended, change of the potential)."""
+    if kind == STRAIN:
+        return False, switch_storey(row, run, k, line)
+    contact = run.contacts[k]
     if kind == TURN:
-        turn(row, run, k, max(across(row, k, run.desk, line) - book[k, GAP], 0.0))
+        turn(row, run, k, max(across(row, k, run.dofs, line) - contact.gap, 0.0))
     elif kind == YIELD:
-        if int(book[k, REGION]) == ELASTIC:
+        if int(contact.region) == ELASTIC:
             note_yield(run, k, time)
-            book[k, REGION] = float(YIELDING)
+            contact.region = float(YIELDING)
         else:
-            book[k, REGION] = float(ELASTIC)
+            contact.region = float(ELASTIC)
     elif kind == CUT:
-        book[k, REGION] = float(ELASTIC if int(book[k, REGION]) == SLACK else SLACK)
+        contact.region = float(ELASTIC if int(contact.region) == SLACK else SLACK)
     elif kind == PART:
-        lift_off(row, run, k, time, line, book[k, WORK])
-        book[k, WORK] = 0.0
+        lift_off(row, run, k, time, line, contact.work)
+        contact.work = 0.0
         return True, 0.0
     elif kind == TOUCH:
-        book[k, WORK] = 0.0
+        contact.work = 0.0
         touch_down(row, run, k, time)
         return True, 0.0
-    elif kind == STRAIN:
-        return False, switch_storey(row, run, k, line)
     return False, 0.0
 
 
 @kernel
-def collide_group(row, run, span, watch, window, t, base, terms, rtol):
+def integrate_contact(row, run, span, watch, window, t, base, terms, rtol):
     """Integrate a group with contacts from rows NOW at ``t`` after the node until all have parted or the interval ends.
 
     ``span`` = (first, last building), ``window`` = (time of the node, step, a_g, its slope), ``base`` the start of the
@@ -157,11 +133,11 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
     low, high = row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1]
     tolerance, stalled = rtol, 0
     renewed, known, unsettled = True, False, True
-    run.board[WHOLE, IMPLICIT] = 0.0
-    group = Group(span[0], span[1], low, high, 0.0, pull, rise, 1.0, 1.0)
+    run.workspace.implicit = 0.0
+    group = Group(span[0], span[1], low, high, 0.0, pull, rise, 1.0, 1.0, watch[0], watch[1], terms)
     s = h = now = 0.0
     energy = group_energy(row, run, group, NOW)
-    run.board[WHOLE, ENERGY] = max(run.board[WHOLE, ENERGY], energy)
+    run.workspace.energy = max(run.workspace.energy, energy)
     came = 0.0
     while True:
         if renewed:
@@ -169,81 +145,81 @@ def collide_group(row, run, span, watch, window, t, base, terms, rtol):
                 break
             touched, depth, speed, pace = scales(row, run, span[0], span[1])
             origin = touched - moment
-            group = Group(span[0], span[1], low, high, origin, pull, rise, depth, speed)
+            group = Group(span[0], span[1], low, high, origin, pull, rise, depth, speed, watch[0], watch[1], terms)
             tolerance = rtol
             for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-                if run.book[k, CLOSED] > 0.0:
+                if run.contacts[k].closed > 0.0:
                     tolerance = own_tolerance(run, k, tolerance)
             s = sqrt(sqrt(max(t - origin, 0.0)))
             h = sqrt(sqrt(max(t - origin, 0.0) + pace)) - s
             now, renewed, known = moment + origin, False, False
-            if run.board[WHOLE, ROOM] > 0.0:
-                write_down(row, run, group, moment + t)
+            if run.workspace.line_room > 0.0:
+                write_line(row, run, group, moment + t)
         left = sqrt(sqrt(step - group.origin)) - s
         if left <= 1e-13 * s or t >= step:
             t = step
             break
         allowed = (WORK_AT_LEAST + WORK_A_SECOND * (moment + t)) * row.floors.shape[1]
-        if run.board[WHOLE, STEPS] > MAX_STEPS or run.board[WHOLE, WORKED] > allowed:
-            run.board[WHOLE, STATUS] = float(EXHAUSTED)
+        if run.workspace.steps > MAX_STEPS or run.workspace.evaluations > allowed:
+            run.workspace.status = float(EXHAUSTED)
             return FAILED, t, -1
-        fill_spectators(row, run, group, watch, t - base, terms, NOW)
+        fill_spectators(row, run, group, t - base, NOW)
         if known:
             for i in range(low, high):
-                run.desk[SLOPE, i] = run.desk[SLOPE + LAST, i]
-                run.desk[SLOPE + SLOPES, i] = run.desk[SLOPE + SLOPES + LAST, i]
+                run.dofs[SLOPE, i] = run.dofs[SLOPE + LAST, i]
+                run.dofs[SLOPE + SLOPES, i] = run.dofs[SLOPE + SLOPES + LAST, i]
             for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-                for column in (k, run.limits.shape[0] + k):
-                    run.quads[0, column] = run.quads[LAST, column]
-            run.quads[0, 2 * run.limits.shape[0]] = run.quads[LAST, 2 * run.limits.shape[0]]
+                for column in (k, run.laws.shape[0] + k):
+                    run.quadratures[0, column] = run.quadratures[LAST, column]
+            run.quadratures[0, 2 * run.laws.shape[0]] = run.quadratures[LAST, 2 * run.laws.shape[0]]
         else:
             slopes(row, run, group, s, NOW, 0)
         if unsettled:
             choose_method(row, run, group, s, min(h, left))
-        moved, kind, k, h, attempts, laid = take_step(row, run, group, watch, (s, h, base), left, terms, tolerance)
-        run.board[WHOLE, STEPS] += attempts
+        moved, kind, k, h, attempts, laid = take_step(row, run, group, (s, h, base), left, tolerance)
+        run.workspace.steps += attempts
         # Steps that are refused, and events, are where a damper may be found too quick for an explicit step.
-        unsettled = attempts > 1 or kind != NONE or run.board[WHOLE, IMPLICIT] > 0.0
+        unsettled = attempts > 1 or kind != NONE or run.workspace.implicit > 0.0
         if moved <= 0.0 and kind == NONE:
-            run.board[WHOLE, STATUS] = float(UNDERFLOW if moved == 0.0 else NOT_FINITE)
+            run.workspace.status = float(UNDERFLOW if moved == 0.0 else NOT_FINITE)
             return FAILED, t, -1
         if kind == TOUCH and not row.frame[START, span[0]] <= k < row.frame[START, span[1]]:
             # A neighbour that has only looked on is struck: the interval is made again with it in the group.
             edge = span[0] - 1 if k < row.frame[START, span[0]] else span[1]
             return GROW, t, edge
-        laid = watch_floors(row, run, group, (s, moved, base), terms, laid)
-        watch_points(row, run, group, watch, (s, moved, base), terms, now, laid)
+        laid = update_floor_peaks(row, run, group, (s, moved, base), laid)
+        update_point_peaks(row, run, group, (s, moved, base), now, laid)
         s += moved
         t = group.origin + s * s * s * s
         came += close_step(row, run, group)
-        if run.board[WHOLE, ROOM] > 0.0:
-            write_down(row, run, group, moment + t)
+        if run.workspace.line_room > 0.0:
+            write_line(row, run, group, moment + t)
         # Products: interpreted, a power is the library's, and rounds otherwise.
         before, after = s * s * s * s, (s + h) * (s + h) * (s + h) * (s + h)
         for each in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-            run.book[each, PACE] = after - before
+            run.contacts[each].next_step = after - before
         stalled = stalled + 1 if moved <= 1e-12 * s else 0
         if stalled > 50 + row.ends.shape[0]:
-            run.board[WHOLE, STATUS] = float(UNDERFLOW)
+            run.workspace.status = float(UNDERFLOW)
             return FAILED, t, -1
         known = kind == NONE
         if kind != NONE:
-            ends, jump = happen_alike(row, run, group, kind, k, moment + t)
-            renewed, own = happen(row, run, kind, k, moment + t, NOW)
+            ends, jump = apply_to_mirror_images(row, run, group, kind, k, moment + t)
+            renewed, own = apply_event(row, run, kind, k, moment + t, NOW)
             renewed, came = renewed or ends, came + jump + own
             if kind == TOUCH:
-                press(row, run, group, moment + t, pull + rise * t)
+                begin_contacts(row, run, group, moment + t, pull + rise * t)
             if renewed and too_many(row, run, span):
-                run.board[WHOLE, STATUS] = float(TOO_MANY_CONTACTS)
+                run.workspace.status = float(TOO_MANY_CONTACTS)
                 return FAILED, t, -1
     after = group_energy(row, run, group, NOW)
-    run.board[WHOLE, ENERGY] = max(run.board[WHOLE, ENERGY], after)
-    run.board[WHOLE, RESIDUAL] += after - energy - came
+    run.workspace.energy = max(run.workspace.energy, after)
+    run.workspace.residual += after - energy - came
     return FLOWN, t, -1
 
 
 @kernel
-def happen_alike(row, run, group, kind, k, time):
+def apply_to_mirror_images(row, run, group, kind, k, time):
     """Let the event of ``k`` happen to its mirror images too, whose margins are its own to the last bit.
 
     One after the other they would be a rounding apart, and a row that is symmetric would not stay so.
@@ -251,13 +227,13 @@ def happen_alike(row, run, group, kind, k, time):
     ends, change = False, 0.0
     if kind == TOUCH:
         return ends, change
-    value = margin(row, run, kind, k, True)[0]
+    value = event_function(row, run, kind, k, True)[0]
     first, last = row.frame[START, group.first], row.frame[START, group.last]
     if kind == STRAIN:
         first, last = group.low, group.high
     for each in range(first, last):
-        if each != k and is_watched(row, run, kind, each) and margin(row, run, kind, each, True)[0] == value:
-            ended, jump = happen(row, run, kind, each, time, NOW)
+        if each != k and is_possible(row, run, kind, each) and event_function(row, run, kind, each, True)[0] == value:
+            ended, jump = apply_event(row, run, kind, each, time, NOW)
             ends, change = ends or ended, change + jump
     return ends, change
 
@@ -266,35 +242,48 @@ def happen_alike(row, run, group, kind, k, time):
 def too_many(row, run, span):
     """True where a contact point has had more contacts than a run may."""
     for k in range(row.frame[START, span[0]], row.frame[START, span[1]]):
-        if run.book[k, BOOKED + TOUCHES] > MAX_CONTACTS:
+        if run.contacts[k].counters[TOUCHES] > MAX_CONTACTS:
             return True
     return False
 
 
 @part
-def advance(row, run, span, watch, window, terms, rtol):
+def solve_group(row, run, span, watch, window, terms, rtol):
     """A group over one node interval, from rows NODE to rows NOW.
 
     Returns (FLOWN, −1), (GROW, interface that must be tied too) or (FAILED, −1), the run's status set.
     """
     moment, step, pull, rise = window
-    group = Group(span[0], span[1], row.frame[FIRST, span[0]], row.frame[FIRST, span[1] + 1], 0.0, pull, rise, 1.0, 1.0)
+    group = Group(
+        span[0],
+        span[1],
+        row.frame[FIRST, span[0]],
+        row.frame[FIRST, span[1] + 1],
+        0.0,
+        pull,
+        rise,
+        1.0,
+        1.0,
+        watch[0],
+        watch[1],
+        terms,
+    )
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     begin_blind(row, run, span, watch)
     t = base = 0.0
-    lay_spectators(row, run, span, watch, pull, rise, terms)
+    write_spectator_series(row, run, span, watch, pull, rise, terms)
     turns = 0
     while True:
-        press(row, run, group, moment + t, pull + rise * t)
+        begin_contacts(row, run, group, moment + t, pull + rise * t)
         if any_closed(row, run, span[0], span[1]):
-            how, t, edge = collide_group(row, run, span, watch, window, t, base, terms, rtol)
+            how, t, edge = integrate_contact(row, run, span, watch, window, t, base, terms, rtol)
             if how != FLOWN:
                 return how, edge
             if t >= step:
                 return FLOWN, -1
-            fill_spectators(row, run, group, watch, t - base, terms, NOW)
+            fill_spectators(row, run, group, t - base, NOW)
         base = t
-        lay_all(row, run, watch, pull + rise * t, rise, terms)
+        write_all_series(row, run, watch, pull + rise * t, rise, terms)
         left = step - t
         flown, point, storey = fly_group(row, run, span, watch, left, pull + rise * t, rise, terms)
         if point >= 0 and not row.frame[START, span[0]] <= point < row.frame[START, span[1]]:
@@ -306,7 +295,7 @@ def advance(row, run, span, watch, window, terms, rtol):
             return FLOWN, -1
         turns += 1
         if turns > MAX_CONTACTS:
-            run.board[WHOLE, STATUS] = float(TOO_MANY_CONTACTS)
+            run.workspace.status = float(TOO_MANY_CONTACTS)
             return FAILED, -1
         if storey >= 0:
             switch_storey(row, run, storey, NOW)
@@ -314,4 +303,4 @@ def advance(row, run, span, watch, window, terms, rtol):
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
             touch_down(row, run, point, moment + t)
         base = t
-        lay_spectators(row, run, span, watch, pull + rise * t, rise, terms)
+        write_spectator_series(row, run, span, watch, pull + rise * t, rise, terms)

@@ -1,4 +1,4 @@
-"""Steps through contacts whose dampers are much quicker than the buildings: Radau IIA, as `core.implicit` has it.
+"""Steps through contacts whose dampers are much quicker than the buildings: Radau IIA, as in `pair.implicit`.
 
 An explicit step is stable only over some multiples of m/c, c = ∂F/∂δ̇. Where a contact is overdamped, e far below 0.1,
 that may be a millionth of what the motion needs: neighbours that are pressed against each other creep. An implicit step
@@ -13,7 +13,6 @@ from math import inf, sqrt
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, part
-from pounding_risk.solver.linear import solve_linear
 from pounding_risk.solver.pair.implicit import (
     BEGIN_SLOPE,
     COEFFICIENTS,
@@ -27,30 +26,24 @@ from pounding_risk.solver.pair.implicit import (
     is_too_slow,
     response,
     shallow,
+    solve_linear,
     time_weights,
 )
-from pounding_risk.solver.pair.stages import ELASTIC, END_WEIGHT, FINAL, SHARE
+from pounding_risk.solver.pair.stages import ELASTIC, SHARE
 from pounding_risk.solver.row.flight import across, compliance
-from pounding_risk.solver.row.stages import slopes, uncapped
+from pounding_risk.solver.row.stages import explicit_attempt, explicit_spread, slopes, uncapped
 from pounding_risk.solver.row.workspace import (
-    CLOSED,
-    DEPTH,
     END,
-    GAP,
-    IMPLICIT,
     INVERSE,
     LAST,
     NOW,
     POLY,
-    REGION,
     SLOPE,
     SLOPES,
-    SPEED,
     START,
     TERMS,
     TRIAL,
-    WHOLE,
-    WORKED,
+    VELOCITY,
 )
 
 # Rows of slopes that the explicit method needs for its other stages: u and v at the nodes, what v misses there.
@@ -60,13 +53,13 @@ AT_NODE, MISSING = SLOPE + PARTS, SLOPE + SLOPES + 2 * PARTS + 1
 @kernel
 def tangents(row, run, k, state):
     """(∂F/∂δ̇, ∂F/∂δ) of contact ``k``, its state in rows ``state`` [N s/m, N/m]; 0 where it is capped or cut."""
-    book = run.book
-    if book[k, CLOSED] == 0.0 or int(book[k, REGION]) != ELASTIC:
+    contact = run.contacts[k]
+    if contact.closed == 0.0 or int(contact.region) != ELASTIC:
         return 0.0, 0.0
-    delta = max(across(row, k, run.desk, state) - book[k, GAP], 0.0)
-    rate = across(row, k, run.desk, state + 1)
+    delta = max(across(row, k, run.dofs, state) - contact.gap, 0.0)
+    rate = across(row, k, run.dofs, state + VELOCITY)
     force = uncapped(run, k, delta, rate)
-    faster, deeper = 1e-3 * book[k, SPEED], 1e-4 * delta
+    faster, deeper = 1e-3 * contact.speed_scale, 1e-4 * delta
     damper = (uncapped(run, k, delta, rate + faster) - force) / faster
     spring = (uncapped(run, k, delta + deeper, rate) - force) / deeper if deeper > 0.0 else 0.0
     return damper, spring
@@ -80,12 +73,12 @@ def choose_method(row, run, group, s, h):
     """
     end = s + h
     time = end * end * end * end - s * s * s * s
-    enough = SHORTEST if run.board[WHOLE, IMPLICIT] > 0.0 else STIFF_ENOUGH
+    enough = SHORTEST if run.workspace.implicit > 0.0 else STIFF_ENOUGH
     quickest = 0.0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0:
+        if run.contacts[k].closed > 0.0:
             quickest = max(quickest, tangents(row, run, k, NOW)[0] * compliance(row, k))
-    run.board[WHOLE, IMPLICIT] = 1.0 if quickest * time > enough else 0.0
+    run.workspace.implicit = 1.0 if quickest * time > enough else 0.0
 
 
 @kernel
@@ -109,11 +102,11 @@ def closed_points(row, run, group):
     """The closed contact points of the group, left to right."""
     count = 0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        count += 1 if run.book[k, CLOSED] > 0.0 else 0
+        count += 1 if run.contacts[k].closed > 0.0 else 0
     places = np.empty(count, dtype=np.int64)
     count = 0
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0:
+        if run.contacts[k].closed > 0.0:
             places[count] = k
             count += 1
     return places
@@ -153,7 +146,7 @@ def closing_changes(row, run, places, tables):
             order[one] = places[source]
             turned[one] = tables[source]
             for i in range(PARTS):
-                right[one * PARTS + i] = across(row, order[one], run.desk, MISSING + i)
+                right[one * PARTS + i] = across(row, order[one], run.dofs, MISSING + i)
         solve_linear(newton_matrix(row, order, turned), right)
         for one in range(count):
             target = one if side == 0 else count - 1 - one
@@ -165,11 +158,11 @@ def closing_changes(row, run, places, tables):
 @part
 def correct(row, run, group, places, tables, changes):
     """Add to the speeds at the nodes what is missing there, less what the contact forces' answer takes of it."""
-    desk = run.desk
+    dofs = run.dofs
     for i in range(PARTS):
         target = AT_NODE + SLOPES + 1 + i
         for dof in range(group.low, group.high):
-            desk[target, dof] += desk[MISSING + i, dof]
+            dofs[target, dof] += dofs[MISSING + i, dof]
         for one in range(places.size):
             k = places[one]
             impulse = 0.0
@@ -178,39 +171,39 @@ def correct(row, run, group, places, tables, changes):
             for end in range(4):
                 dof = row.ends[k, end]
                 if dof >= 0:
-                    desk[target, dof] -= row.shares[k, end] * row.floors[INVERSE, dof] * impulse
+                    dofs[target, dof] -= row.shares[k, end] * row.floors[INVERSE, dof] * impulse
 
 
 @part
 def evaluate_nodes(row, run, group, s, h, weights):
     """Displacements, slopes and missing speeds at the nodes from the speeds there; returns the largest of these."""
-    desk = run.desk
-    run.board[WHOLE, WORKED] += PARTS * (group.high - group.low)
+    dofs = run.dofs
+    run.workspace.evaluations += PARTS * (group.high - group.low)
     for i in range(PARTS):
         for dof in range(group.low, group.high):
             total = 0.0
             for j in range(PARTS):
-                total += weights[i, j] * desk[AT_NODE + SLOPES + 1 + j, dof]
-            desk[AT_NODE + 1 + i, dof] = desk[NOW, dof] + total
-            desk[TRIAL, dof] = desk[AT_NODE + 1 + i, dof]
-            desk[TRIAL + 1, dof] = desk[AT_NODE + SLOPES + 1 + i, dof]
+                total += weights[i, j] * dofs[AT_NODE + SLOPES + 1 + j, dof]
+            dofs[AT_NODE + 1 + i, dof] = dofs[NOW, dof] + total
+            dofs[TRIAL, dof] = dofs[AT_NODE + 1 + i, dof]
+            dofs[TRIAL + VELOCITY, dof] = dofs[AT_NODE + SLOPES + 1 + i, dof]
         slopes(row, run, group, s + NODES[i] * h, TRIAL, 1 + i)
     largest = 0.0
     for i in range(PARTS):
         for dof in range(group.low, group.high):
             total = 0.0
             for j in range(PARTS):
-                total += COEFFICIENTS[i, j] * desk[SLOPE + SLOPES + 1 + j, dof]
-            missing = desk[NOW + 1, dof] + h * total - desk[AT_NODE + SLOPES + 1 + i, dof]
-            desk[MISSING + i, dof] = missing
+                total += COEFFICIENTS[i, j] * dofs[SLOPE + SLOPES + 1 + j, dof]
+            missing = dofs[NOW + VELOCITY, dof] + h * total - dofs[AT_NODE + SLOPES + 1 + i, dof]
+            dofs[MISSING + i, dof] = missing
             largest = max(largest, abs(missing)) if missing == missing else inf
     return largest
 
 
 @part
 def implicit_attempt(row, run, group, s, h, rtol):
-    """One implicit step, as `stage.attempt`; infinite where its equations are not solved."""
-    desk = run.desk
+    """One implicit step, as `stages.explicit_attempt`; infinite where its equations are not solved."""
+    dofs = run.dofs
     places = closed_points(row, run, group)
     weights = time_weights(s, h)
     tables = np.empty((places.size, PARTS, PARTS))
@@ -220,10 +213,12 @@ def implicit_attempt(row, run, group, s, h, rtol):
         damper, spring = tangents(row, run, k, NOW)
         tables[one] = response(weights, damper, spring)
         if damper > 0.0:
-            shallowest = min(shallowest, shallow(across(row, k, desk, NOW) - run.book[k, GAP], run.book[k, DEPTH]))
+            shallowest = min(
+                shallowest, shallow(across(row, k, dofs, NOW) - run.contacts[k].gap, run.contacts[k].depth_scale)
+            )
     for dof in range(group.low, group.high):
         for i in range(PARTS):
-            desk[AT_NODE + SLOPES + 1 + i, dof] = desk[NOW + 1, dof]
+            dofs[AT_NODE + SLOPES + 1 + i, dof] = dofs[NOW + VELOCITY, dof]
     before = inf
     for turn in range(ITERATIONS):
         missing = evaluate_nodes(row, run, group, s, h, weights)
@@ -234,7 +229,7 @@ def implicit_attempt(row, run, group, s, h, rtol):
         before = missing
         correct(row, run, group, places, tables, closing_changes(row, run, places, tables))
     end_step(row, run, group, places, h)
-    if run.board[FINAL, END_WEIGHT] != 0.0:
+    if run.workspace.tableau.end_weight != 0.0:
         slopes(row, run, group, s + h, END, LAST)
     return begin_defect(run, group, h, shallowest)
 
@@ -242,30 +237,30 @@ def implicit_attempt(row, run, group, s, h, rtol):
 @part
 def end_step(row, run, group, places, h):
     """The last node, which is the end of the step, to rows END, and the quadratures to row SLOPES."""
-    desk, quads, points = run.desk, run.quads, run.limits.shape[0]
+    dofs, quadratures, points = run.dofs, run.quadratures, run.laws.shape[0]
     for dof in range(group.low, group.high):
-        desk[END, dof] = desk[AT_NODE + PARTS, dof]
-        desk[END + 1, dof] = desk[AT_NODE + SLOPES + PARTS, dof]
+        dofs[END, dof] = dofs[AT_NODE + PARTS, dof]
+        dofs[END + VELOCITY, dof] = dofs[AT_NODE + SLOPES + PARTS, dof]
     for one in range(2 * places.size + 1):
         column = 2 * points
         if one < 2 * places.size:
             column = places[one // 2] + (points if one % 2 else 0)
         total = 0.0
         for j in range(PARTS):
-            total += COEFFICIENTS[PARTS - 1, j] * quads[1 + j, column]
-        quads[SLOPES, column] = h * total
+            total += COEFFICIENTS[PARTS - 1, j] * quadratures[1 + j, column]
+        quadratures[SLOPES, column] = h * total
 
 
 @part
 def begin_defect(run, group, h, depth):
     """The error of the step: how far its polynomial's slopes are off at its beginning, over the step, in the scales."""
-    desk = run.desk
+    dofs = run.dofs
     total = 0.0
     for dof in range(group.low, group.high):
-        place, speed = -desk[SLOPE, dof], -desk[SLOPE + SLOPES, dof]
+        place, speed = -dofs[SLOPE, dof], -dofs[SLOPE + SLOPES, dof]
         for j in range(PARTS):
-            place += BEGIN_SLOPE[j] * desk[SLOPE + 1 + j, dof]
-            speed += BEGIN_SLOPE[j] * desk[SLOPE + SLOPES + 1 + j, dof]
+            place += BEGIN_SLOPE[j] * dofs[SLOPE + 1 + j, dof]
+            speed += BEGIN_SLOPE[j] * dofs[SLOPE + SLOPES + 1 + j, dof]
         place, speed = place / depth, speed / group.speed
         total += place * place + speed * speed
     return h * sqrt(total)
@@ -273,8 +268,8 @@ def begin_defect(run, group, h, depth):
 
 @part
 def implicit_spread(run, group):
-    """The polynomial of the implicit step just made, as `stage.spread` leaves it."""
-    desk = run.desk
+    """The polynomial of the implicit step just made, as `stages.explicit_spread` writes it."""
+    dofs = run.dofs
     for side in range(2):
         poly, nodes = POLY + side * TERMS, AT_NODE + side * SLOPES + 1
         for term in range(TERMS):
@@ -282,6 +277,23 @@ def implicit_spread(run, group):
                 total = 0.0
                 if term < PARTS:
                     for i in range(PARTS - 1):
-                        total += POLYNOMIAL_OF_STAGES[term, i] * (desk[nodes + i, dof] - desk[NOW + side, dof])
-                    total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (desk[END + side, dof] - desk[NOW + side, dof])
-                desk[poly + term, dof] = total
+                        total += POLYNOMIAL_OF_STAGES[term, i] * (dofs[nodes + i, dof] - dofs[NOW + side, dof])
+                    total += POLYNOMIAL_OF_STAGES[term, PARTS - 1] * (dofs[END + side, dof] - dofs[NOW + side, dof])
+                dofs[poly + term, dof] = total
+
+
+@kernel
+def attempt(row, run, group, s, h, rtol):
+    """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error in the group's scales."""
+    if run.workspace.implicit > 0.0:
+        return implicit_attempt(row, run, group, s, h, rtol)
+    return explicit_attempt(row, run, group, s, h)
+
+
+@kernel
+def spread(row, run, group, s, h):
+    """The polynomial between both ends of the step just made; slopes at LAST stand."""
+    if run.workspace.implicit > 0.0:
+        implicit_spread(run, group)
+    else:
+        explicit_spread(row, run, group, s, h)

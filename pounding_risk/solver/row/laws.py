@@ -2,8 +2,8 @@
 
 The pair's kernels hold the law's own code, and are compiled for every law. A row's are some five times as large, and
 what a contact costs there is the buildings' motion: a call costs less than a twentieth of it. Each contact point may
-have a law of its own. Its numbers stand in `Run.limits` from LAW on, and behind them what its contact remembers, be it
-one number or several.
+have a law of its own. Its numbers stand in a row of `Run.laws`, and behind them what its contact remembers, be it one
+number or several.
 """
 
 from __future__ import annotations
@@ -13,16 +13,6 @@ from typing import Any
 from pounding_risk._jit.calls import ENTERING, as_row, call_at, call_on, entry_of, lay_model, model_of, numbers_of
 from pounding_risk._jit.compile import apart, kernel
 from pounding_risk.solver.pair.stages import depth_of
-from pounding_risk.solver.row.workspace import (
-    BEGIN_VERB,
-    BOARD_PLACE,
-    FORCE_VERB,
-    LAW,
-    PART_VERB,
-    PLATEAU_VERB,
-    TURN_VERB,
-    WHOLE,
-)
 
 Verbs = tuple[int, tuple[float, ...]]
 
@@ -65,35 +55,35 @@ def _compiled(law) -> Verbs:
         return model_of(template, as_row(numbers, room), 0, 0).plateau(delta, strength)
 
     def begin(numbers, slots):
-        given, board = as_row(numbers, room), as_row(slots, 6)
+        given = as_row(numbers, room)
         own = model_of(template, given, 0, 0)
-        e, speed, mass = board[0, 0], board[0, 1], board[0, 2]
-        worn, limit, scale = board[0, 3], board[0, 4], board[0, 5]
+        e, speed, mass = slots[0], slots[1], slots[2]
+        worn, limit, scale = slots[3], slots[4], slots[5]
         lay_model(own.resume(own.begin(e, speed, mass), worn), given, 0, count)
-        board[0, 0] = own.ceiling(limit) * own.hardening(speed)
-        board[0, 1] = own.floor()
-        board[0, 2] = depth_of(own, 0.5 * mass * scale * scale, 1e-2 * scale)
+        slots[0] = own.ceiling(limit) * own.hardening(speed)
+        slots[1] = own.floor()
+        slots[2] = depth_of(own, 0.5 * mass * scale * scale, 1e-2 * scale)
         return 0.0
 
     def turn(numbers, slots):
-        given, board = as_row(numbers, room), as_row(slots, 4)
+        given = as_row(numbers, room)
         own = model_of(template, given, 0, 0)
-        delta, strength, approaching, yielding = board[0, 0], board[0, 1], board[0, 2] > 0.0, board[0, 3] > 0.0
+        delta, strength, approaching, yielding = slots[0], slots[1], slots[2] > 0.0, slots[3] > 0.0
         memory = own.turned(model_of(blank, given, 0, count), delta, approaching)
         lay_model(memory, given, 0, count)
-        board[0, 0], board[0, 1] = -1.0, 0.0
+        slots[0], slots[1] = -1.0, 0.0
         if approaching and yielding:
             changed, dent, taken = own.turn(memory, delta, strength)
             if dent >= 0.0:
                 lay_model(changed, given, 0, count)
-                board[0, 0], board[0, 1] = dent, taken
+                slots[0], slots[1] = dent, taken
         return 0.0
 
     def part(numbers, slots):
-        given, board = as_row(numbers, room), as_row(slots, 3)
+        given = as_row(numbers, room)
         own, memory = model_of(template, given, 0, 0), model_of(blank, given, 0, count)
-        loss = board[0, 2] - own.held(memory, board[0, 0], board[0, 1])
-        board[0, 0], board[0, 1], board[0, 2] = loss, own.yielded(loss), own.worn(memory)
+        loss = slots[2] - own.held(memory, slots[0], slots[1])
+        slots[0], slots[1], slots[2] = loss, own.yielded(loss), own.worn(memory)
         return 0.0
 
     return room, (entry_of(force, 3), entry_of(plateau, 3), entry_of(begin, 1), entry_of(turn, 1), entry_of(part, 1))
@@ -102,40 +92,40 @@ def _compiled(law) -> Verbs:
 @kernel
 def law_force(run, k, delta, rate, approaching):
     """The uncapped force of contact ``k``."""
-    return call_at(run.limits[k, FORCE_VERB], run.limits, k, LAW, delta, rate, approaching)
+    return call_at(run.contacts[k].force_verb, run.laws, k, delta, rate, approaching)
 
 
 @kernel
 def law_plateau(run, k, delta, strength):
     """The force of contact ``k`` past yield."""
-    return call_at(run.limits[k, PLATEAU_VERB], run.limits, k, LAW, delta, strength, 0.0)
+    return call_at(run.contacts[k].plateau_verb, run.laws, k, delta, strength, 0.0)
 
 
 @kernel
 def law_begin(run, k, e, speed, mass, worn, scale, limit):
     """(strength, smallest force, scale of penetration) of a contact that begins, its memory written down."""
-    board = run.board
+    arguments = run.workspace.law_arguments
     for place, value in enumerate((e, speed, mass, worn, limit, scale)):
-        board[WHOLE, BOARD_PLACE + place] = value
-    call_on(run.limits[k, BEGIN_VERB], run.limits, k, LAW, board, WHOLE, BOARD_PLACE)
-    return board[WHOLE, BOARD_PLACE], board[WHOLE, BOARD_PLACE + 1], board[WHOLE, BOARD_PLACE + 2]
+        arguments[place] = value
+    call_on(run.contacts[k].begin_verb, run.laws, k, arguments)
+    return arguments[0], arguments[1], arguments[2]
 
 
 @kernel
 def law_turn(run, k, delta, strength, approaching, yielding):
     """(dent or below zero, energy lost with it) of a contact whose motion turns, its memory written down."""
-    board = run.board
+    arguments = run.workspace.law_arguments
     for place, value in enumerate((delta, strength, approaching, yielding)):
-        board[WHOLE, BOARD_PLACE + place] = value
-    call_on(run.limits[k, TURN_VERB], run.limits, k, LAW, board, WHOLE, BOARD_PLACE)
-    return board[WHOLE, BOARD_PLACE], board[WHOLE, BOARD_PLACE + 1]
+        arguments[place] = value
+    call_on(run.contacts[k].turn_verb, run.laws, k, arguments)
+    return arguments[0], arguments[1]
 
 
 @kernel
 def law_part(run, k, delta, strength, work):
     """(loss, part of it that hysteresis takes, what is left for later contacts) of a contact that parts."""
-    board = run.board
+    arguments = run.workspace.law_arguments
     for place, value in enumerate((delta, strength, work)):
-        board[WHOLE, BOARD_PLACE + place] = value
-    call_on(run.limits[k, PART_VERB], run.limits, k, LAW, board, WHOLE, BOARD_PLACE)
-    return board[WHOLE, BOARD_PLACE], board[WHOLE, BOARD_PLACE + 1], board[WHOLE, BOARD_PLACE + 2]
+        arguments[place] = value
+    call_on(run.contacts[k].part_verb, run.laws, k, arguments)
+    return arguments[0], arguments[1], arguments[2]

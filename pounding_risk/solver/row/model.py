@@ -47,7 +47,7 @@ class RowModel:
 
     @property
     def everything(self) -> Span:
-        """All buildings."""
+        """Range of all buildings of the row."""
         return Span(0, len(self.chains) - 1)
 
     def row(self, dt: float) -> Laid:

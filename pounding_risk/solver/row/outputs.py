@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW, RUN, run_outputs
 from pounding_risk.solver.row.api import HIGHEST, LOWEST, RowRun
 from pounding_risk.solver.row.model import RowModel
@@ -24,28 +24,28 @@ AT_END, PLASTIC = range(2)  # columns of `RowRun.rest`
 
 # How an interface's columns follow from those of its points.
 LARGEST = (
-    tally.PENETRATION,
-    tally.APPROACH,
-    tally.PEAK_FORCE,
-    tally.DEMAND,
-    tally.SET,
-    tally.WORN,
-    tally.ENERGY,
-    tally.STEPS,
-    tally.RESIDUAL,
+    counters.PENETRATION,
+    counters.APPROACH,
+    counters.PEAK_FORCE,
+    counters.DEMAND,
+    counters.SET,
+    counters.WORN,
+    counters.ENERGY,
+    counters.STEPS,
+    counters.RESIDUAL,
     HIGH,
 )
 SUMS = (
-    tally.COUNT,
-    tally.CONTACT_TIME,
-    tally.IMPULSE,
-    tally.YIELDS,
-    tally.VISCOUS,
-    tally.PLASTIC,
-    tally.HELD,
+    counters.COUNT,
+    counters.CONTACT_TIME,
+    counters.IMPULSE,
+    counters.YIELDS,
+    counters.VISCOUS,
+    counters.PLASTIC,
+    counters.HELD,
 )
-SMALLEST = (tally.LOWEST_FORCE, LOW)
-EARLIEST = (tally.FIRST_TOUCH, tally.FIRST_YIELD)
+SMALLEST = (counters.LOWEST_FORCE, LOW)
+EARLIEST = (counters.FIRST_TOUCH, counters.FIRST_YIELD)
 GATHERED = ((LARGEST, np.maximum), (SUMS, np.add), (SMALLEST, np.minimum), (EARLIEST, np.fmin))
 
 
@@ -128,14 +128,14 @@ class Frame(NamedTuple):
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Of the dimensions of its variables."""
+        """Lengths of the dimensions of the variables."""
         buildings, storeys = self.storeys.shape
         points = len(self.model.points)
         return {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": points}
 
     @property
     def yields(self) -> bool:
-        """True where some storey can yield."""
+        """True where a storey of the row has a yield strength."""
         return bool(np.isfinite(self.yield_drifts).any())
 
 
@@ -150,7 +150,7 @@ def frame_of(model: RowModel) -> Frame:
 
 
 def variables(frame: Frame) -> dict[str, Variable]:
-    """Every variable of a case."""
+    """Names of all variables of a case."""
     interfaces = {
         name: Variable(output.unit, _gathered_words(name), ("interface",), output.whole) for name, output in RUN.items()
     }
@@ -188,20 +188,20 @@ def outputs(run: RowRun, yield_forces: Array, pga: Any, frame: Frame) -> Outputs
 
 
 def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
-    """As `outputs`, those of `moving_variables`."""
+    """Values of `moving_variables`, as `outputs` gives those of the others."""
     storeys = {name: _at_storeys(run.floors[..., column], frame, run) for column, name in enumerate(OF_STOREYS)}
     buildings = {
         name: np.fmax.reduce(values, axis=-1) for name, values in zip(OF_BUILDINGS, storeys.values(), strict=True)
     }
-    still = np.asarray(run.status == tally.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
+    still = np.asarray(run.status == counters.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
     buildings["peak_displacement"] = np.where(still, 0.0, buildings["peak_displacement"])
     felt = np.asarray(pga)[..., None]
     buildings["peak_floor_acceleration"] = np.where(still, felt, buildings["peak_floor_acceleration"])
-    found = buildings | storeys
+    outputs_of_run = buildings | storeys
     if frame.yields:
-        found["storey_ductility"] = _at_storeys(run.floors[..., DRIFT] / frame.yield_drifts, frame, run)
-        found["storey_residual_drift"] = _at_storeys(np.abs(run.rest[..., PLASTIC]), frame, run)
-    return found
+        outputs_of_run["storey_ductility"] = _at_storeys(run.floors[..., DRIFT] / frame.yield_drifts, frame, run)
+        outputs_of_run["storey_residual_drift"] = _at_storeys(np.abs(run.rest[..., PLASTIC]), frame, run)
+    return outputs_of_run
 
 
 def closing(run: RowRun, model: RowModel) -> tuple[Array, Array]:
@@ -213,29 +213,29 @@ def closing(run: RowRun, model: RowModel) -> tuple[Array, Array]:
 def _of_interfaces(run: RowRun, yield_forces: Array, model: RowModel) -> Outputs:
     """Every output of `RUN` at every interface."""
     columns = _columns(run)
-    columns[..., tally.DEMAND] /= yield_forces
+    columns[..., counters.DEMAND] /= yield_forces
     starts = model.bounds[:-1]
-    found = np.zeros((*columns.shape[:-2], starts.size, COLUMNS))
-    for places, gather in GATHERED:
-        for place in places:
-            found[..., place] = gather.reduceat(columns[..., place], starts, axis=-1)
-    found[..., tally.STATUS] = np.asarray(run.status)[..., None]
-    return run_outputs(found, np.ones(starts.size))
+    gathered = np.zeros((*columns.shape[:-2], starts.size, COLUMNS))
+    for counter_group, gather in GATHERED:
+        for counter in counter_group:
+            gathered[..., counter] = gather.reduceat(columns[..., counter], starts, axis=-1)
+    gathered[..., counters.STATUS] = np.asarray(run.status)[..., None]
+    return run_outputs(gathered, np.ones(starts.size))
 
 
 def _columns(run: RowRun) -> Array:
-    """The points' columns as a pair's run has them: the tally, then the extremes of the first of its signals."""
+    """The points' columns as a pair's run has them: the counters, then the extremes of the first of its signals."""
     points = np.asarray(run.points)
     columns = np.zeros((*points.shape[:-1], COLUMNS))
-    columns[..., : tally.TALLIED] = points[..., : tally.TALLIED]
+    columns[..., : counters.TALLIED] = points[..., : counters.TALLIED]
     columns[..., HIGH], columns[..., LOW] = points[..., HIGHEST], points[..., LOWEST]
-    columns[..., tally.STATUS] = np.asarray(run.status)[..., None]
+    columns[..., counters.STATUS] = np.asarray(run.status)[..., None]
     return columns
 
 
 def _at_storeys(values: Array, frame: Frame, run: RowRun) -> Array:
     """Values by mass as (..., buildings, storeys), NaN where there is no storey and where the run failed."""
-    failed = np.asarray(run.status)[..., None, None] != tally.COMPLETE
+    failed = np.asarray(run.status)[..., None, None] != counters.COMPLETE
     # A row of rigid buildings has no mass at all; the one added is that of no storey.
     padded = np.concatenate([values, np.full((*values.shape[:-1], 1), np.nan)], axis=-1)
     return np.where(failed, np.nan, padded[..., frame.storeys])

@@ -27,11 +27,11 @@ class Span(NamedTuple):
         return self.first <= other.last + 1 and other.first <= self.last + 1
 
     def joined(self, other: Span) -> Span:
-        """Both, and what is between them."""
+        """Smallest range of buildings that holds both ranges."""
         return Span(min(self.first, other.first), max(self.last, other.last))
 
     def grown(self, side: int) -> Span:
-        """With the neighbour on this side."""
+        """The range with the neighbour on this side added."""
         return Span(self.first - (side == LEFTWARDS), self.last + (side == RIGHTWARDS))
 
 
@@ -45,13 +45,13 @@ def tied(closed: Iterable[bool]) -> list[Span]:
 
 def gathered(spans: Iterable[Span]) -> list[Span]:
     """The same buildings in as few spans as stand apart, left to right."""
-    found: list[Span] = []
+    groups: list[Span] = []
     for span in sorted(spans):
-        if found and found[-1].meets(span):
-            found[-1] = found[-1].joined(span)
+        if groups and groups[-1].meets(span):
+            groups[-1] = groups[-1].joined(span)
         else:
-            found.append(span)
-    return found
+            groups.append(span)
+    return groups
 
 
 def settled(spans: list[Span], solve: Callable[[Span], tuple[Answer, int]]) -> dict[Span, Answer]:

@@ -13,63 +13,52 @@ from pounding_risk.solver.pair.stages import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
 from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.flight import across, blind_points, own_side
+from pounding_risk.solver.row.implicit import spread
 from pounding_risk.solver.row.stages import between, ground_at, load, transmitted, uncapped
-from pounding_risk.solver.row.step import spread
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
-    A_END,
-    A_NUDGED,
-    A_START,
+    ACCEL_END,
+    ACCEL_NUDGED,
+    ACCEL_START,
+    ACCELERATION,
+    AT_END,
+    AT_START,
     BAND,
     BENDS,
-    BOOKED,
     BOTTOM,
-    CLOSED,
     CONSTANT,
+    DISPLACEMENT,
     DRIFT,
     END,
-    END_FORCE,
-    END_RISE,
     FIRST,
-    FORCE,
-    GAP,
-    HIGHEST,
     INVERSE,
-    J_END,
-    J_START,
+    JERK_END,
+    JERK_START,
     LAST,
-    LEAST,
     LEFT_HIGH,
-    LOWEST,
     NOW,
     NUDGED,
-    PEAK,
-    PLACE,
-    PLATEAU,
-    REGION,
     RIGHT_HIGH,
-    SHAKE,
     SLOPE,
     SLOPES,
     START,
-    START_FORCE,
-    START_RISE,
-    STRENGTH,
+    STOREY_FORCE,
     TANGENT,
+    VELOCITY,
 )
 
 PUSH, REACH, SIDE = -1, -2, -3  # what is watched beside the signals of a dof
 
 
 @kernel
-def reading(row, run, group, what, k, x, span, terms):
+def reading(row, run, group, what, k, x, span):
     """A watched signal at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
-    if what == PLACE:
+    if what == DISPLACEMENT:
         return between(run, 0, k, x)
-    if what in (DRIFT, FORCE):
+    if what in (DRIFT, STOREY_FORCE):
         drift = between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
-        return drift if what == DRIFT else shear_stiffness(row, run.desk, k) * drift + run.desk[CONSTANT, k]
-    if what == SHAKE:
+        return drift if what == DRIFT else shear_stiffness(row, run.dofs, k) * drift + run.dofs[CONSTANT, k]
+    if what == ACCELERATION:
         return felt(row, run, group, k, x)
     if what == SIDE:
         total = 0.0
@@ -80,29 +69,29 @@ def reading(row, run, group, what, k, x, span, terms):
         return total
     clock = span[0] + x * span[1]
     after = group.origin + clock * clock * clock * clock - span[2]
-    place = across_between(row, run, group, k, 0, x, after, terms)
+    place = across_between(row, run, group, k, 0, x, after)
     if what == REACH:
         return place
-    rate = across_between(row, run, group, k, 1, x, after, terms)
-    return uncapped(run, k, max(place - run.book[k, GAP], 0.0), rate)
+    rate = across_between(row, run, group, k, 1, x, after)
+    return uncapped(run, k, max(place - run.contacts[k].gap, 0.0), rate)
 
 
 @kernel
 def felt(row, run, group, i, x):
     """Absolute acceleration of dof ``i`` at a place x of the step: what storeys, dampers and contacts do to it."""
-    desk = run.desk
+    dofs = run.dofs
     b = building_of(row, group, i)
     first, last = row.frame[FIRST, b], row.frame[FIRST, b + 1]
     place = between(run, 0, i, x)
     drift = place - (between(run, 0, i - 1, x) if i > first else 0.0)
-    force = -(desk[TANGENT, i] * drift + desk[CONSTANT, i])
+    force = -(dofs[TANGENT, i] * drift + dofs[CONSTANT, i])
     if i + 1 < last:
-        force += desk[TANGENT, i + 1] * (between(run, 0, i + 1, x) - place) + desk[CONSTANT, i + 1]
+        force += dofs[TANGENT, i + 1] * (between(run, 0, i + 1, x) - place) + dofs[CONSTANT, i + 1]
     band = row.frame[BAND, b]
     for j in range(max(first, i - band), min(last, i + band + 1)):
         force -= row.damping[i, j - first] * between(run, 1, j, x)
     for k in range(row.frame[START, max(b - 1, group.first)], row.frame[START, min(b + 1, group.last)]):
-        if run.book[k, CLOSED] > 0.0:
+        if run.contacts[k].closed > 0.0:
             for end in range(4):
                 if row.ends[k, end] == i:
                     force -= row.shares[k, end] * push_between(row, run, group, k, x)
@@ -121,18 +110,18 @@ def building_of(row, group, i):
 @kernel
 def push_between(row, run, group, k, x):
     """The force that closed contact ``k`` transmits at a place x of the step."""
-    delta = across_between(row, run, group, k, 0, x, 0.0, 0) - run.book[k, GAP]
-    rate = across_between(row, run, group, k, 1, x, 0.0, 0)
+    delta = across_between(row, run, group, k, 0, x, 0.0) - run.contacts[k].gap
+    rate = across_between(row, run, group, k, 1, x, 0.0)
     return transmitted(run, k, max(delta, 0.0), rate)
 
 
 @kernel
-def crest(row, run, group, what, k, sign, span, terms):
+def crest(row, run, group, what, k, sign, span):
     """(largest sign × reading inside the step, its place): golden section with parabolic steps (Brent 1973, ch. 5)."""
     golden = 0.381966011250105
     low, high = 0.0, 1.0
     x = w = v = golden
-    fx = -sign * reading(row, run, group, what, k, x, span, terms)
+    fx = -sign * reading(row, run, group, what, k, x, span)
     fw = fv = fx
     step = before = 0.0
     for _ in range(60):
@@ -157,7 +146,7 @@ def crest(row, run, group, what, k, sign, span, terms):
         if abs(step) < close:
             step = close if step >= 0.0 else -close
         u = x + step
-        fu = -sign * reading(row, run, group, what, k, u, span, terms)
+        fu = -sign * reading(row, run, group, what, k, u, span)
         if fu <= fx:
             low, high = (x, high) if u >= x else (low, x)
             v, w, x, fv, fw, fx = w, x, u, fw, fx, fu
@@ -184,7 +173,7 @@ def hides(here, there, rise, fall, s, h, best):
 
 
 @kernel
-def raise_from(row, run, group, what, k, best, ends, span, terms, laid):
+def peak_over_step(row, run, group, what, k, best, ends, span, laid):
     """(max(best, |signal| over the step), whether the step is laid out); ``ends`` = values and slopes at both ends."""
     here, there, rise, fall = ends
     best = max(best, abs(there))
@@ -196,32 +185,32 @@ def raise_from(row, run, group, what, k, best, ends, span, terms, laid):
                 if not laid:
                     spread(row, run, group, span[0], span[1])
                     laid = True
-                best = max(best, crest(row, run, group, what, k, sign, span, terms)[0])
+                best = max(best, crest(row, run, group, what, k, sign, span)[0])
     return best, laid
 
 
 @kernel
 def accelerations(row, run, group, s, h, at_end):
-    """ü at one end of the step into A_START or A_END, and its slope per unit of s into J_START or J_END."""
-    desk = run.desk
+    """Write ü at one end of the step and its slope per unit of s to the rows ACCEL_ and JERK_ of that end."""
+    dofs = run.dofs
     state, line = (END, SLOPE + LAST) if at_end else (NOW, SLOPE)
-    out, rises = (A_END, J_END) if at_end else (A_START, J_START)
+    out, rises = (ACCEL_END, JERK_END) if at_end else (ACCEL_START, JERK_START)
     place = s + h if at_end else s
     nudge = 1e-7 * h
     load(row, run, group, state, ground_at(group, place), out)
     for i in range(group.low, group.high):
-        desk[NUDGED, i] = desk[state, i] + nudge * desk[line, i]
-        desk[NUDGED + 1, i] = desk[state + 1, i] + nudge * desk[line + SLOPES, i]
-    load(row, run, group, NUDGED, ground_at(group, place + nudge), A_NUDGED)
+        dofs[NUDGED, i] = dofs[state, i] + nudge * dofs[line, i]
+        dofs[NUDGED + VELOCITY, i] = dofs[state + VELOCITY, i] + nudge * dofs[line + SLOPES, i]
+    load(row, run, group, NUDGED, ground_at(group, place + nudge), ACCEL_NUDGED)
     before, ahead = ground_at(group, place), ground_at(group, place + nudge)
     for i in range(group.low, group.high):
-        desk[rises, i] = ((desk[A_NUDGED, i] + ahead) - (desk[out, i] + before)) / nudge
+        dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + ahead) - (dofs[out, i] + before)) / nudge
 
 
 @kernel
-def watch_floors(row, run, group, span, terms, laid):
+def update_floor_peaks(row, run, group, span, laid):
     """Peaks of every dof of the group over an accepted step; returns whether the step is laid out."""
-    desk = run.desk
+    dofs = run.dofs
     s, h = span[0], span[1]
     cube = s * s * s
     shaken = s == 0.0
@@ -231,79 +220,84 @@ def watch_floors(row, run, group, span, terms, laid):
     line, last = SLOPE, SLOPE + LAST
     for b in range(group.first, group.last + 1):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            ends = desk[NOW, i], desk[END, i], desk[line, i], desk[last, i]
-            desk[PLACE, i], laid = raise_from(row, run, group, PLACE, i, desk[PLACE, i], ends, span, terms, laid)
-            ends = (
-                drift_in(row, desk, NOW, i),
-                drift_in(row, desk, END, i),
-                drift_in(row, desk, line, i),
-                drift_in(row, desk, last, i),
+            ends = dofs[NOW, i], dofs[END, i], dofs[line, i], dofs[last, i]
+            dofs[DISPLACEMENT, i], laid = peak_over_step(
+                row, run, group, DISPLACEMENT, i, dofs[DISPLACEMENT, i], ends, span, laid
             )
-            desk[DRIFT, i], laid = raise_from(row, run, group, DRIFT, i, desk[DRIFT, i], ends, span, terms, laid)
+            ends = (
+                drift_in(row, dofs, NOW, i),
+                drift_in(row, dofs, END, i),
+                drift_in(row, dofs, line, i),
+                drift_in(row, dofs, last, i),
+            )
+            dofs[DRIFT, i], laid = peak_over_step(row, run, group, DRIFT, i, dofs[DRIFT, i], ends, span, laid)
             if row.frame[BENDS, b]:
-                k, c = shear_stiffness(row, desk, i), desk[CONSTANT, i]
+                k, c = shear_stiffness(row, dofs, i), dofs[CONSTANT, i]
                 ends = k * ends[0] + c, k * ends[1] + c, k * ends[2], k * ends[3]
-                desk[FORCE, i], laid = raise_from(row, run, group, FORCE, i, desk[FORCE, i], ends, span, terms, laid)
+                dofs[STOREY_FORCE, i], laid = peak_over_step(
+                    row, run, group, STOREY_FORCE, i, dofs[STOREY_FORCE, i], ends, span, laid
+                )
             if not shaken:
-                felt_here = desk[line + SLOPES, i] / clock + pull
-                felt_end = desk[last + SLOPES, i] / clock_end + pull_end
-                desk[SHAKE, i] = max(desk[SHAKE, i], abs(felt_end))
-                shaken = 2.0 * max(abs(felt_here), abs(felt_end)) > desk[SHAKE, i]
+                felt_here = dofs[line + SLOPES, i] / clock + pull
+                felt_end = dofs[last + SLOPES, i] / clock_end + pull_end
+                dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
+                shaken = 2.0 * max(abs(felt_here), abs(felt_end)) > dofs[ACCELERATION, i]
     if shaken:
         accelerations(row, run, group, s, h, False)
         accelerations(row, run, group, s, h, True)
         for i in range(group.low, group.high):
-            ends = desk[A_START, i] + pull, desk[A_END, i] + pull_end, desk[J_START, i], desk[J_END, i]
-            best = max(desk[SHAKE, i], abs(ends[0]))
-            desk[SHAKE, i], laid = raise_from(row, run, group, SHAKE, i, best, ends, span, terms, laid)
+            ends = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end, dofs[JERK_START, i], dofs[JERK_END, i]
+            best = max(dofs[ACCELERATION, i], abs(ends[0]))
+            dofs[ACCELERATION, i], laid = peak_over_step(row, run, group, ACCELERATION, i, best, ends, span, laid)
     return laid
 
 
 @kernel
-def watch_points(row, run, group, watch, span, terms, now, laid):
+def update_point_peaks(row, run, group, span, now, laid):
     """Peak forces of closed contacts and extremes of all distances; returns whether the step is laid out.
 
     ``now`` = time of the clock's origin.
     """
-    book, desk = run.book, run.desk
-    for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
+    dofs = run.dofs
+    for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
         inside = row.frame[START, group.first] <= k < row.frame[START, group.last]
-        if inside and book[k, CLOSED] > 0.0:
-            laid = watch_force(row, run, group, k, span, terms, now, laid)
+        contact = run.contacts[k]
+        if inside and contact.closed > 0.0:
+            laid = update_force_peak(row, run, group, k, span, now, laid)
         else:
-            here, there = across(row, k, desk, NOW), across(row, k, desk, END)
-            rise, fall = across(row, k, desk, SLOPE), across(row, k, desk, SLOPE + LAST)
-            run.book[k, HIGHEST], laid = raise_reach(
-                row, run, group, REACH, k, 1.0, run.book[k, HIGHEST], (here, there, rise, fall), span, terms, laid
+            here, there = across(row, k, dofs, NOW), across(row, k, dofs, END)
+            rise, fall = across(row, k, dofs, SLOPE), across(row, k, dofs, SLOPE + LAST)
+            contact.highest, laid = raise_reach(
+                row, run, group, REACH, k, 1.0, contact.highest, (here, there, rise, fall), span, laid
             )
             lowest, laid = raise_reach(
-                row, run, group, REACH, k, -1.0, -run.book[k, LOWEST], (-here, -there, -rise, -fall), span, terms, laid
+                row, run, group, REACH, k, -1.0, -contact.lowest, (-here, -there, -rise, -fall), span, laid
             )
-            run.book[k, LOWEST] = -lowest
+            contact.lowest = -lowest
     for side in range(2):
-        first, last = blind_points(row, (group.first, group.last), watch, side)
+        first, last = blind_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
         for k in range(first, last):
-            laid = watch_side(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, terms, laid)
+            laid = update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span, laid)
     return laid
 
 
 @kernel
-def watch_side(row, run, group, k, column, span, terms, laid):
+def update_side_extremes(row, run, group, k, column, span, laid):
     """Extremes over a step of the group's own part of a distance across which nobody looks."""
-    desk, book = run.desk, run.book
+    dofs, sides = run.dofs, run.contacts[k].side_extremes
     low, high = group.low, group.high
-    here, there = own_side(row, k, low, high, desk, NOW), own_side(row, k, low, high, desk, END)
-    rise, fall = own_side(row, k, low, high, desk, SLOPE), own_side(row, k, low, high, desk, SLOPE + LAST)
+    here, there = own_side(row, k, low, high, dofs, NOW), own_side(row, k, low, high, dofs, END)
+    rise, fall = own_side(row, k, low, high, dofs, SLOPE), own_side(row, k, low, high, dofs, SLOPE + LAST)
     for side in range(2):
         sign, place = 1.0 - 2.0 * side, column + side
         ends = sign * here, sign * there, sign * rise, sign * fall
-        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * book[k, place], ends, span, terms, laid)
-        book[k, place] = sign * best
+        best, laid = raise_reach(row, run, group, SIDE, k, sign, sign * sides[place], ends, span, laid)
+        sides[place] = sign * best
     return laid
 
 
 @kernel
-def raise_reach(row, run, group, what, k, sign, best, ends, span, terms, laid):
+def raise_reach(row, run, group, what, k, sign, best, ends, span, laid):
     """(max(best, sign × distance over the step), whether the step is laid out)."""
     here, there, rise, fall = ends
     best = max(best, there)
@@ -312,16 +306,21 @@ def raise_reach(row, run, group, what, k, sign, best, ends, span, terms, laid):
         if not laid:
             spread(row, run, group, span[0], span[1])
             laid = True
-        best = max(best, crest(row, run, group, what, k, sign, span, terms)[0])
+        best = max(best, crest(row, run, group, what, k, sign, span)[0])
     return best, laid
 
 
 @kernel
-def watch_force(row, run, group, k, span, terms, now, laid):
+def update_force_peak(row, run, group, k, span, now, laid):
     """Peak uncapped force of a contact over a step, the yield that it may be, the lowest force of a law that pulls."""
-    book = run.book
-    here, there, rise, fall = book[k, START_FORCE], book[k, END_FORCE], book[k, START_RISE], book[k, END_RISE]
-    before = book[k, PEAK]
+    contact = run.contacts[k]
+    here, there, rise, fall = (
+        contact.force[AT_START],
+        contact.force[AT_END],
+        contact.force_slope[AT_START],
+        contact.force_slope[AT_END],
+    )
+    before = contact.peak_force
     best = max(before, here)
     if 2.0 * max(here, there) > best:
         best = max(best, there)
@@ -329,54 +328,55 @@ def watch_force(row, run, group, k, span, terms, now, laid):
             if not laid:
                 spread(row, run, group, span[0], span[1])
                 laid = True
-            best = max(best, crest(row, run, group, PUSH, k, 1.0, span, terms)[0])
+            best = max(best, crest(row, run, group, PUSH, k, 1.0, span)[0])
     if best > before and run.timed.shape[2] > 0:
-        laid = time_levels(row, run, group, k, best, span, terms, now, laid)
-    book[k, PEAK] = best
-    if book[k, LEAST] == -inf:
+        laid = time_levels(row, run, group, k, best, span, now, laid)
+    contact.peak_force = best
+    if contact.least_force == -inf:
         lowest = min(here, there)
-        if 2.0 * lowest < book[k, BOOKED + LOWEST_FORCE]:
-            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, book[k, BOOKED + LOWEST_FORCE])):
+        if 2.0 * lowest < contact.counters[LOWEST_FORCE]:
+            if hides(-here, -there, -rise, -fall, span[0], span[1], -min(lowest, contact.counters[LOWEST_FORCE])):
                 if not laid:
                     spread(row, run, group, span[0], span[1])
                     laid = True
-                lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span, terms)[0])
-            book[k, BOOKED + LOWEST_FORCE] = min(book[k, BOOKED + LOWEST_FORCE], lowest)
-    if int(book[k, REGION]) == ELASTIC and book[k, STRENGTH] < inf and best > before and best >= book[k, STRENGTH]:
+                lowest = min(lowest, -crest(row, run, group, PUSH, k, -1.0, span)[0])
+            contact.counters[LOWEST_FORCE] = min(contact.counters[LOWEST_FORCE], lowest)
+    if int(contact.region) == ELASTIC and contact.strength < inf and best > before and best >= contact.strength:
         # A crest that just passes F_E is a yield too, though no branch of it is landed on.
         end = span[0] + span[1]
         note_yield(run, k, now + end * end * end * end)
-    if int(book[k, REGION]) > ELASTIC:
-        delta = max(across(row, k, run.desk, END) - book[k, GAP], 0.0)
-        rate = across(row, k, run.desk, END + 1)
+    if int(contact.region) > ELASTIC:
+        delta = max(across(row, k, run.dofs, END) - contact.gap, 0.0)
+        rate = across(row, k, run.dofs, END + VELOCITY)
         force = transmitted(run, k, delta, rate)
-        book[k, PLATEAU] = max(book[k, PLATEAU], force)
+        contact.plateau_force = max(contact.plateau_force, force)
     return laid
 
 
 @kernel
-def time_levels(row, run, group, k, best, span, terms, now, laid):
+def time_levels(row, run, group, k, best, span, now, laid):
     """Time the levels that the uncapped force of contact ``k`` reaches first on this step."""
+    contact = run.contacts[k]
     for level in range(run.timed.shape[2]):
         if run.timed[0, k, level] > best or run.timed[1, k, level] == run.timed[1, k, level]:
             continue
         x = 0.0
-        if run.book[k, START_FORCE] < run.timed[0, k, level]:
+        if contact.force[AT_START] < run.timed[0, k, level]:
             if not laid:
                 spread(row, run, group, span[0], span[1])
                 laid = True
             low, high = 0.0, 1.0
-            if run.book[k, END_FORCE] < run.timed[0, k, level]:
-                high = crest(row, run, group, PUSH, k, 1.0, span, terms)[1]
+            if contact.force[AT_END] < run.timed[0, k, level]:
+                high = crest(row, run, group, PUSH, k, 1.0, span)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
-                if reading(row, run, group, PUSH, k, x, span, terms) < run.timed[0, k, level]:
+                if reading(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:
                     low = x
                 else:
                     high = x
             x = high
         s = span[0] + x * span[1]
         run.timed[1, k, level] = now + s * s * s * s
-        if run.book[k, BOOKED + FIRST_YIELD] != run.book[k, BOOKED + FIRST_YIELD]:
-            run.book[k, BOOKED + FIRST_YIELD] = run.timed[1, k, level]
+        if contact.counters[FIRST_YIELD] != contact.counters[FIRST_YIELD]:
+            contact.counters[FIRST_YIELD] = run.timed[1, k, level]
     return laid

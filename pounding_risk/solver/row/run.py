@@ -13,6 +13,7 @@ from math import inf, nan
 import numpy as np
 
 from pounding_risk._jit.compile import borrowed, kernel, part, small
+from pounding_risk._jit.records import copy_record
 from pounding_risk.solver.counters import (
     COMPLETE,
     COUNT,
@@ -26,41 +27,21 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.row.contact import lift_off
 from pounding_risk.solver.row.flight import across, stay_apart
-from pounding_risk.solver.row.free import glide, meets, note_peaks, predict, stand_apart
-from pounding_risk.solver.row.group import FAILED, FLOWN, advance, any_closed
+from pounding_risk.solver.row.free import fly, meets, predict, update_distances, update_peaks
+from pounding_risk.solver.row.group import FAILED, FLOWN, any_closed, solve_group
 from pounding_risk.solver.row.storey import soften
-from pounding_risk.solver.row.trace import take_back
+from pounding_risk.solver.row.trace import drop_lines
 from pounding_risk.solver.row.workspace import (
-    BOOKED,
-    CLOSED,
-    COUNTS,
+    ACCELERATION,
     DRIFT,
-    ENERGY,
-    FASTEST,
     FIRST,
-    GAP,
-    GAPS,
-    GREW,
-    HIGHEST,
-    LAW,
-    LEFT_HIGH,
-    LOWEST,
     NEXT,
     NODE,
     NOW,
-    RESIDUAL,
-    RIGHT_LOW,
-    ROOM,
-    SHAKE,
-    SINCE,
+    SAVED,
     START,
-    STATUS,
     TANGENT,
-    WATCHING,
-    WHOLE,
-    WORK,
-    WORKED,
-    WRITTEN,
+    VELOCITY,
     Row,
     Run,
 )
@@ -81,83 +62,86 @@ def borrow_row(row):
     )
 
 
-@small
+@part
 def borrow_run(run):
-    """The run with its arrays' references not counted."""
+    """The run with its arrays' references not counted; numba compiles no function that returns a record."""
     return Run(
-        borrowed(run.limits),
+        borrowed(run.laws),
         borrowed(run.timed),
-        borrowed(run.book),
-        borrowed(run.desk),
-        borrowed(run.quads),
+        borrowed(run.contacts),
+        borrowed(run.dofs),
+        borrowed(run.quadratures),
         borrowed(run.series),
-        borrowed(run.board),
-        borrowed(run.kept),
-        borrowed(run.kept_book),
+        run.workspace,
+        borrowed(run.saved),
+        borrowed(run.saved_contacts),
+        borrowed(run.saved_laws),
     )
 
 
 @part
 def begin_run(row, run):
-    """A row at rest."""
-    run.desk[:, :] = 0.0
-    run.book[:, :] = 0.0
+    """Set the row to rest, its gaps open and its storeys elastic."""
+    run.dofs[:, :] = 0.0
     for i in range(row.floors.shape[1]):
-        soften(row, run.desk, i, 0.0)
-    for k in range(run.limits.shape[0]):
-        run.book[k, BOOKED + FIRST_TOUCH] = nan
-        run.book[k, BOOKED + FIRST_YIELD] = nan
-        run.book[k, GAP] = run.limits[k, GAPS]
-    for place in range(COUNTS):
-        run.board[WHOLE, place] = 0.0
-    run.board[WHOLE, WORKED] = 0.0
-    run.board[WHOLE, GREW] = -1.0
+        soften(row, run.dofs, i, 0.0)
+    for k in range(run.laws.shape[0]):
+        contact = run.contacts[k]
+        contact.counters[FIRST_TOUCH] = nan
+        contact.counters[FIRST_YIELD] = nan
+        contact.gap = contact.given_gap
+    run.workspace.watched_point = -1.0
 
 
 @kernel
-def keep(row, run, b, back):
-    """Keep, or bring back, what an interval changes of building ``b`` and of the contact points at its sides."""
-    for line in range(8):
+def save_or_restore(row, run, b, back):
+    """Save, or with ``back`` restore, what an interval changes of building ``b`` and of its contact points."""
+    for line in range(SAVED):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
-            swap(run.kept, line, i, run.desk, TANGENT + line, i, back)
+            copy_number(run.dofs, TANGENT + line, i, run.saved, line, i, back)
     buildings = row.frame.shape[1] - 1
-    width = run.book.shape[1]
+    levels = run.timed.shape[2]
     for k in range(row.frame[START, max(b - 1, 0)], row.frame[START, min(b + 1, buildings - 1)]):
-        for column in range(width):
-            # What a group across has added to a distance is its own.
-            if not LEFT_HIGH <= column <= RIGHT_LOW:
-                swap(run.kept_book, k, column, run.book, k, column, back)
-        for level in range(run.timed.shape[2]):
-            swap(run.kept_book, k, width + 2 * level, run.timed[1], k, level, back)
-            swap(run.kept_book, k, width + 2 * level + 1, run.timed[2], k, level, back)
+        if back:
+            # What a group on the other side has added to the distance stays.
+            sides = run.contacts[k].side_extremes
+            others = sides[0], sides[1], sides[2], sides[3]
+            copy_record(run.saved_contacts, k, run.contacts, k)
+            for column in range(4):
+                run.contacts[k].side_extremes[column] = others[column]
+        else:
+            copy_record(run.contacts, k, run.saved_contacts, k)
+        for level in range(levels):
+            copy_number(run.timed[1], k, level, run.saved_laws, k, 2 * level, back)
+            copy_number(run.timed[2], k, level, run.saved_laws, k, 2 * level + 1, back)
         # A law's numbers, and what its contact remembers.
-        for column in range(LAW, run.limits.shape[1]):
-            swap(run.kept_book, k, width + 2 * run.timed.shape[2] + column - LAW, run.limits, k, column, back)
+        for column in range(run.laws.shape[1]):
+            copy_number(run.laws, k, column, run.saved_laws, k, 2 * levels + column, back)
 
 
 @small
-def swap(kept, line, place, array, i, j, back):
-    """One number to or from what is kept."""
+def copy_number(array, i, j, saved, row, column, back):
+    """Copy one number of an array to where it is saved, or with ``back`` from there."""
     if back:
-        array[i, j] = kept[line, place]
+        array[i, j] = saved[row, column]
     else:
-        kept[line, place] = array[i, j]
+        saved[row, column] = array[i, j]
 
 
 @kernel
-def undo(row, run, b, tied, solved):
+def restore_group(row, run, b, tied, solved):
     """Bring back the whole group that building ``b`` has been solved in."""
     first = last = b
     while first > 0 and tied[first - 1]:
         first -= 1
     while last < tied.size - 1 and tied[last]:
         last += 1
-    for each in range(first, last + 1):
-        if solved[each]:
-            keep(row, run, each, True)
-            solved[each] = False
-    if run.board[WHOLE, ROOM] > 0.0:
-        take_back(row, run, first, last)
+    for member in range(first, last + 1):
+        if solved[member]:
+            save_or_restore(row, run, member, True)
+            solved[member] = False
+    if run.workspace.line_room > 0.0:
+        drop_lines(row, run, first, last)
 
 
 @part
@@ -185,10 +169,10 @@ def interval(row, run, tied, busy, solved, swings, window, terms, rtol):
             return False
     for b in range(buildings):
         if not busy[b]:
-            note_peaks(row, run, b, window, swings, terms)
+            update_peaks(row, run, b, window, swings, terms)
     for i in range(buildings - 1):
         if not (busy[i] or busy[i + 1]):
-            stand_apart(row, run, i, window, swings, terms)
+            update_distances(row, run, i, window, swings, terms)
     return True
 
 
@@ -201,11 +185,11 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
     touch, or a new extreme, they are one group after all.
     """
     buildings = row.frame.shape[1] - 1
-    run.board[WHOLE, SINCE] = run.board[WHOLE, WRITTEN]
+    run.workspace.first_line = run.workspace.lines_written
     for b in range(buildings):
         solved[b] = False
         if busy[b]:
-            keep(row, run, b, False)
+            save_or_restore(row, run, b, False)
     b = 0
     while b < buildings:
         if solved[b] or not busy[b]:
@@ -218,16 +202,16 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
             first - 1 if first > 0 and not busy[first - 1] else first,
             last + 1 if last < buildings - 1 and not busy[last + 1] else last,
         )
-        before = run.board[WHOLE, RESIDUAL]
-        how, edge = advance(row, run, (first, last), watch, window, terms, rtol)
+        before = run.workspace.residual
+        how, edge = solve_group(row, run, (first, last), watch, window, terms, rtol)
         if how == FAILED:
             return False
-        for each in range(first, last + 1):
-            solved[each] = True
+        for member in range(first, last + 1):
+            solved[member] = True
         if how == FLOWN:
             for i in range(row.frame[FIRST, first], row.frame[FIRST, last + 1]):
-                run.desk[NEXT, i] = run.desk[NOW, i]
-                run.desk[NEXT + 1, i] = run.desk[NOW + 1, i]
+                run.dofs[NEXT, i] = run.dofs[NOW, i]
+                run.dofs[NEXT + VELOCITY, i] = run.dofs[NOW + VELOCITY, i]
             b = last + 1
             if first > 0 and busy[first - 1] and not stay_apart(row, run, first - 1):
                 edge = first - 1
@@ -236,46 +220,46 @@ def solve_groups(row, run, tied, busy, solved, window, terms, rtol):
             else:
                 continue
         # A building that has only looked on is struck, or groups may meet: both sides are made again, as one.
-        run.board[WHOLE, RESIDUAL] = before
-        undo(row, run, first, tied, solved)
+        run.workspace.residual = before
+        restore_group(row, run, first, tied, solved)
         for other in (edge, edge + 1):
             if not busy[other]:
                 # Those on its far side have looked on at its free motion, and have raised extremes by it.
                 for far in (other - 1, other + 1):
                     if 0 <= far < buildings and solved[far]:
-                        undo(row, run, far, tied, solved)
-                keep(row, run, other, False)
+                        restore_group(row, run, far, tied, solved)
+                save_or_restore(row, run, other, False)
                 busy[other] = True
             elif solved[other]:
-                undo(row, run, other, tied, solved)
+                restore_group(row, run, other, tied, solved)
         tied[edge] = True
         b = 0
     return True
 
 
 @kernel
-def struck(run):
+def struck_point(run):
     """A watched contact point that is closed, or −1."""
-    for k in range(run.limits.shape[0]):
-        if run.limits[k, WATCHING] > 0.0 and (run.book[k, CLOSED] > 0.0 or run.book[k, BOOKED + COUNT] > 0.0):
+    for k in range(run.laws.shape[0]):
+        if run.contacts[k].watched > 0.0 and (run.contacts[k].closed > 0.0 or run.contacts[k].counters[COUNT] > 0.0):
             return k
     return -1
 
 
 @part
-def step_on(row, run, node, states):
+def next_node(row, run, node, states):
     """Rows NEXT become rows NODE; ``states`` (nodes, 2, D) takes them where it has rows."""
     for i in range(row.floors.shape[1]):
-        run.desk[NODE, i] = run.desk[NEXT, i]
-        run.desk[NODE + 1, i] = run.desk[NEXT + 1, i]
+        run.dofs[NODE, i] = run.dofs[NEXT, i]
+        run.dofs[NODE + VELOCITY, i] = run.dofs[NEXT + VELOCITY, i]
     if states.shape[0] > node + 1:
         for i in range(row.floors.shape[1]):
-            states[node + 1, 0, i] = run.desk[NODE, i]
-            states[node + 1, 1, i] = run.desk[NODE + 1, i]
+            states[node + 1, 0, i] = run.dofs[NODE, i]
+            states[node + 1, 1, i] = run.dofs[NODE + VELOCITY, i]
 
 
 @kernel
-def survey(row, run, ground, step, terms, states):
+def march_free(row, run, ground, step, terms, states):
     """The row without any contact, from rest to the end of the record; finds the fastest closing at every point."""
     row, run, ground, states = borrow_row(row), borrow_run(run), borrowed(ground), borrowed(states)
     begin_run(row, run)
@@ -286,7 +270,7 @@ def survey(row, run, ground, step, terms, states):
         for b in range(buildings):
             busy[b] = not predict(row, run, b, window, swings)
             if not busy[b]:
-                note_peaks(row, run, b, window, swings, terms)
+                update_peaks(row, run, b, window, swings, terms)
         b = 0
         while b < buildings:
             last = b
@@ -294,19 +278,21 @@ def survey(row, run, ground, step, terms, states):
                 while last < buildings - 1 and busy[last + 1]:
                     last += 1
                 watch = max(b - 1, 0), min(last + 1, buildings - 1)
-                glide(row, run, (b, last), watch, window, terms)
+                fly(row, run, (b, last), watch, window, terms)
             b = last + 1
         for i in range(buildings - 1):
             if not (busy[i] or busy[i + 1]):
-                stand_apart(row, run, i, window, swings, terms)
-        step_on(row, run, node, states)
-        for k in range(run.limits.shape[0]):
-            run.limits[k, FASTEST] = max(run.limits[k, FASTEST], abs(across(row, k, run.desk, NODE + 1)))
+                update_distances(row, run, i, window, swings, terms)
+        next_node(row, run, node, states)
+        for k in range(run.laws.shape[0]):
+            run.contacts[k].fastest = max(run.contacts[k].fastest, abs(across(row, k, run.dofs, NODE + VELOCITY)))
     total = 0.0
     for i in range(row.floors.shape[1]):
-        total += abs(run.desk[NODE, i]) + abs(run.desk[NODE + 1, i]) + run.desk[DRIFT, i] + run.desk[SHAKE, i]
+        total += (
+            abs(run.dofs[NODE, i]) + abs(run.dofs[NODE + VELOCITY, i]) + run.dofs[DRIFT, i] + run.dofs[ACCELERATION, i]
+        )
     if not total < inf:
-        run.board[WHOLE, STATUS] = float(NOT_FINITE)
+        run.workspace.status = float(NOT_FINITE)
 
 
 @kernel
@@ -322,10 +308,10 @@ def march(row, run, ground, step, terms, rtol, states):
         window = node * step, step, ground[node], (ground[node + 1] - ground[node]) / step
         if not interval(row, run, tied, busy, solved, swings, window, terms, rtol):
             break
-        step_on(row, run, node, states)
-        place = struck(run)
-        if place >= 0:
-            run.board[WHOLE, STATUS], run.board[WHOLE, GREW] = float(WATCHED), float(place)
+        next_node(row, run, node, states)
+        point = struck_point(run)
+        if point >= 0:
+            run.workspace.status, run.workspace.watched_point = float(WATCHED), float(point)
             break
     end_run(row, run, nodes * step, rtol)
 
@@ -334,19 +320,19 @@ def march(row, run, ground, step, terms, rtol, states):
 def end_run(row, run, time, rtol):
     """Contacts that outlast the record are closed, and the status is set where nothing has set it."""
     total = 0.0
-    for k in range(run.limits.shape[0]):
-        if run.book[k, CLOSED] > 0.0 and run.board[WHOLE, STATUS] == COMPLETE:
-            lift_off(row, run, k, time, NODE, run.book[k, WORK])
+    for k in range(run.laws.shape[0]):
+        if run.contacts[k].closed > 0.0 and run.workspace.status == COMPLETE:
+            lift_off(row, run, k, time, NODE, run.contacts[k].work)
         for column in range(TALLIED):
-            value = run.book[k, BOOKED + column]
+            value = run.contacts[k].counters[column]
             if column != FIRST_TOUCH and column != FIRST_YIELD:
                 total += abs(value)
-        total += abs(run.book[k, HIGHEST]) + abs(run.book[k, LOWEST])
+        total += abs(run.contacts[k].highest) + abs(run.contacts[k].lowest)
     for i in range(row.floors.shape[1]):
-        total += abs(run.desk[NODE, i]) + abs(run.desk[NODE + 1, i]) + run.desk[DRIFT, i]
-    if run.board[WHOLE, STATUS] != COMPLETE:
+        total += abs(run.dofs[NODE, i]) + abs(run.dofs[NODE + VELOCITY, i]) + run.dofs[DRIFT, i]
+    if run.workspace.status != COMPLETE:
         return
     if not total < inf:
-        run.board[WHOLE, STATUS] = float(NOT_FINITE)
-    elif not abs(run.board[WHOLE, RESIDUAL]) <= (OPEN_SHARE * rtol + OPEN_FLOOR) * run.board[WHOLE, ENERGY]:
-        run.board[WHOLE, STATUS] = float(ENERGY_OPEN)
+        run.workspace.status = float(NOT_FINITE)
+    elif not abs(run.workspace.residual) <= (OPEN_SHARE * rtol + OPEN_FLOOR) * run.workspace.energy:
+        run.workspace.status = float(ENERGY_OPEN)

@@ -1,7 +1,7 @@
 """Integration in contact: a group of neighbours, of which some touch, by the tableau that the pair's contacts use.
 
 State: u and v of every dof of the group; quadratures: impulse and work of every contact, and the power that ground and
-dampers put in. The clock is s with τ = s⁴ since the last touch in the group, as in `core.collide` and for its reason.
+dampers put in. The clock is s with τ = s⁴ since the last touch in the group, for the reason told in `pair.stages`.
 """
 
 from __future__ import annotations
@@ -10,35 +10,15 @@ from math import sqrt
 from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, part, small
-from pounding_risk.solver.pair.stages import BETWEEN, COUNTED, END_WEIGHT, FINAL, LATES, SLACK, TABLE, YIELDING
-from pounding_risk.solver.pair.stages import LATE as LATE_TABLE
-from pounding_risk.solver.pair.stages import NODE as STAGE_NODE
+from pounding_risk.solver.pair.stages import SLACK, YIELDING
 from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.flight import across, push_apart
 from pounding_risk.solver.row.laws import law_force, law_plateau
-from pounding_risk.solver.row.workspace import (
-    APPROACHING,
-    CLOSED,
-    END,
-    GAP,
-    LAST,
-    LATE,
-    NOW,
-    POLY,
-    REGION,
-    SLOPE,
-    SLOPES,
-    START,
-    STRENGTH,
-    TERMS,
-    TRIAL,
-    WHOLE,
-    WORKED,
-)
+from pounding_risk.solver.row.workspace import END, LAST, LATE, NOW, POLY, SLOPE, SLOPES, START, TERMS, TRIAL, VELOCITY
 
 
 class Group(NamedTuple):
-    """Neighbours that are integrated together, and what stays the same while their contacts do."""
+    """Neighbours that are integrated together, and quantities that change only where a contact begins or ends."""
 
     first: int  # building
     last: int
@@ -49,29 +29,32 @@ class Group(NamedTuple):
     rise: float
     depth: float  # scales of the error control: m
     speed: float  # m/s
+    watched_first: int  # building, a spectator or of the group
+    watched_last: int
+    terms: int  # of the spectators' Taylor series
 
 
 @small
 def ground_at(group, s):
-    """a_g at clock time s."""
+    """Ground acceleration at clock time s [m/s²]."""
     return group.pull + group.rise * (group.origin + s * s * s * s)
 
 
 @kernel
 def transmitted(run, k, delta, rate):
     """Force that the buildings feel at contact ``k`` on the branch that it is on."""
-    region = int(run.book[k, REGION])
+    region = int(run.contacts[k].region)
     if region == SLACK:
         return 0.0
     if region == YIELDING:
-        return law_plateau(run, k, delta, run.book[k, STRENGTH])
+        return law_plateau(run, k, delta, run.contacts[k].strength)
     return uncapped(run, k, delta, rate)
 
 
 @kernel
 def uncapped(run, k, delta, rate):
     """The law's force without cap or cut."""
-    return law_force(run, k, delta, rate, run.book[k, APPROACHING])
+    return law_force(run, k, delta, rate, run.contacts[k].approaching)
 
 
 @kernel
@@ -79,51 +62,51 @@ def load(row, run, group, state, pull, out):
     """ü of the group under ground and contacts, from rows ``state`` into row ``out``; returns the power put in."""
     power = 0.0
     for b in range(group.first, group.last + 1):
-        power += accelerate(row, b, state, pull, run.desk, out)
+        power += accelerate(row, b, state, pull, run.dofs, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0:
-            delta = max(across(row, k, run.desk, state) - run.book[k, GAP], 0.0)
-            rate = across(row, k, run.desk, state + 1)
+        if run.contacts[k].closed > 0.0:
+            delta = max(across(row, k, run.dofs, state) - run.contacts[k].gap, 0.0)
+            rate = across(row, k, run.dofs, state + VELOCITY)
             force = transmitted(run, k, delta, rate)
-            push_apart(row, k, force, run.desk, out)
-            run.quads[SLOPES + 1, k] = force
-            run.quads[SLOPES + 1, run.limits.shape[0] + k] = force * rate
+            push_apart(row, k, force, run.dofs, out)
+            run.quadratures[SLOPES + 1, k] = force
+            run.quadratures[SLOPES + 1, run.laws.shape[0] + k] = force * rate
     return power
 
 
 @kernel
 def slopes(row, run, group, s, state, stage):
     """d(state)/ds = 4 s³ d(state)/dt of the group at a stage."""
-    desk, quads, points = run.desk, run.quads, run.limits.shape[0]
+    dofs, quadratures, points = run.dofs, run.quadratures, run.laws.shape[0]
     clock = 4.0 * s * s * s
     line = SLOPE + stage
     power = load(row, run, group, state, ground_at(group, s), line + SLOPES)
     for i in range(group.low, group.high):
-        desk[line, i] = clock * desk[state + 1, i]
+        dofs[line, i] = clock * dofs[state + VELOCITY, i]
     for i in range(group.low, group.high):
-        desk[line + SLOPES, i] *= clock
+        dofs[line + SLOPES, i] *= clock
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0:
-            quads[stage, k] = clock * quads[SLOPES + 1, k]
-            quads[stage, points + k] = clock * quads[SLOPES + 1, points + k]
-    quads[stage, 2 * points] = clock * power
+        if run.contacts[k].closed > 0.0:
+            quadratures[stage, k] = clock * quadratures[SLOPES + 1, k]
+            quadratures[stage, points + k] = clock * quadratures[SLOPES + 1, points + k]
+    quadratures[stage, 2 * points] = clock * power
 
 
 @kernel
-def trial_state(run, group, line, h):
+def trial_state(run, group, weights, row, h):
     """The state at a stage whose row of the table is given, into rows TRIAL."""
-    desk, table = run.desk, run.board
+    dofs = run.dofs
     for i in range(group.low, group.high):
-        desk[TRIAL, i] = desk[NOW, i]
-        desk[TRIAL + 1, i] = desk[NOW + 1, i]
+        dofs[TRIAL, i] = dofs[NOW, i]
+        dofs[TRIAL + VELOCITY, i] = dofs[NOW + VELOCITY, i]
     place = 0
-    while table[line, place] >= 0.0:
-        weight = h * table[line, place + 1]
-        source = SLOPE + int(table[line, place])
+    while weights[row, place] >= 0.0:
+        weight = h * weights[row, place + 1]
+        source = SLOPE + int(weights[row, place])
         for i in range(group.low, group.high):
-            desk[TRIAL, i] += weight * desk[source, i]
+            dofs[TRIAL, i] += weight * dofs[source, i]
         for i in range(group.low, group.high):
-            desk[TRIAL + 1, i] += weight * desk[source + SLOPES, i]
+            dofs[TRIAL + VELOCITY, i] += weight * dofs[source + SLOPES, i]
         place += 2
 
 
@@ -131,15 +114,16 @@ def trial_state(run, group, line, h):
 def explicit_attempt(row, run, group, s, h):
     """One step from rows NOW, whose slopes stand at stage 0, to rows END; returns its error.
 
-    The error is that of `collide.explicit_attempt`, in the group's scales. The quadratures at the end stand in row
-    SLOPES of ``quads``; they begin at zero with every step.
+    The error is that of `pair.stages.explicit_attempt`, in the group's scales. The quadratures at the end stand in row
+    SLOPES of ``quadratures``; they begin at zero with every step.
     """
-    desk, table, points = run.desk, run.board, run.limits.shape[0]
-    table[WHOLE, WORKED] += table[FINAL, COUNTED] * (group.high - group.low)
-    for stage in range(1, int(table[FINAL, COUNTED])):
-        trial_state(run, group, TABLE + stage, h)
-        slopes(row, run, group, s + table[TABLE + stage, STAGE_NODE] * h, TRIAL, stage)
-    end_weight = table[FINAL, END_WEIGHT]
+    dofs, tableau, points = run.dofs, run.workspace.tableau, run.laws.shape[0]
+    final = tableau.final
+    run.workspace.evaluations += tableau.stage_count * (group.high - group.low)
+    for stage in range(1, int(tableau.stage_count)):
+        trial_state(run, group, tableau.stages, stage, h)
+        slopes(row, run, group, s + tableau.stage_nodes[stage] * h, TRIAL, stage)
+    end_weight = tableau.end_weight
     finish_state(row, run, group, h)
     if end_weight != 0.0:
         slopes(row, run, group, s + h, END, LAST)
@@ -149,19 +133,19 @@ def explicit_attempt(row, run, group, s, h):
     for i in range(group.low, group.high):
         a5 = b5 = a3 = b3 = 0.0
         place = 0
-        while table[FINAL, place] >= 0.0:
-            line = SLOPE + int(table[FINAL, place])
-            u, v = desk[line, i], desk[line + SLOPES, i]
-            a5, b5 = a5 + table[FINAL, place + 2] * u, b5 + table[FINAL, place + 2] * v
-            a3, b3 = a3 + table[FINAL, place + 3] * u, b3 + table[FINAL, place + 3] * v
+        while final[place] >= 0.0:
+            line = SLOPE + int(final[place])
+            u, v = dofs[line, i], dofs[line + SLOPES, i]
+            a5, b5 = a5 + final[place + 2] * u, b5 + final[place + 2] * v
+            a3, b3 = a3 + final[place + 3] * u, b3 + final[place + 3] * v
             place += 4
         if end_weight != 0.0:
-            a5, b5 = a5 + end_weight * desk[SLOPE + LAST, i], b5 + end_weight * desk[SLOPE + LAST + SLOPES, i]
+            a5, b5 = a5 + end_weight * dofs[SLOPE + LAST, i], b5 + end_weight * dofs[SLOPE + LAST + SLOPES, i]
         fifth += deep * a5 * a5 + fast * b5 * b5
         third += deep * a3 * a3 + fast * b3 * b3
     # The sums of the contacts of the group.
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
-        if run.book[k, CLOSED] > 0.0:
+        if run.contacts[k].closed > 0.0:
             sum_up(run, k, h)
             sum_up(run, points + k, h)
     sum_up(run, 2 * points, h)
@@ -173,56 +157,57 @@ def explicit_attempt(row, run, group, s, h):
 @kernel
 def finish_state(row, run, group, h):
     """The state at the end of a step, into rows END."""
-    desk, table = run.desk, run.board
+    dofs, final = run.dofs, run.workspace.tableau.final
     for i in range(group.low, group.high):
-        desk[END, i] = desk[NOW, i]
-        desk[END + 1, i] = desk[NOW + 1, i]
+        dofs[END, i] = dofs[NOW, i]
+        dofs[END + VELOCITY, i] = dofs[NOW + VELOCITY, i]
     place = 0
-    while table[FINAL, place] >= 0.0:
-        weight = h * table[FINAL, place + 1]
-        source = SLOPE + int(table[FINAL, place])
+    while final[place] >= 0.0:
+        weight = h * final[place + 1]
+        source = SLOPE + int(final[place])
         if weight != 0.0:
             for i in range(group.low, group.high):
-                desk[END, i] += weight * desk[source, i]
+                dofs[END, i] += weight * dofs[source, i]
             for i in range(group.low, group.high):
-                desk[END + 1, i] += weight * desk[source + SLOPES, i]
+                dofs[END + VELOCITY, i] += weight * dofs[source + SLOPES, i]
         place += 4
 
 
 @kernel
 def sum_up(run, column, h):
     """The change of one quadrature over a step, into row SLOPES."""
+    final = run.workspace.tableau.final
     total, place = 0.0, 0
-    while run.board[FINAL, place] >= 0.0:
-        total += run.board[FINAL, place + 1] * run.quads[int(run.board[FINAL, place]), column]
+    while final[place] >= 0.0:
+        total += final[place + 1] * run.quadratures[int(final[place]), column]
         place += 4
-    run.quads[SLOPES, column] = h * total
+    run.quadratures[SLOPES, column] = h * total
 
 
 @part
 def explicit_spread(row, run, group, s, h):
-    """The polynomial between both ends of the step just made, as `collide.explicit_spread`; slopes at LAST stand."""
-    desk, table = run.desk, run.board
-    for late in range(int(table[FINAL, LATES])):
-        trial_state(run, group, LATE_TABLE + late, h)
-        slopes(row, run, group, s + table[LATE_TABLE + late, STAGE_NODE] * h, TRIAL, LATE + late)
+    """The polynomial between both ends of the step just made, as in `pair.stages`; slopes at LAST are known."""
+    dofs, tableau = run.dofs, run.workspace.tableau
+    for late in range(int(tableau.late_count)):
+        trial_state(run, group, tableau.late, late, h)
+        slopes(row, run, group, s + tableau.late_nodes[late] * h, TRIAL, LATE + late)
     for side in range(2):
         poly, line = POLY + side * TERMS, SLOPE + side * SLOPES
         for i in range(group.low, group.high):
-            change = desk[END + side, i] - desk[NOW + side, i]
-            desk[poly, i] = change
-            desk[poly + 1, i] = h * desk[line, i] - change
-            desk[poly + 2, i] = 2.0 * change - h * (desk[line, i] + desk[line + LAST, i])
+            change = dofs[END + side, i] - dofs[NOW + side, i]
+            dofs[poly, i] = change
+            dofs[poly + 1, i] = h * dofs[line, i] - change
+            dofs[poly + 2, i] = 2.0 * change - h * (dofs[line, i] + dofs[line + LAST, i])
         for term in range(TERMS - 3):
             for i in range(group.low, group.high):
-                desk[poly + 3 + term, i] = 0.0
+                dofs[poly + 3 + term, i] = 0.0
             place = 0
-            while table[BETWEEN + term, place] >= 0.0:
-                weight = h * table[BETWEEN + term, place + 1]
+            while tableau.polynomial[term, place] >= 0.0:
+                weight = h * tableau.polynomial[term, place + 1]
                 # A row of the table past the stages stands for the end of the step and the late ones, as here.
-                source = line + int(table[BETWEEN + term, place])
+                source = line + int(tableau.polynomial[term, place])
                 for i in range(group.low, group.high):
-                    desk[poly + 3 + term, i] += weight * desk[source, i]
+                    dofs[poly + 3 + term, i] += weight * dofs[source, i]
                 place += 2
 
 
@@ -231,8 +216,8 @@ def between(run, part, i, x):
     """u (part 0) or v (part 1) of dof ``i`` at a place x of the step, 0 to 1, on the polynomial."""
     poly = POLY + part * TERMS
     rest = 1.0 - x
-    total = run.desk[poly + TERMS - 1, i]
+    total = run.dofs[poly + TERMS - 1, i]
     for back in range(1, TERMS):
         term = TERMS - 1 - back
-        total = run.desk[poly + term, i] + (rest if term % 2 == 0 else x) * total
-    return run.desk[NOW + part, i] + x * total
+        total = run.dofs[poly + term, i] + (rest if term % 2 == 0 else x) * total
+    return run.dofs[NOW + part, i] + x * total

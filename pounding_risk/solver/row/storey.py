@@ -29,43 +29,43 @@ OVER = 1.0 + 1e-12
 
 
 @kernel
-def soften(row, desk, i, branch):
+def soften(row, dofs, i, branch):
     """Set a storey's branch: 0 elastic about its plastic drift, ±1 yielding."""
-    desk[BRANCH, i] = branch
+    dofs[BRANCH, i] = branch
     soft = row.floors[SOFT, i]
     if branch == 0.0:
-        desk[TANGENT, i] = row.floors[SPRING, i]
-        desk[CONSTANT, i] = -soft * desk[PLASTIC, i]
+        dofs[TANGENT, i] = row.floors[SPRING, i]
+        dofs[CONSTANT, i] = -soft * dofs[PLASTIC, i]
     else:
-        desk[TANGENT, i] = row.floors[SPRING, i] - soft
-        desk[CONSTANT, i] = branch * soft * row.floors[LIMIT, i]
+        dofs[TANGENT, i] = row.floors[SPRING, i] - soft
+        dofs[CONSTANT, i] = branch * soft * row.floors[LIMIT, i]
 
 
 @kernel
-def shear_stiffness(row, desk, i):
+def shear_stiffness(row, dofs, i):
     """What storey shear a further drift brings [N/m]: without the part of p_delta."""
-    return row.floors[SHEAR, i] + (desk[TANGENT, i] - row.floors[SPRING, i])
+    return row.floors[SHEAR, i] + (dofs[TANGENT, i] - row.floors[SPRING, i])
 
 
 @kernel
-def storey_energy(row, desk, i, drift):
+def storey_energy(row, dofs, i, drift):
     """Potential of a storey's force [J]: about its plastic drift, so that one which has yielded does not fall below 0.
 
     Continuous where the storey yields; where it turns, what yielding has taken leaves it.
     """
-    total = 0.5 * desk[TANGENT, i] * drift * drift
+    total = 0.5 * dofs[TANGENT, i] * drift * drift
     if row.floors[SOFT, i] == 0.0:
         return total
-    soft, rest = row.floors[SOFT, i], desk[PLASTIC, i]
-    if desk[BRANCH, i] == 0.0:
-        return total + desk[CONSTANT, i] * drift + 0.5 * soft * rest * rest
-    return total + desk[CONSTANT, i] * (drift - rest) - 0.5 * soft * row.floors[LIMIT, i] ** 2
+    soft, rest = row.floors[SOFT, i], dofs[PLASTIC, i]
+    if dofs[BRANCH, i] == 0.0:
+        return total + dofs[CONSTANT, i] * drift + 0.5 * soft * rest * rest
+    return total + dofs[CONSTANT, i] * (drift - rest) - 0.5 * soft * row.floors[LIMIT, i] ** 2
 
 
 @kernel
-def drift_in(row, desk, line, i):
-    """Drift of the storey below dof ``i`` from a row of the desk."""
-    return desk[line, i] - (desk[line, i - 1] if i > 0 and row.floors[BOTTOM, i] == 0.0 else 0.0)
+def drift_in(row, dofs, line, i):
+    """Drift of the storey below dof ``i`` from a row of `Run.dofs`."""
+    return dofs[line, i] - (dofs[line, i - 1] if i > 0 and row.floors[BOTTOM, i] == 0.0 else 0.0)
 
 
 @kernel
@@ -77,21 +77,21 @@ def creep(row, i):
 @kernel
 def next_strain(row, run, i, stop, terms):
     """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
-    board, series, desk = run.board, run.series, run.desk
+    search, series, dofs = run.workspace.search, run.series, run.dofs
     bottom = row.floors[BOTTOM, i] > 0.0
-    branch = desk[BRANCH, i]
+    branch = dofs[BRANCH, i]
     if branch != 0.0:
         for n in range(terms - 1):
             rate = (n + 1) * (series[i, n + 1] - (0.0 if bottom else series[i - 1, n + 1]))
-            board[SIGNAL, n] = -branch * rate
-        return first_rise(board, terms - 1, creep(row, i), stop)
+            search.series[SIGNAL, n] = -branch * rate
+        return first_rise(search, terms - 1, creep(row, i), stop)
     found = -1.0
     for side in range(2):
         sign = 1.0 - 2.0 * side
         for n in range(terms):
-            board[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
-        level = OVER * row.floors[LIMIT, i] + sign * desk[PLASTIC, i]
-        at = first_rise(board, terms, level, stop if found < 0.0 else found)
+            search.series[SIGNAL, n] = sign * (series[i, n] - (0.0 if bottom else series[i - 1, n]))
+        level = OVER * row.floors[LIMIT, i] + sign * dofs[PLASTIC, i]
+        at = first_rise(search, terms, level, stop if found < 0.0 else found)
         found = at if at >= 0.0 else found
     return found
 
@@ -99,16 +99,16 @@ def next_strain(row, run, i, stop, terms):
 @kernel
 def switch_storey(row, run, i, line):
     """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes."""
-    desk = run.desk
-    drift = drift_in(row, run.desk, line, i)
-    before = storey_energy(row, desk, i, drift)
-    branch = desk[BRANCH, i]
+    dofs = run.dofs
+    drift = drift_in(row, run.dofs, line, i)
+    before = storey_energy(row, dofs, i, drift)
+    branch = dofs[BRANCH, i]
     if branch == 0.0:
-        soften(row, desk, i, 1.0 if drift > desk[PLASTIC, i] else -1.0)
+        soften(row, dofs, i, 1.0 if drift > dofs[PLASTIC, i] else -1.0)
     else:
-        desk[PLASTIC, i] = drift - branch * row.floors[LIMIT, i]
-        soften(row, desk, i, 0.0)
-    return storey_energy(row, desk, i, drift) - before
+        dofs[PLASTIC, i] = drift - branch * row.floors[LIMIT, i]
+        soften(row, dofs, i, 0.0)
+    return storey_energy(row, dofs, i, drift) - before
 
 
 @kernel

@@ -10,88 +10,76 @@ from pounding_risk.solver.row.flight import across
 from pounding_risk.solver.row.stages import transmitted
 from pounding_risk.solver.row.workspace import (
     ACTING,
-    AT_TOUCH,
     BEGAN,
-    BOOKED,
     CAME_AT,
-    CLOSED,
-    GAP,
-    KEPT,
     MOVED,
     NOTED,
     NOW,
-    PEAK,
-    PLATEAU,
-    ROOM,
-    SINCE,
+    SAVED,
     SO_FAR,
     START,
-    STRENGTH,
     STRONGEST,
-    TOUCHED,
+    VELOCITY,
     WHEN,
-    WHOLE,
     WHOSE,
-    WRITTEN,
-    YIELDED,
     line_width,
 )
 
 
 @small
-def put(run, place, value):
-    """One number into the log, which lies row by row below what is kept: an array of its own would cost every call."""
-    dofs = run.kept.shape[1]
-    run.kept[KEPT + place // dofs, place % dofs] = value
+def write_number(run, place, value):
+    """Write one number to the log, which follows the saved rows: an array of its own would cost every call."""
+    dofs = run.saved.shape[1]
+    run.saved[SAVED + place // dofs, place % dofs] = value
 
 
 @kernel
-def write_down(row, run, group, time):
+def write_line(row, run, group, time):
     """One line: the group as it is in rows NOW at ``time`` [s], NaN for what is not of it.
 
     Lines that find no room are counted.
     """
     dofs = row.floors.shape[1]
-    width = line_width(dofs, run.limits.shape[0])
-    line = int(run.board[WHOLE, WRITTEN])
-    run.board[WHOLE, WRITTEN] += 1.0
-    if line >= run.board[WHOLE, ROOM]:
+    width = line_width(dofs, run.laws.shape[0])
+    line = int(run.workspace.lines_written)
+    run.workspace.lines_written += 1.0
+    if line >= run.workspace.line_room:
         return
     line *= width
     for place in range(line, line + width):
-        put(run, place, nan)
-    put(run, line + WHEN, time)
-    put(run, line + WHOSE, float(group.first))
+        write_number(run, place, nan)
+    write_number(run, line + WHEN, time)
+    write_number(run, line + WHOSE, float(group.first))
     for i in range(group.low, group.high):
-        put(run, line + MOVED + i, run.desk[NOW, i])
-        put(run, line + MOVED + dofs + i, run.desk[NOW + 1, i])
+        write_number(run, line + MOVED + i, run.dofs[NOW, i])
+        write_number(run, line + MOVED + dofs + i, run.dofs[NOW + VELOCITY, i])
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         place = line + MOVED + 2 * dofs + NOTED * k
-        put(run, place + ACTING, 0.0)
-        put(run, place + SO_FAR, run.book[k, BOOKED + IMPULSE])
-        if run.book[k, CLOSED] > 0.0:
-            note_contact(row, run, k, place)
+        write_number(run, place + ACTING, 0.0)
+        write_number(run, place + SO_FAR, run.contacts[k].counters[IMPULSE])
+        if run.contacts[k].closed > 0.0:
+            write_contact(row, run, k, place)
 
 
 @kernel
-def note_contact(row, run, k, place):
+def write_contact(row, run, k, place):
     """The columns of contact ``k``, which is closed."""
-    book = run.book
-    delta = max(across(row, k, run.desk, NOW) - book[k, GAP], 0.0)
-    force = transmitted(run, k, delta, across(row, k, run.desk, NOW + 1))
-    strongest = book[k, PLATEAU] if book[k, YIELDED] > 0.0 else min(book[k, PEAK], book[k, STRENGTH])
-    put(run, place + ACTING, force)
-    put(run, place + BEGAN, book[k, TOUCHED])
-    put(run, place + CAME_AT, book[k, AT_TOUCH])
-    put(run, place + STRONGEST, max(force, strongest))
+    contact = run.contacts[k]
+    delta = max(across(row, k, run.dofs, NOW) - contact.gap, 0.0)
+    force = transmitted(run, k, delta, across(row, k, run.dofs, NOW + VELOCITY))
+    strongest = contact.plateau_force if contact.yields > 0.0 else min(contact.peak_force, contact.strength)
+    write_number(run, place + ACTING, force)
+    write_number(run, place + BEGAN, contact.touch_time)
+    write_number(run, place + CAME_AT, contact.approach_speed)
+    write_number(run, place + STRONGEST, max(force, strongest))
 
 
 @kernel
-def take_back(row, run, first, last):
+def drop_lines(row, run, first, last):
     """The lines of this interval whose group begins with one of these buildings are none: their time is NaN."""
-    width = line_width(row.floors.shape[1], run.limits.shape[0])
-    dofs = run.kept.shape[1]
-    for line in range(int(run.board[WHOLE, SINCE]), int(min(run.board[WHOLE, WRITTEN], run.board[WHOLE, ROOM]))):
+    width = line_width(row.floors.shape[1], run.laws.shape[0])
+    dofs = run.saved.shape[1]
+    for line in range(int(run.workspace.first_line), int(min(run.workspace.lines_written, run.workspace.line_room))):
         place = line * width + WHOSE
-        if first <= run.kept[KEPT + place // dofs, place % dofs] <= last:
-            put(run, line * width + WHEN, nan)
+        if first <= run.saved[SAVED + place // dofs, place % dofs] <= last:
+            write_number(run, line * width + WHEN, nan)

@@ -57,40 +57,40 @@ def instants_of(log: Array, nodes: int, step: float) -> Instants:
 def contacts_of(log: Array, points: int, instants: Instants) -> list[Touched]:
     """Every contact of a run, by the time of its touch."""
     noted = _by_point(log, points)
-    found = []
-    for place in range(points):
-        closed = np.isfinite(noted[:, place, BEGAN])
-        own, times, before = noted[closed, place], instants.lines[closed], 0.0
+    contacts = []
+    for point in range(points):
+        closed = np.isfinite(noted[:, point, BEGAN])
+        own, times, before = noted[closed, point], instants.lines[closed], 0.0
         # A contact is what has begun at one time.
         begins = np.flatnonzero(np.diff(own[:, BEGAN], prepend=np.nan)).tolist()
         for first, past in pairwise([*begins, len(own)]):
             last = own[past - 1]
             strongest, impulse = own[first:past, STRONGEST].max(), last[SO_FAR] - before
-            told = (float(each) for each in (last[BEGAN], times[past - 1], last[CAME_AT], strongest, impulse))
-            found.append(Touched(place, tuple(told), times[first:past], own[first:past, ACTING]))
+            facts = (float(value) for value in (last[BEGAN], times[past - 1], last[CAME_AT], strongest, impulse))
+            contacts.append(Touched(point, tuple(facts), times[first:past], own[first:past, ACTING]))
             before = last[SO_FAR]
-    return sorted(found, key=lambda each: each.facts[0])
+    return sorted(contacts, key=lambda contact: contact.facts[0])
 
 
-def forces_at(found: list[Touched], points: int, instants: Array) -> Array:
+def forces_at(contacts: list[Touched], points: int, instants: Array) -> Array:
     """Contact force [N] at these instants (instants, points): the solver's own at its steps, straight between them."""
     forces = np.zeros((len(instants), points))
-    for each in found:
-        first = np.searchsorted(instants, each.instants[0])
-        past = np.searchsorted(instants, each.instants[-1], side="right")
-        forces[first:past, each.place] = np.interp(instants[first:past], each.instants, each.forces)
+    for contact in contacts:
+        first = np.searchsorted(instants, contact.instants[0])
+        past = np.searchsorted(instants, contact.instants[-1], side="right")
+        forces[first:past, contact.place] = np.interp(instants[first:past], contact.instants, contact.forces)
     return forces
 
 
 def impulses_at(log: Array, points: int, instants: Instants) -> Array:
     """Impulse of each contact point up to every instant [N s], (instants, points); exact at the solver's steps."""
     noted = _by_point(log, points)
-    found = np.zeros((len(instants.every), points))
-    for place in range(points):
-        own = np.isfinite(noted[:, place, SO_FAR])
+    impulses = np.zeros((len(instants.every), points))
+    for point in range(points):
+        own = np.isfinite(noted[:, point, SO_FAR])
         if own.any():
-            found[:, place] = np.interp(instants.every, instants.lines[own], noted[own, place, SO_FAR], left=0.0)
-    return found
+            impulses[:, point] = np.interp(instants.every, instants.lines[own], noted[own, point, SO_FAR], left=0.0)
+    return impulses
 
 
 def motion_at(log: Array, states: Array, instants: Instants) -> Array:
@@ -100,13 +100,13 @@ def motion_at(log: Array, states: Array, instants: Instants) -> Array:
     on the cubic through displacement and velocity on both sides: off by (ω Δ)⁴ / 384 of what moves with ω over Δ.
     """
     masses = states.shape[2]
-    found = np.empty((len(instants.every), 2, masses))
+    motion = np.empty((len(instants.every), 2, masses))
     for mass in range(masses):
         own = np.isfinite(log[:, MOVED + mass])
         knots, first = np.unique(np.concatenate([instants.nodes, instants.lines[own]]), return_index=True)
         moved = np.concatenate([states[:, :, mass], log[own][:, [MOVED + mass, MOVED + masses + mass]]])[first]
-        found[:, :, mass] = _cubic(knots, moved, instants.every)
-    return found
+        motion[:, :, mass] = _cubic(knots, moved, instants.every)
+    return motion
 
 
 def _by_point(log: Array, points: int) -> Array:

@@ -8,9 +8,9 @@ import numpy as np
 
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
-from pounding_risk.solver.pair.grid import sweep
+from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.pair.stages import make_desk
+from pounding_risk.solver.workspace import make_workspace
 from pounding_risk.studies.stability.case import BITS, HERTZ, LINEAR, ONE, POTENTIAL, Bound, Group
 from pounding_risk.studies.stability.trial import SOFT, STIFF, Scene, Trial, largest_difference, shaking
 
@@ -189,7 +189,7 @@ def pruned(trial: Trial) -> float:
         out = np.zeros((len(gaps), len(forces), COLUMNS))
         how = np.zeros((len(gaps), len(forces)), dtype=np.int8)
         grid = (gaps, forces, Scene().restitution)
-        sweep(pair, free, trial.law(Scene()), grid, trial.rtol, screening, make_desk(), out, how)
+        solve_grid(pair, free, trial.law(Scene()), grid, trial.rtol, screening, make_workspace(), out, how)
         trial.steps += int(out[..., STEPS].sum())
         answers.append(np.delete(out, STEPS, axis=-1))
         runs.append(int(how.sum()))

@@ -1,0 +1,176 @@
+"""What the package uses of numba beyond its public interface: read this when numba's upper bound is raised.
+
+Numba promises nothing about these. Raise the bound in pyproject.toml, run this module, then `tests/jit` and
+`tests/results/test_shipped_numbers.py`. What fails here says which part of numba has changed, and what of ours rests on
+it; what passes may still have changed its meaning, which the other two show.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+from pounding_risk import _jit
+from pounding_risk._jit import compile as compiling
+from pounding_risk._jit.records import new_record, record_type
+from pounding_risk.models.contact.laws import LAWS
+
+JIT = Path(_jit.__path__[0])
+compiled = pytest.mark.skipif(compiling.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
+
+# Private name: its parameters as we pass them (None for what is not called), and what rests on it.
+PRIVATE = {
+    "numba.core.caching.CompileResultCacheImpl": (
+        ["py_func"],
+        "`OnShelf` sets its `_locator_classes`; the constructor asks each class `from_function(py_func, py_file)`, "
+        "catches nothing, and reads `_py_file` when it warns",
+    ),
+    "numba.core.caching.FunctionCache": (
+        ["py_func"],
+        "`ForgivingCache` sets its `_impl_class` and overrides `load_overload` and `save_overload`, which must still "
+        "raise what goes wrong with a file; `flush` empties the index, `cache_path` names the folder in a warning",
+    ),
+    "numba.core.cgutils": (
+        None,
+        "`unpack_tuple` and `get_null_value`, in `_without_reference` and `calls`: shape and strides of an array, and "
+        "the null pointer that says that nobody counts references to it",
+    ),
+    "numba.np.arrayobj.make_array": (
+        ["array_type"],
+        "a class whose instances have `data`, `shape`, `strides`, `itemsize`, `meminfo`, `parent` and `_getvalue()`",
+    ),
+    "numba.np.arrayobj.populate_array": (
+        ["array", "data", "shape", "strides", "itemsize", "meminfo", "parent"],
+        "`_without_reference` fills a view whose `meminfo` is null: references to it must stay uncounted",
+    ),
+}
+METHODS = {
+    "numba.core.caching.FunctionCache": {
+        "load_overload": ["self", "sig", "target_context"],
+        "save_overload": ["self", "sig", "data"],
+        "flush": ["self"],
+    },
+    # What numba asks of a locator, which `Shelf` answers.
+    "numba.core.caching._CacheLocator": {
+        "get_cache_path": ["self"],
+        "ensure_cache_path": ["self"],
+        "get_source_stamp": ["self"],
+        "get_disambiguator": ["self"],
+        "from_function": ["py_func", "py_file"],
+    },
+    # `by_type_alone` replaces it on every compiled function; `kernel` sets `_cache` beside it.
+    "numba.core.dispatcher.Dispatcher": {"get_call_template": ["self", "args", "kws"], "enable_caching": ["self"]},
+}
+
+
+def found(name: str):
+    module, _, member = name.rpartition(".")
+    return getattr(importlib.import_module(module), member)
+
+
+def test_every_private_import_is_named_here():
+    """Of the modules numba.core and numba.np, which are not its interface."""
+    used = set()
+    for file in JIT.glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("numba.core", "numba.np")):
+                used |= {f"{node.module}.{alias.name}" for alias in node.names}
+    assert used == set(PRIVATE)
+
+
+@pytest.mark.parametrize("name", PRIVATE)
+def test_a_private_name_takes_what_we_pass(name):
+    parameters, rests_on_it = PRIVATE[name]
+    used = found(name)
+    if parameters is not None:
+        # As the first ones: numba may add others with a default.
+        accepted = list(inspect.signature(used).parameters)
+        assert accepted[: len(parameters)] == parameters, rests_on_it
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_private_class_has_the_methods_we_override_or_call(name):
+    for method, parameters in METHODS[name].items():
+        assert list(inspect.signature(getattr(found(name), method)).parameters) == parameters, f"{name}.{method}"
+
+
+def test_attributes_of_the_cache_are_those_we_set():
+    from numba.core import caching
+
+    assert issubclass(caching.FunctionCache._impl_class, caching.CompileResultCacheImpl)
+    assert isinstance(caching.CompileResultCacheImpl._locator_classes, list)
+    asked = caching._CacheLocator.__abstractmethods__ | {"get_disambiguator", "from_function"}
+    assert asked <= set(dir(compiling.Shelf)), "numba asks more of a locator than `Shelf` answers"
+
+
+def test_symbols_are_named_by_a_property_that_we_replace():
+    """`_symbol_name` shortens what a named tuple adds to a symbol: identifier and template parameters."""
+    from numba.core import itanium_mangler
+
+    assert isinstance(numba.types.Type.mangling_args, property)
+    kind = numba.typeof(compiling.lowered(LAWS["hertz"](1e9)))
+    identifier, parameters = kind.mangling_args
+    assert identifier.startswith("Hertz") and len(identifier) < 30 and parameters == ()
+    assert identifier in itanium_mangler.mangle("f", [kind])
+
+
+def test_helpers_of_generated_code_take_what_we_pass():
+    from numba.core import cgutils
+
+    assert list(inspect.signature(cgutils.unpack_tuple).parameters)[:2] == ["builder", "tup"]
+    assert list(inspect.signature(cgutils.get_null_value).parameters) == ["ltype"]
+
+
+@compiled
+def test_a_kernel_has_our_cache_and_compiles_by_type_alone():
+    """`kernel` sets the dispatcher's `_cache`; a row number in the source of a call compiles nothing anew."""
+
+    @compiling.kernel
+    def row_of(values, row):
+        return values[row]
+
+    @compiling.kernel
+    def both(values):
+        return row_of(values, 0) + row_of(values, 1)
+
+    assert both(np.array([1.0, 2.0])) == 3.0
+    assert len(row_of.signatures) == 1
+    if compiling.CACHE is not None:
+        assert isinstance(both._cache, compiling.ForgivingCache)
+
+
+@compiled
+def test_a_record_is_one_pointer_and_shares_its_memory():
+    """Documented for plain records; ours are nested, hold arrays, and are passed on from function to function."""
+    inner = record_type(values=(2, 3), total=float)
+    kind = record_type(left=inner, right=inner, place=(4,))
+
+    @compiling.kernel
+    def write(part, row):
+        part.values[row, 1] += 2.0
+        part.total = part.values.sum()
+        return part.total
+
+    @compiling.kernel
+    def fill(work):
+        return write(work.left, 0) + write(work.right, 1) + write(work.left, 0)
+
+    record = new_record(kind)
+    assert fill(record) == 8.0
+    assert record.left.total == 4.0 and record.left.values[0, 1] == 4.0 and record.right.values[1, 1] == 2.0
+    assert isinstance(numba.typeof(record), numba.types.Record)
+
+
+def test_the_bound_is_there():
+    """Without it an installation takes a numba that none of this has been tried with."""
+    import tomllib
+
+    project = tomllib.loads((JIT.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (numba_bound,) = [entry for entry in project["dependencies"] if entry.startswith("numba")]
+    assert "<" in numba_bound
