@@ -19,7 +19,7 @@ import numpy as np
 from throughput import LAW, RESTITUTION, RTOL, make_bench, run_grid
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.models.ground import Level
+from pounding_risk.models.ground import UniformInterval
 from pounding_risk.solver.pair.api import free_response
 from pounding_risk.solver.pair.flight import block_is_quiet, search_mask
 from pounding_risk.solver.pair.implicit import attempt
@@ -36,7 +36,7 @@ FORCE_OPERATIONS = 60  # in `slopes` with Jankowski's law: products, sums and tw
 def repeat_attempts(pair, law, restitution, workspace, count):
     """So many attempts at the same step in contact."""
     impact, _, _ = new_impact(pair, 0.5, law, (TOUCH[0], np.inf, restitution), TOUCH, 0.0)
-    phase = Phase(True, ELASTIC, Level(0.5, 10.0))
+    phase = Phase(True, ELASTIC, UniformInterval(0.5, 10.0))
     for part in range(4):
         workspace.states[BEGIN, part] = TOUCH[part]
     slopes(impact, phase, 0.0, state_of(workspace.states, BEGIN), workspace, FIRST_STAGE)
@@ -62,7 +62,7 @@ def repeat_samples(pair, free, workspace, count):
     total = 0
     for number in range(count):
         workspace.there[0] = 1e-9 * (number % 7)
-        span = (Level(free.ground[number % free.ground.size], 10.0), free.step)
+        span = (UniformInterval(free.ground[number % free.ground.size], 10.0), free.step)
         total += search_mask(pair, 0.1, (1e-3, 2e-3, 0.01, 0.01), span, workspace)
     return total
 

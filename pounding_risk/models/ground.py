@@ -25,7 +25,7 @@ from pounding_risk._jit.compile import borrowed, speaks
 
 
 @speaks
-class Stretch(Protocol):
+class GroundInterval(Protocol):
     """The ground motion over a part of one node interval; x is the time since the part's beginning.
 
     A load is the ground's term in an equation of motion, ü = −load − ..., as the four coefficients of a cubic in x.
@@ -72,7 +72,7 @@ class Stretch(Protocol):
 
 
 @speaks
-class Passage(Protocol):
+class Ground(Protocol):
     """The ground motion of a pair, node by node."""
 
     def stretch(self, ground, step, node, offset):
@@ -94,7 +94,7 @@ class Passage(Protocol):
         """A copy whose arrays are borrowed: their references are not counted."""
 
 
-class Level(NamedTuple):
+class UniformInterval(NamedTuple):
     """a_g = ground + slope x under both buildings."""
 
     ground: float  # m/s²
@@ -140,14 +140,14 @@ class Level(NamedTuple):
         return slopes
 
 
-class Together(NamedTuple):
+class UniformGround(NamedTuple):
     """The same motion under both buildings at the same time."""
 
     unused: float = 0.0  # compiled code cannot call a method of a tuple without a field
 
     def stretch(self, ground, step, node, offset):
         slope = (ground[node + 1] - ground[node]) / step
-        return Level(ground[node] + slope * offset, slope)
+        return UniformInterval(ground[node] + slope * offset, slope)
 
     def widened(self, node):
         return 0.0
@@ -165,7 +165,7 @@ class Together(NamedTuple):
         return self
 
 
-class Rippled(NamedTuple):
+class DelayedInterval(NamedTuple):
     """A ground motion of its own under each building: values at a node, and slopes after it."""
 
     ground: float  # a_left at the node [m/s²]
@@ -241,7 +241,7 @@ class Rippled(NamedTuple):
         return slopes[0], slopes[1] - clock * rate, slopes[2], slopes[3] - clock * bend
 
 
-class Passing(NamedTuple):
+class DelayedGround(NamedTuple):
     """A motion of its own under each building. Even nodes stand at samples, odd ones between, ``first`` after them.
 
     Arrays with a value at every node, of a_g as it is after the node: what is later begins with a jump where the
@@ -259,7 +259,9 @@ class Passing(NamedTuple):
 
     def stretch(self, ground, step, node, offset):
         bend, twist = self.right[node] - self.left[node], self.right_slope[node] - self.left_slope[node]
-        return Rippled(self.left[node], self.left_slope[node], bend, twist, self.spread[node], self.rate[node], offset)
+        return DelayedInterval(
+            self.left[node], self.left_slope[node], bend, twist, self.spread[node], self.rate[node], offset
+        )
 
     def widened(self, node):
         return self.spread[node]
@@ -274,7 +276,7 @@ class Passing(NamedTuple):
         return self.maps if node % 2 else maps
 
     def lent(self):
-        return Passing(
+        return DelayedGround(
             self.first,
             self.maps,
             borrowed(self.left),
@@ -286,7 +288,7 @@ class Passing(NamedTuple):
         )
 
 
-def delayed(ground: np.ndarray, step: float, lag: float) -> Passing:
+def delayed(ground: np.ndarray, step: float, lag: float) -> DelayedGround:
     """Both motions where the right building has a_g later by ``lag`` [s], below zero the left one; ``maps`` are zero.
 
     ``ground`` holds a_g [m/s²] at samples ``step`` [s] apart. The later building is at rest until a_g arrives.
@@ -319,7 +321,7 @@ def delayed(ground: np.ndarray, step: float, lag: float) -> Passing:
     moves = width * (rate + width * (0.5 * bend + width * twist / 6.0))
     spread = np.append(0.0, np.cumsum(moves)[:-1])
     still = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
-    return Passing(float(first), still, *left, *right, spread, rate)
+    return DelayedGround(float(first), still, *left, *right, spread, rate)
 
 
 def two_a_sample(even: np.ndarray, odd: np.ndarray, last: float) -> np.ndarray:

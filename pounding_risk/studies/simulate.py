@@ -18,7 +18,7 @@ from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import wave_of
-from pounding_risk.models.ground import Passing
+from pounding_risk.models.ground import DelayedGround
 from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.models.structures.sdof import Oscillator
 from pounding_risk.motions.motion import Motion, driven
@@ -263,7 +263,7 @@ def _node_times(free: Free) -> Array:
 
 def _of_the_wave(free: Free, time: Array) -> dict[str, tuple[str, Array, str, str]]:
     """What a passing wave adds to a history; nothing where the ground is one."""
-    if not isinstance(free.passage, Passing):
+    if not isinstance(free.passage, DelayedGround):
         return {}
     right = np.interp(time, _node_times(free), free.passage.right)
     return {
@@ -285,7 +285,7 @@ def relative_displacement(free: Free, time: Array, states: Array) -> Array:
 def widening(free: Free, time: Array) -> Array:
     """(w, ẇ, ẅ) of w = x_right − x_left at these times, shape (3, n)."""
     values = np.zeros((3, len(time)))
-    if not isinstance(free.passage, Passing):
+    if not isinstance(free.passage, DelayedGround):
         return values
     wave, node = free.passage, _nodes_before(free, time)
     after = time - _node_times(free)[node]
@@ -396,7 +396,7 @@ def _grounds(free: Free, time: Array, side: int) -> tuple[Array, Array]:
     # What lies between two nodes is told by its middle: an end may stand on either side of a node by rounding.
     node = _nodes_before(free, 0.5 * (time[1:] + time[:-1]))
     after = time[:-1] - _node_times(free)[node]
-    if isinstance(free.passage, Passing):
+    if isinstance(free.passage, DelayedGround):
         wave = free.passage
         values, slopes = ((wave.left, wave.left_slope), (wave.right, wave.right_slope))[side]
         return values[node] + slopes[node] * after, slopes[node]

@@ -17,7 +17,7 @@ from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 
 from pounding_risk.models.contact.laws import Hertz, Jankowski
-from pounding_risk.models.ground import Level
+from pounding_risk.models.ground import UniformInterval
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair import flight
@@ -97,7 +97,7 @@ def laid_out(stretch):
     """A workspace with the series of both buildings and of the relative displacement."""
     pair, state, span, terms = stretch
     workspace = make_workspace()
-    ground = Level(span[0], span[1])
+    ground = UniformInterval(span[0], span[1])
     flight.write_series(pair, state, ground, terms, workspace)
     flight.write_signal(0, pair, ground, workspace, terms)
     return workspace
@@ -155,7 +155,7 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
         bend = -(a_g + oscillator.fade * v + oscillator.spring * u)  # ü
         twist = -(span[1] + oscillator.fade * bend + oscillator.spring * v)
         shake = -oscillator.fade * twist - oscillator.spring * bend
-        turn = flight.turn_bound(oscillator, place, speed, Level(span[0], span[1]).push_left(oscillator))
+        turn = flight.turn_bound(oscillator, place, speed, UniformInterval(span[0], span[1]).push_left(oscillator))
         slack = 1.0 + 1e-9
         assert np.abs(bend).max() <= turn * slack
         assert np.abs(shake).max() <= flight.shake_bound(oscillator, turn) * slack
@@ -245,7 +245,7 @@ def test_a_motion_that_is_not_finite_ends_the_search():
 def test_the_highest_value_is_the_highest(stretch, sign, signal):
     pair, _, span, terms = stretch
     workspace = laid_out(stretch)
-    row, count = flight.write_signal(signal, pair, Level(span[0], span[1]), workspace, terms)
+    row, count = flight.write_signal(signal, pair, UniformInterval(span[0], span[1]), workspace, terms)
     coefficients = workspace.search.series[row, :count].astype(np.longdouble)[::-1]
     x = np.linspace(0.0, span[2], 1001)
     values = sign * np.polyval(coefficients, x.astype(np.longdouble))

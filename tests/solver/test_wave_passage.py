@@ -16,7 +16,7 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, Merged, is_instant
 from pounding_risk.models.contact.laws import ViscousElastoplastic, stiffness_quantity
 from pounding_risk.models.effects.wave_passage import WavePassage
-from pounding_risk.models.ground import Rippled
+from pounding_risk.models.ground import DelayedInterval
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.reader import study_from
@@ -169,7 +169,7 @@ def test_no_relative_motion_bends_more_than_its_bound(numbers, share: float):
     pair, step = oscillators(FRAME, SHED), 0.02
     state = tuple(0.01 * number for number in numbers[:4])
     a, b, bend, twist, spread, rate = numbers[4:]
-    ground = Rippled(5.0 * a, 500.0 * b, 5.0 * bend, 500.0 * twist, 0.1 * spread, rate, (1.0 - share) * step)
+    ground = DelayedInterval(5.0 * a, 500.0 * b, 5.0 * bend, 500.0 * twist, 0.1 * spread, rate, (1.0 - share) * step)
     workspace, terms = make_workspace(), 30
     flight.write_series(pair, state, ground, terms, workspace)
     flight.write_signal(0, pair, ground, workspace, terms)

@@ -6,7 +6,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from pounding_risk.models.effects._effect import effect
-from pounding_risk.models.ground import Passing, delayed
+from pounding_risk.models.ground import DelayedGround, delayed
 from pounding_risk.units import Quantity
 
 ORDER = 40
@@ -35,6 +35,6 @@ class WavePassage(NamedTuple):
         """A wave that travels ``towards`` the right or left building; apparent velocity [m/s], distance [m]."""
         return cls(distance / velocity if towards == "right" else -distance / velocity)
 
-    def grounds(self, ground: Any, step: float) -> Passing:
+    def grounds(self, ground: Any, step: float) -> DelayedGround:
         """The motion under each building, from a_g [m/s²] at samples ``step`` [s] apart."""
         return delayed(ground, step, self.lag)

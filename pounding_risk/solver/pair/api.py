@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import lowered
 from pounding_risk.models.effects.wave_passage import WavePassage
-from pounding_risk.models.ground import Passing, Together
+from pounding_risk.models.ground import DelayedGround, UniformGround
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
@@ -69,7 +69,7 @@ def free_response(
     free = at_rest(pair, acceleration, dt, wave)
     fill_free_response(pair, free, make_workspace())
     passage = free.passage
-    closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, Passing) else 0.0)
+    closing = free.states[:, 2] - free.states[:, 3] - (passage.rate if isinstance(passage, DelayedGround) else 0.0)
     return free._replace(fastest=float(np.abs(closing).max()))
 
 
@@ -87,7 +87,7 @@ def at_rest(
     while size > 1e-19 and terms < MAX_TERMS:
         size *= max(omega * step, 1e-3) / (terms - 3)
         terms += 1
-    passage: Together | Passing = Together()
+    passage: UniformGround | DelayedGround = UniformGround()
     if wave is not None:
         passing = wave.grounds(ground, step)
         ground, passage = passing.left, passing._replace(maps=vibration_maps(pair, step - passing.first))

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.models.ground import Passing, Together
+from pounding_risk.models.ground import DelayedGround, UniformGround
 from pounding_risk.solver.pair.taylor import crest_bound, expand, first_rise, highest, slope_at, value_at
 from pounding_risk.solver.workspace import LEFT, RIGHT, SIGNAL, SIGNALS
 
@@ -38,7 +38,7 @@ class Free(NamedTuple):
     node_map: tuple  # free vibration over one node: 2 x 4 numbers
     block_map: tuple  # and over one block
     fastest: float  # peak closing or parting speed at nodes [m/s]
-    passage: Together | Passing  # how the motion comes to the right building
+    passage: UniformGround | DelayedGround  # how the motion comes to the right building
 
 
 @small

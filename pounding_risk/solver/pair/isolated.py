@@ -17,7 +17,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import needs_floors
 from pounding_risk.models.contact.relation import name_of
 from pounding_risk.models.effects import bare
-from pounding_risk.models.ground import Together
+from pounding_risk.models.ground import UniformGround
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import free_mass
 from pounding_risk.solver.counters import AT_END, CONTACT_COLUMNS, FINISHED, STATUS_SENTENCES, make_log
@@ -136,7 +136,7 @@ def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
         still,
         still,
         0.0,
-        Together(),
+        UniformGround(),
     )
     start = (0.0, 0.0, float(speed), 0.0)
     log, workspace = make_log(1, ROWS, np.zeros(0)), make_workspace(rtol)
