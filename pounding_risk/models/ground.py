@@ -34,13 +34,13 @@ class GroundInterval(Protocol):
     def under_left(self):
         """a_g under the left building: its value at x = 0 [m/s²], its slope [m/s³]."""
 
-    def push_left(self, oscillator):
+    def load_left(self, oscillator):
         """Load of the left building."""
 
-    def push_right(self, oscillator):
+    def load_right(self, oscillator):
         """Load of the right building, followed from its own ground."""
 
-    def push_across(self, oscillator):
+    def load_across(self, oscillator):
         """Load of the right building, followed from the ground under the left one."""
 
     def left_at(self, x):
@@ -103,13 +103,13 @@ class UniformInterval(NamedTuple):
     def under_left(self):
         return self.ground, self.slope
 
-    def push_left(self, oscillator):
+    def load_left(self, oscillator):
         return oscillator.ground * self.ground, oscillator.ground * self.slope, 0.0, 0.0
 
-    def push_right(self, oscillator):
+    def load_right(self, oscillator):
         return oscillator.ground * self.ground, oscillator.ground * self.slope, 0.0, 0.0
 
-    def push_across(self, oscillator):
+    def load_across(self, oscillator):
         return oscillator.ground * self.ground, oscillator.ground * self.slope, 0.0, 0.0
 
     def left_at(self, x):
@@ -189,30 +189,30 @@ class DelayedInterval(NamedTuple):
     def bend(self, length):
         return max(abs(self.moved(0.0)[2]), abs(self.moved(length)[2]))
 
-    def push_left(self, oscillator):
+    def load_left(self, oscillator):
         return oscillator.ground * self.left_at(0.0), oscillator.ground * self.slope, 0.0, 0.0
 
-    def push_right(self, oscillator):
+    def load_right(self, oscillator):
         ground, slope = self.left_at(0.0) + self.moved(0.0)[2], self.slope + self.bend_slope
         return oscillator.ground * ground, oscillator.ground * slope, 0.0, 0.0
 
-    def push_across(self, oscillator):
+    def load_across(self, oscillator):
         a, b, c, d = self.widening()
         if oscillator.inverse_omega == 0.0:
             return -2.0 * c, -6.0 * d, 0.0, 0.0
-        fade, spring = oscillator.fade, oscillator.spring
+        two_zeta_omega, omega2 = oscillator.two_zeta_omega, oscillator.omega2
         return (
-            self.left_at(0.0) - fade * b - spring * a,
-            self.slope - 2.0 * fade * c - spring * b,
-            -3.0 * fade * d - spring * c,
-            -spring * d,
+            self.left_at(0.0) - two_zeta_omega * b - omega2 * a,
+            self.slope - 2.0 * two_zeta_omega * c - omega2 * b,
+            -3.0 * two_zeta_omega * d - omega2 * c,
+            -omega2 * d,
         )
 
     def across_at(self, oscillator, x):
         spread, rate, bend = self.moved(x)
         if oscillator.inverse_omega == 0.0:
             return -bend
-        return self.left_at(x) - oscillator.fade * rate - oscillator.spring * spread
+        return self.left_at(x) - oscillator.two_zeta_omega * rate - oscillator.omega2 * spread
 
     def moved(self, x):
         now = x + self.offset

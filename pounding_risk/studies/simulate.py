@@ -340,12 +340,12 @@ def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array)
     for side, oscillator in enumerate(pair):
         if oscillator.inverse_omega == 0.0:
             continue
-        fade = 0.5 * oscillator.fade
-        rate = np.sqrt(oscillator.spring - fade * fade)
-        decay, c, s = np.exp(-fade * after), np.cos(rate * after), np.sin(rate * after) / rate
+        zeta_omega = 0.5 * oscillator.two_zeta_omega
+        rate = np.sqrt(oscillator.omega2 - zeta_omega * zeta_omega)
+        decay, c, s = np.exp(-zeta_omega * after), np.cos(rate * after), np.sin(rate * after) / rate
         u, v = start[side], start[side + 2]
-        states[:, side] = decay * (u * c + (v + fade * u) * s)
-        states[:, side + 2] = decay * (v * c - (oscillator.spring * u + fade * v) * s)
+        states[:, side] = decay * (u * c + (v + zeta_omega * u) * s)
+        states[:, side + 2] = decay * (v * c - (oscillator.omega2 * u + zeta_omega * v) * s)
     return states
 
 
@@ -380,9 +380,9 @@ def energies(
         area = 0.5 * (ends + begins) * length
         u, v = states[:, side], states[:, side + 2]
         push = (1.0, -1.0)[side] * np.diff(impulse) * oscillator.inverse_mass
-        placed = (-area - np.diff(v) - oscillator.fade * np.diff(u) - push) / oscillator.spring
+        placed = (-area - np.diff(v) - oscillator.two_zeta_omega * np.diff(u) - push) / oscillator.omega2
         put_in[1:] -= oscillator.mass * np.cumsum(ends * u[1:] - begins * u[:-1] - slope * placed)
-        held += 0.5 * oscillator.mass * (v * v + oscillator.spring * u * u)
+        held += 0.5 * oscillator.mass * (v * v + oscillator.omega2 * u * u)
     return {
         "ground": (put_in, "work that the ground has done on both buildings"),
         "held": (held, "kinetic and strain energy of both buildings"),

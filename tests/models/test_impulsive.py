@@ -186,7 +186,7 @@ def test_it_parts_where_the_force_is_zero():
     for contact in lasting:
         last = steps[int(contact[11]) - 1]
         assert (last[0], last[5]) == (pytest.approx(contact[1], rel=1e-14), 0.0)
-        pulls = [o.fade * last[3 + side] + o.spring * last[1 + side] for side, o in enumerate((left, right))]
+        pulls = [o.two_zeta_omega * last[3 + side] + o.omega2 * last[1 + side] for side, o in enumerate((left, right))]
         force = (pulls[1] - pulls[0]) / (left.inverse_mass + right.inverse_mass)
         assert abs(force) < 1e-9 * contact[4]
     pairs = pairwise(steps)

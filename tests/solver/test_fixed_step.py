@@ -171,7 +171,7 @@ def plainly(name: str, motion: fixed.Ground) -> tuple[float, float, int]:
 
     def slope(a_g: float, y: np.ndarray, contact: Contact) -> np.ndarray:
         force = contact_force(law, contact, y[0] - y[1] - GAP, y[2] - y[3])
-        pulls = [-a_g - b.fade * v - b.spring * u for b, u, v in ((left, y[0], y[2]), (right, y[1], y[3]))]
+        pulls = [-a_g - b.two_zeta_omega * v - b.omega2 * u for b, u, v in ((left, y[0], y[2]), (right, y[1], y[3]))]
         return np.array([y[2], y[3], pulls[0] - left.inverse_mass * force, pulls[1] + right.inverse_mass * force])
 
     for first, last in pairwise(a):

@@ -48,15 +48,15 @@ def closed_form(oscillator, place, speed, ramp, x):
     x = np.asarray(x, dtype=np.longdouble)
     if oscillator.inverse_omega == 0.0:
         return np.zeros_like(x), np.zeros_like(x)
-    spring, fade = np.longdouble(oscillator.spring), np.longdouble(oscillator.fade) / 2
+    omega2, zeta_omega = np.longdouble(oscillator.omega2), np.longdouble(oscillator.two_zeta_omega) / 2
     a, b = (np.longdouble(oscillator.ground * part) for part in ramp[:2])
-    rest, drift = -a / spring + 2 * fade * b / spring**2, -b / spring
-    rate = np.sqrt(spring - fade**2)
+    rest, drift = -a / omega2 + 2 * zeta_omega * b / omega2**2, -b / omega2
+    rate = np.sqrt(omega2 - zeta_omega**2)
     first = np.longdouble(place) - rest
-    second = (np.longdouble(speed) - drift + fade * first) / rate
-    decay, c, s = np.exp(-fade * x), np.cos(rate * x), np.sin(rate * x)
+    second = (np.longdouble(speed) - drift + zeta_omega * first) / rate
+    decay, c, s = np.exp(-zeta_omega * x), np.cos(rate * x), np.sin(rate * x)
     u = rest + drift * x + decay * (first * c + second * s)
-    v = drift + decay * ((second * rate - fade * first) * c - (first * rate + fade * second) * s)
+    v = drift + decay * ((second * rate - zeta_omega * first) * c - (first * rate + zeta_omega * second) * s)
     return u, v
 
 
@@ -134,7 +134,7 @@ def test_the_witness_is_the_matrix_exponential():
         place, speed, ramp = 0.03, -0.4, (2.0, -150.0)
         a = np.zeros((4, 4))
         a[0, 1] = a[2, 3] = 1.0
-        a[1] = -oscillator.spring, -oscillator.fade, -oscillator.ground, 0.0
+        a[1] = -oscillator.omega2, -oscillator.two_zeta_omega, -oscillator.ground, 0.0
         u, v, _, _ = expm(a * x) @ (place, speed, *ramp)
         assert [float(part) for part in closed_form(oscillator, place, speed, ramp, x)] == pytest.approx(
             [u, v], rel=1e-12, abs=1e-14
@@ -152,10 +152,10 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
         place, speed = state[side], state[2 + side]
         u, v = closed_form(oscillator, place, speed, span, x)
         a_g = span[0] + span[1] * x
-        bend = -(a_g + oscillator.fade * v + oscillator.spring * u)  # ü
-        twist = -(span[1] + oscillator.fade * bend + oscillator.spring * v)
-        shake = -oscillator.fade * twist - oscillator.spring * bend
-        turn = flight.turn_bound(oscillator, place, speed, UniformInterval(span[0], span[1]).push_left(oscillator))
+        bend = -(a_g + oscillator.two_zeta_omega * v + oscillator.omega2 * u)  # ü
+        twist = -(span[1] + oscillator.two_zeta_omega * bend + oscillator.omega2 * v)
+        shake = -oscillator.two_zeta_omega * twist - oscillator.omega2 * bend
+        turn = flight.turn_bound(oscillator, place, speed, UniformInterval(span[0], span[1]).load_left(oscillator))
         slack = 1.0 + 1e-9
         assert np.abs(bend).max() <= turn * slack
         assert np.abs(shake).max() <= flight.shake_bound(oscillator, turn) * slack
@@ -279,7 +279,7 @@ def stepped(building: Building, ground: np.ndarray, dt: float, parts: int = 1) -
     o = building.oscillator()
     a = np.zeros((4, 4))
     a[0, 1] = a[2, 3] = 1.0
-    a[1] = -o.spring, -o.fade, -o.ground, 0.0
+    a[1] = -o.omega2, -o.two_zeta_omega, -o.ground, 0.0
     maps = [expm(a * (dt * part / parts)) for part in range(1, parts + 1)]
     states, here = [(0.0, 0.0)], np.zeros(2)
     if building.is_rigid:
@@ -305,7 +305,7 @@ def watched(pair: tuple[Building, Building], ground: np.ndarray, dt: float, part
     """The five watched signals of the free response, densely: shape (places, SIGNALS)."""
     left, right = (stepped(one, ground, dt, parts) for one in pair)
     shakes = [
-        -one.oscillator().fade * states[:, 1] - one.oscillator().spring * states[:, 0]
+        -one.oscillator().two_zeta_omega * states[:, 1] - one.oscillator().omega2 * states[:, 0]
         for one, states in zip(pair, (left, right), strict=True)
     ]
     return np.column_stack([left[:, 0] - right[:, 0], left[:, 0], right[:, 0], *shakes])
@@ -412,7 +412,9 @@ def test_peaks_after_a_contact_are_those_of_the_continuous_motion(pair, kick):
         o, p = oscillators(*pair)
         u, v = (part.astype(float) for part in closed_form(o, here[0], here[2], ramp, places))
         w, z = (part.astype(float) for part in closed_form(p, here[1], here[3], ramp, places))
-        dense.append(np.column_stack([u - w, u, w, -o.fade * v - o.spring * u, -p.fade * z - p.spring * w]))
+        dense.append(
+            np.column_stack([u - w, u, w, -o.two_zeta_omega * v - o.omega2 * u, -p.two_zeta_omega * z - p.omega2 * w])
+        )
         here = (u[-1], w[-1], v[-1], z[-1])
     samples = np.vstack(dense)
     scale = np.abs(samples).max(axis=0) + 1e-300
@@ -431,7 +433,7 @@ def test_an_undamped_building_keeps_its_energy(period):
     pair = oscillators(building(period, 0.0), Building.rigid("rock"))
     free = free_response(pair, ground, 0.01)
     after = free.states[ceil(0.25 / free.step) :]
-    energy = 0.5 * (after[:, 2] ** 2 + pair[0].spring * after[:, 0] ** 2)
+    energy = 0.5 * (after[:, 2] ** 2 + pair[0].omega2 * after[:, 0] ** 2)
     assert energy[0] > 0.0
     assert np.abs(energy / energy[0] - 1.0).max() <= 1e-10
 

@@ -111,7 +111,7 @@ def _bare(building: Building | Storeys) -> Chain:
         return Chain(np.diag(mass).copy(), springs, springs, damping, np.full(springs.size, np.inf))
     count = 0 if building.is_rigid else 1
     springs = np.full(count, building.stiffness)
-    fade = building.oscillator().fade * building.mass if count else 0.0
+    dashpot = building.oscillator().two_zeta_omega * building.mass if count else 0.0
     return Chain(
-        np.full(count, float(building.mass)), springs, springs, np.full((count, count), fade), springs + np.inf
+        np.full(count, float(building.mass)), springs, springs, np.full((count, count), dashpot), springs + np.inf
     )

@@ -67,15 +67,15 @@ class Building(NamedTuple):
 
 
 class Oscillator(NamedTuple):
-    """A building in the kernels: ü = −ground a_g − fade u̇ − spring u ± inverse_mass F.
+    """A building in the kernels: ü = −ground a_g − two_zeta_omega u̇ − omega2 u ± inverse_mass F.
 
     All zero means rigid. ``mass`` serves the energy ledger only, where a rigid building counts nothing.
     """
 
     mass: float  # kg
     inverse_mass: float  # 1/kg
-    spring: float  # ω², 1/s²
-    fade: float  # 2 ζ ω, 1/s
+    omega2: float  # ω², 1/s²
+    two_zeta_omega: float  # 2 ζ ω, 1/s
     ground: float  # 1, or 0 where the building moves with the ground or there is none
     inverse_omega: float  # 1/ω, s
 

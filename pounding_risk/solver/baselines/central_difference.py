@@ -18,8 +18,8 @@ from pounding_risk.solver.baselines.force import contact_force
 @small
 def kicked(oscillator, a_g, h, place, speed, push):
     """The velocity half a step later; ``push`` is the contact's acceleration of this building [m/s²]."""
-    damp = 0.5 * h * oscillator.fade
-    pull = -oscillator.ground * a_g - oscillator.spring * place + push
+    damp = 0.5 * h * oscillator.two_zeta_omega
+    pull = -oscillator.ground * a_g - oscillator.omega2 * place + push
     return ((1.0 - damp) * speed + h * pull) / (1.0 + damp)
 
 

@@ -58,7 +58,7 @@ def solve_force(law, contact, reach, guess):
 @small
 def acceleration(oscillator, a_g, place, speed):
     """−a_g − 2 ζ ω v − ω² u [m/s²]."""
-    return -oscillator.ground * a_g - oscillator.fade * speed - oscillator.spring * place
+    return -oscillator.ground * a_g - oscillator.two_zeta_omega * speed - oscillator.omega2 * place
 
 
 class Newmark(NamedTuple):
@@ -78,8 +78,8 @@ class Newmark(NamedTuple):
         u_left = state[0] + h * state[2] + early * state[4]
         u_right = state[1] + h * state[3] + early * state[5]
         v_left, v_right = state[2] + late * state[4], state[3] + late * state[5]
-        stiff_left = 1.0 / (1.0 + rise * left.fade + bend * left.spring)
-        stiff_right = 1.0 / (1.0 + rise * right.fade + bend * right.spring)
+        stiff_left = 1.0 / (1.0 + rise * left.two_zeta_omega + bend * left.omega2)
+        stiff_right = 1.0 / (1.0 + rise * right.two_zeta_omega + bend * right.omega2)
         a_left = stiff_left * acceleration(left, grounds[2], u_left, v_left)
         a_right = stiff_right * acceleration(right, grounds[2], u_right, v_right)
         yields_left, yields_right = stiff_left * left.inverse_mass, stiff_right * right.inverse_mass

@@ -16,8 +16,8 @@ def derivative(pair, law, contact, a_g, state):
     return (
         state[2],
         state[3],
-        -left.ground * a_g - left.fade * state[2] - left.spring * state[0] - left.inverse_mass * force,
-        -right.ground * a_g - right.fade * state[3] - right.spring * state[1] + right.inverse_mass * force,
+        -left.ground * a_g - left.two_zeta_omega * state[2] - left.omega2 * state[0] - left.inverse_mass * force,
+        -right.ground * a_g - right.two_zeta_omega * state[3] - right.omega2 * state[1] + right.inverse_mass * force,
     )
 
 

@@ -95,8 +95,11 @@ class ScipyPair:
         return (
             v_left,
             v_right,
-            -left.ground * a_g - left.fade * v_left - left.spring * place_left - left.inverse_mass * force,
-            -right.ground * a_g - right.fade * v_right - right.spring * place_right + right.inverse_mass * force,
+            -left.ground * a_g - left.two_zeta_omega * v_left - left.omega2 * place_left - left.inverse_mass * force,
+            -right.ground * a_g
+            - right.two_zeta_omega * v_right
+            - right.omega2 * place_right
+            + right.inverse_mass * force,
         )
 
     def force_rate(self, t: float, y: Any) -> float:

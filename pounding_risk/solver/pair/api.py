@@ -39,14 +39,14 @@ def _vibration_map(oscillator: Oscillator, time: float) -> tuple[float, float, f
     """Free vibration over ``time``: u and u̇ at its end from those at its start, as four numbers."""
     if oscillator.inverse_omega == 0.0:
         return (0.0, 0.0, 0.0, 0.0)
-    fade = 0.5 * oscillator.fade
-    rate = sqrt(oscillator.spring - fade * fade)
-    decay, c, s = exp(-fade * time), cos(rate * time), sin(rate * time)
+    zeta_omega = 0.5 * oscillator.two_zeta_omega
+    rate = sqrt(oscillator.omega2 - zeta_omega * zeta_omega)
+    decay, c, s = exp(-zeta_omega * time), cos(rate * time), sin(rate * time)
     return (
-        decay * (c + fade / rate * s),
+        decay * (c + zeta_omega / rate * s),
         decay * s / rate,
-        -decay * oscillator.spring / rate * s,
-        decay * (c - fade / rate * s),
+        -decay * oscillator.omega2 / rate * s,
+        decay * (c - zeta_omega / rate * s),
     )
 
 

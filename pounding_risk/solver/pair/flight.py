@@ -51,8 +51,8 @@ def read_signals(pair, state, widened, signals):
     signals[0] = state[0] - state[1] - widened
     signals[1] = state[0]
     signals[2] = state[1]
-    signals[3] = -left.fade * state[2] - left.spring * state[0]
-    signals[4] = -right.fade * state[3] - right.spring * state[1]
+    signals[3] = -left.two_zeta_omega * state[2] - left.omega2 * state[0]
+    signals[4] = -right.two_zeta_omega * state[3] - right.omega2 * state[1]
 
 
 @kernel
@@ -73,38 +73,38 @@ def write_signal(signal, pair, ground, workspace, terms):
         return LEFT, terms
     if signal == 2:
         return RIGHT, terms
-    fade = left.fade if signal == 3 else right.fade
-    spring = left.spring if signal == 3 else right.spring
+    two_zeta_omega = left.two_zeta_omega if signal == 3 else right.two_zeta_omega
+    omega2 = left.omega2 if signal == 3 else right.omega2
     source = LEFT if signal == 3 else RIGHT
     for n in range(terms - 1):
-        series[SIGNAL, n] = -fade * (n + 1) * series[source, n + 1] - spring * series[source, n]
+        series[SIGNAL, n] = -two_zeta_omega * (n + 1) * series[source, n + 1] - omega2 * series[source, n]
     return SIGNAL, terms - 1
 
 
 @small
-def turn_bound(oscillator, place, speed, push):
+def turn_bound(oscillator, place, speed, load):
     """No |ü| within the interval is larger: u̇ + slope/ω² is a free vibration, whose energy only falls.
 
     The sum of both terms stands for the root of their squares, which it is never below and which takes longer.
     """
-    drift = (oscillator.spring * speed + push[1]) * oscillator.inverse_omega
-    pull = push[0] + oscillator.fade * speed + oscillator.spring * place
+    drift = (oscillator.omega2 * speed + load[1]) * oscillator.inverse_omega
+    pull = load[0] + oscillator.two_zeta_omega * speed + oscillator.omega2 * place
     return abs(drift) + abs(pull)
 
 
 @small
 def shake_bound(oscillator, turn):
     """Bound on the second derivative of the absolute acceleration: ω² (1 + 2ζ + 4ζ²) × the bound on |ü|."""
-    ratio = oscillator.fade * oscillator.inverse_omega
-    return oscillator.spring * (1.0 + ratio + ratio * ratio) * turn
+    ratio = oscillator.two_zeta_omega * oscillator.inverse_omega
+    return oscillator.omega2 * (1.0 + ratio + ratio * ratio) * turn
 
 
 @small
 def bend_bounds(pair, state, ground, length):
     """Bounds on the second derivatives of the watched signals within a stretch of flight."""
     left, right = pair
-    turn_left = turn_bound(left, state[0], state[2], ground.push_left(left))
-    turn_right = turn_bound(right, state[1], state[3], ground.push_right(right))
+    turn_left = turn_bound(left, state[0], state[2], ground.load_left(left))
+    turn_right = turn_bound(right, state[1], state[3], ground.load_right(right))
     return (
         turn_left + turn_right + ground.bend(length),
         turn_left,
@@ -186,8 +186,8 @@ def search_mask(pair, gap, state, span, workspace):
 @kernel
 def write_series(pair, state, ground, terms, workspace):
     """Write the Taylor series of both buildings over a stretch of flight to the workspace."""
-    expand(pair[0], state[0], state[2], ground.push_left(pair[0]), workspace.search, LEFT, terms)
-    expand(pair[1], state[1], state[3], ground.push_right(pair[1]), workspace.search, RIGHT, terms)
+    expand(pair[0], state[0], state[2], ground.load_left(pair[0]), workspace.search, LEFT, terms)
+    expand(pair[1], state[1], state[3], ground.load_right(pair[1]), workspace.search, RIGHT, terms)
 
 
 @small
@@ -211,9 +211,9 @@ def block_is_quiet(pair, extremes, gap, block, vibration, workspace):
         elif signal == 2:
             reach = reach_right
         elif signal == 3:
-            reach = reach_left * (left.spring + left.fade * sqrt(left.spring))
+            reach = reach_left * (left.omega2 + left.two_zeta_omega * sqrt(left.omega2))
         elif signal == 4:
-            reach = reach_right * (right.spring + right.fade * sqrt(right.spring))
+            reach = reach_right * (right.omega2 + right.two_zeta_omega * sqrt(right.omega2))
         if high[block, signal] + reach > workspace.high[signal]:
             return False
         if low[block, signal] - reach < workspace.low[signal]:

@@ -20,14 +20,14 @@ from pounding_risk.solver.workspace import LEFT, SIGNALS
 
 @kernel
 def ramp_map(oscillator, step, terms, workspace):
-    """u and u̇ after one node interval from (u, u̇, the push at its start, its slope): 2 x 4 numbers."""
+    """u and u̇ after one node interval from (u, u̇, the load at its start, its slope): 2 x 4 numbers."""
     series = workspace.search.series
     places, speeds = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
     if oscillator.inverse_omega > 0.0:
         for part in range(4):
             place, speed = (1.0 if part == 0 else 0.0), (1.0 if part == 1 else 0.0)
-            push = (1.0 if part == 2 else 0.0, 1.0 if part == 3 else 0.0, 0.0, 0.0)
-            expand(oscillator, place, speed, push, workspace.search, LEFT, terms)
+            load = (1.0 if part == 2 else 0.0, 1.0 if part == 3 else 0.0, 0.0, 0.0)
+            expand(oscillator, place, speed, load, workspace.search, LEFT, terms)
             workspace.here[part] = value_at(series, LEFT, terms, step)
             workspace.there[part] = slope_at(series, LEFT, terms, step)
         places = (workspace.here[0], workspace.here[1], workspace.here[2], workspace.here[3])
@@ -36,12 +36,12 @@ def ramp_map(oscillator, step, terms, workspace):
 
 
 @small
-def ramped(ramp_maps, place, speed, push):
+def ramped(ramp_maps, place, speed, load):
     """(u, u̇) at the end of a node interval."""
     a, b = ramp_maps
     return (
-        a[0] * place + a[1] * speed + a[2] * push[0] + a[3] * push[1],
-        b[0] * place + b[1] * speed + b[2] * push[0] + b[3] * push[1],
+        a[0] * place + a[1] * speed + a[2] * load[0] + a[3] * load[1],
+        b[0] * place + b[1] * speed + b[2] * load[0] + b[3] * load[1],
     )
 
 
@@ -79,8 +79,8 @@ def fill_free_response(pair, free, workspace):
         for node in range(first, stop):
             ground = passage.stretch(free.ground, step, node, 0.0)
             turn = others if node % 2 else maps
-            left = ramped(turn[0], state[0], state[2], ground.push_left(pair[0]))
-            right = ramped(turn[1], state[1], state[3], ground.push_right(pair[1]))
+            left = ramped(turn[0], state[0], state[2], ground.load_left(pair[0]))
+            right = ramped(turn[1], state[1], state[3], ground.load_right(pair[1]))
             ahead = (left[0], right[0], left[1], right[1])
             for signal in range(SIGNALS):
                 workspace.here[signal] = workspace.there[signal]

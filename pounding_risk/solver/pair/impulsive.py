@@ -64,14 +64,14 @@ def joined(pair, gap):
     left, right = pair
     total = left.inverse_mass + right.inverse_mass
     p, q = right.inverse_mass / total, left.inverse_mass / total
-    spring = p * left.spring + q * right.spring
-    whole = Oscillator(1.0 / total, 0.0, spring, p * left.fade + q * right.fade, 0.0, 0.0)
+    spring = p * left.omega2 + q * right.omega2
+    whole = Oscillator(1.0 / total, 0.0, spring, p * left.two_zeta_omega + q * right.two_zeta_omega, 0.0, 0.0)
     ahead = gap if right.inverse_mass == 0.0 else 0.0
     behind = gap if left.inverse_mass == 0.0 else 0.0
     # Masses without springs, as in an isolated impact, are not held anywhere.
     if spring > 0.0 and left.inverse_mass > 0.0 and right.inverse_mass > 0.0:
-        ahead = q * right.spring * gap / spring
-        behind = p * left.spring * gap / spring
+        ahead = q * right.omega2 * gap / spring
+        behind = p * left.omega2 * gap / spring
     return Joint(left, right, whole, p, q, ahead, behind)
 
 
@@ -90,10 +90,10 @@ def of_both(joint, place, speed):
 
 
 @small
-def push_whole(joint, ground):
+def load_whole(joint, ground):
     """What pushes the joined pair, from the ground under the left building."""
     p, q = joint.share_left, joint.share_right
-    one, other = ground.push_left(joint.left), ground.push_across(joint.right)
+    one, other = ground.load_left(joint.left), ground.load_across(joint.right)
     return (
         p * one[0] + q * other[0],
         p * one[1] + q * other[1],
@@ -106,12 +106,12 @@ def push_whole(joint, ground):
 def write_tension(joint, ground, terms, workspace):
     """Row SIGNAL: the series of −F / m, tension above zero, from that of x in row LEFT; returns its terms."""
     left, right = joint.left, joint.right
-    fade, spring = left.fade - right.fade, left.spring - right.spring
+    two_zeta_omega, omega2 = left.two_zeta_omega - right.two_zeta_omega, left.omega2 - right.omega2
     series = workspace.search.series
     for n in range(terms - 1):
-        series[SIGNAL, n] = fade * ((n + 1) * series[LEFT, n + 1]) + spring * series[LEFT, n]
-    one, other = ground.push_left(left), ground.push_across(right)
-    series[SIGNAL, 0] += (one[0] - other[0]) + (left.spring * joint.ahead + right.spring * joint.behind)
+        series[SIGNAL, n] = two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) + omega2 * series[LEFT, n]
+    one, other = ground.load_left(left), ground.load_across(right)
+    series[SIGNAL, 0] += (one[0] - other[0]) + (left.omega2 * joint.ahead + right.omega2 * joint.behind)
     for n in range(1, 4):
         series[SIGNAL, n] += one[n] - other[n]
     return terms - 1
@@ -135,9 +135,9 @@ def raise_rows(joint, ground, terms, stop, workspace):
     for n in range(terms):
         series[RIGHT, n] = series[LEFT, n]
     for n in range(terms - 1):
-        series[SIGNAL, n] = -whole.fade * ((n + 1) * series[LEFT, n + 1]) - whole.spring * series[LEFT, n]
+        series[SIGNAL, n] = -whole.two_zeta_omega * ((n + 1) * series[LEFT, n + 1]) - whole.omega2 * series[LEFT, n]
     # ẍ + a_g: without a wave nothing of a_g is left but where a rigid building carries the other along.
-    push, widening, still = push_whole(joint, ground), ground.widening(), ground.under_left()
+    push, widening, still = load_whole(joint, ground), ground.widening(), ground.under_left()
     for n in range(4):
         series[SIGNAL, n] -= push[n]
         series[RIGHT, n] -= widening[n]
@@ -208,7 +208,7 @@ def move_joined(joint, free, start, place, speed, workspace, log):
     while True:
         ground = free.passage.stretch(free.ground, free.step, node, offset)
         span = free.passage.width(free.step, node) - offset
-        expand(joint.whole, place, speed, push_whole(joint, ground), workspace.search, LEFT, terms)
+        expand(joint.whole, place, speed, load_whole(joint, ground), workspace.search, LEFT, terms)
         count = write_tension(joint, ground, terms, workspace)
         root = first_rise(workspace.search, count, 0.0, span)
         stop = root if root >= 0.0 else span
@@ -286,7 +286,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     workspace.high[0] = max(workspace.high[0], limits.gap)
     write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), workspace)
     place, common = midway(joint, state)
-    expand(joint.whole, place, common, push_whole(joint, ground), workspace.search, LEFT, free.terms)
+    expand(joint.whole, place, common, load_whole(joint, ground), workspace.search, LEFT, free.terms)
     pressed = presses(series, write_tension(joint, ground, free.terms, workspace))
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
     back, push = ratio * speed, hardness * speed

@@ -24,8 +24,8 @@ def read_contact(impact, phase, state, time, workspace, row):
     u, w, v, z = phase.ground.apart(right, state, time)
     readings[row, DISPLACEMENT_LEFT] = u
     readings[row, DISPLACEMENT_RIGHT] = w
-    readings[row, ACCELERATION_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * force
-    readings[row, ACCELERATION_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * force
+    readings[row, ACCELERATION_LEFT] = (-left.two_zeta_omega * v - left.omega2 * u) - left.inverse_mass * force
+    readings[row, ACCELERATION_RIGHT] = (-right.two_zeta_omega * z - right.omega2 * w) + right.inverse_mass * force
 
 
 @small
@@ -51,8 +51,8 @@ def read_end(impact, phase, place, workspace, rows):
     u, w, v, z = phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
     rise[row, DISPLACEMENT_LEFT] = u
     rise[row, DISPLACEMENT_RIGHT] = w
-    rise[row, ACCELERATION_LEFT] = (-left.fade * v - left.spring * u) - left.inverse_mass * felt
-    rise[row, ACCELERATION_RIGHT] = (-right.fade * z - right.spring * w) + right.inverse_mass * felt
+    rise[row, ACCELERATION_LEFT] = (-left.two_zeta_omega * v - left.omega2 * u) - left.inverse_mass * felt
+    rise[row, ACCELERATION_RIGHT] = (-right.two_zeta_omega * z - right.omega2 * w) + right.inverse_mass * felt
 
 
 # Rows of a place on the step: of its state and readings, and of its slopes.

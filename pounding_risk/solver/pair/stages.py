@@ -89,12 +89,12 @@ def slopes(impact, phase, s, state, workspace, row):
     cube = s * s * s
     clock = 4.0 * cube
     slope = workspace.slopes
-    drive_left = -left.ground * phase.ground.left_at(cube * s) - left.fade * state[2]
-    drive_right = -phase.ground.across_at(right, cube * s) - right.fade * state[3]
+    drive_left = -left.ground * phase.ground.left_at(cube * s) - left.two_zeta_omega * state[2]
+    drive_right = -phase.ground.across_at(right, cube * s) - right.two_zeta_omega * state[3]
     slope[row, 0] = clock * state[2]
     slope[row, 1] = clock * state[3]
-    slope[row, 2] = clock * ((drive_left - left.spring * state[0]) - left.inverse_mass * force)
-    slope[row, 3] = clock * ((drive_right - right.spring * state[1]) + right.inverse_mass * force)
+    slope[row, 2] = clock * ((drive_left - left.omega2 * state[0]) - left.inverse_mass * force)
+    slope[row, 3] = clock * ((drive_right - right.omega2 * state[1]) + right.inverse_mass * force)
     slope[row, 4] = clock * force * (state[2] - state[3])
     slope[row, 5] = clock * force
     put_in = left.mass * state[2] * drive_left + right.mass * state[3] * drive_right
@@ -246,7 +246,7 @@ def energy_of(pair, state):
     """Kinetic and strain energy of both buildings [J]."""
     left, right = pair
     kinetic = left.mass * state[2] ** 2 + right.mass * state[3] ** 2
-    strain = left.mass * left.spring * state[0] ** 2 + right.mass * right.spring * state[1] ** 2
+    strain = left.mass * left.omega2 * state[0] ** 2 + right.mass * right.omega2 * state[1] ** 2
     return 0.5 * (kinetic + strain)
 
 

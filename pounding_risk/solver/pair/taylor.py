@@ -20,18 +20,18 @@ FINEST = 2.0**-36  # of an interval: where the bisection stops
 
 
 @kernel
-def expand(oscillator, place, speed, push, search, row, terms):
-    """Write the Taylor coefficients of u(x) from (u, u̇) to a row of the series; ``push`` as `ground.GroundInterval` has it."""
+def expand(oscillator, place, speed, load, search, row, terms):
+    """Write the Taylor coefficients of u(x) from (u, u̇) to a row of the series; ``load`` as `ground.GroundInterval` has it."""
     series = search.series
     series[row, 0] = place
     series[row, 1] = speed
-    fade, spring = oscillator.fade, oscillator.spring
-    series[row, 2] = -(fade * series[row, 1] + spring * series[row, 0] + push[0]) * SHARES[2]
-    series[row, 3] = -(fade * 2 * series[row, 2] + spring * series[row, 1] + push[1]) * SHARES[3]
-    series[row, 4] = -(fade * 3 * series[row, 3] + spring * series[row, 2] + push[2]) * SHARES[4]
-    series[row, 5] = -(fade * 4 * series[row, 4] + spring * series[row, 3] + push[3]) * SHARES[5]
+    two_zeta_omega, omega2 = oscillator.two_zeta_omega, oscillator.omega2
+    series[row, 2] = -(two_zeta_omega * series[row, 1] + omega2 * series[row, 0] + load[0]) * SHARES[2]
+    series[row, 3] = -(two_zeta_omega * 2 * series[row, 2] + omega2 * series[row, 1] + load[1]) * SHARES[3]
+    series[row, 4] = -(two_zeta_omega * 3 * series[row, 3] + omega2 * series[row, 2] + load[2]) * SHARES[4]
+    series[row, 5] = -(two_zeta_omega * 4 * series[row, 4] + omega2 * series[row, 3] + load[3]) * SHARES[5]
     for n in range(6, terms):
-        series[row, n] = -(fade * (n - 1) * series[row, n - 1] + spring * series[row, n - 2]) * SHARES[n]
+        series[row, n] = -(two_zeta_omega * (n - 1) * series[row, n - 1] + omega2 * series[row, n - 2]) * SHARES[n]
 
 
 @small
