@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import cleandoc
 from typing import Any, get_type_hints
 
 from generation.markdown import docstring, plain, table
@@ -68,7 +69,7 @@ def _model(name: str, law: Any) -> str:
 
 def _without_parameters(kind: Any) -> str:
     """A class's docstring; its section of parameters is the table's."""
-    return docstring((kind.__doc__ or "").partition("\nParameters\n")[0])
+    return docstring(cleandoc(kind.__doc__ or "").partition("\nParameters\n")[0])
 
 
 def _parameters(law: Any) -> Any:

@@ -18,6 +18,7 @@ from interpreted import interpreted as without_compiling
 from oracle_laws import exact_hertz_damp
 
 from pounding_risk._jit import compile as _jit
+from pounding_risk.models._discovery import classes_of, modules_in_order
 from pounding_risk.models.contact import impulsive as instant
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, DistributedMass, Stereomechanical, is_instant
@@ -189,6 +190,14 @@ def test_what_a_model_lacks_is_said(name: str):
     assert isinstance(known.uncapped, str) == (not kind.capped)
     if not is_instant(kind):
         assert (isinstance(known.peaks, str), known.stiff) == (False, "")
+
+
+@pytest.mark.parametrize("package", [contact, instant])
+def test_every_class_of_a_folder_is_a_model(package):
+    """A law without one of its methods would otherwise be no law, and nobody told."""
+    known = [*CONTACT_MODELS.values(), *EXACT.values()]
+    kinds = [kind for module in modules_in_order(package.__name__) for kind in classes_of(module).values()]
+    assert [kind.__name__ for kind in kinds if kind not in known] == []
 
 
 def test_no_fact_is_left_of_a_model_that_is_gone():

@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 
 from pounding_risk.cli import app
 from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.models import effects
+from pounding_risk.models._discovery import modules_in_order
 from pounding_risk.models.effects import EFFECTS, default_example, default_words, defaults
 from pounding_risk.scene.reader import parse_scene, scene_schema
 
@@ -21,6 +23,13 @@ ROW = scene_text(
     records={"window": ["0 s", "2 s"]},
 )
 OPTIONS = [(name, option) for name, kind in EFFECTS.items() for option in kind.optional]
+
+
+def test_every_module_of_the_folder_holds_one_effect():
+    """In the order in which effects act, that of the modules' ORDER."""
+    modules = modules_in_order(effects.__name__)
+    assert [EFFECTS[name].__module__ for name in EFFECTS] == [module.__name__ for module in modules]
+    assert all(hasattr(module, "ORDER") for module in modules)
 
 
 @pytest.mark.parametrize(("name", "option"), OPTIONS)
