@@ -53,7 +53,23 @@ NAMED = {"concrete": CONCRETE}
 
 
 def constant(e: float) -> Restitution:
-    """The same e at every speed; raises ValueError outside (0, 1]."""
+    """The relation with the same e at every approach speed.
+
+    Parameters
+    ----------
+    e : float
+        Coefficient of restitution.
+
+    Returns
+    -------
+    Restitution
+        A polynomial of degree zero.
+
+    Raises
+    ------
+    ValueError
+        For an e outside (0, 1].
+    """
     if not RESTITUTION.allows(e):
         raise ValueError(f"coefficient of restitution {e:g}: it must lie in (0, 1]; concrete is usually 0.5 to 0.75")
     return Restitution(float(e))
