@@ -30,23 +30,38 @@ FINER = 4  # steps for one where crests are looked for
 CUBIC_RISE = 4.0 / 27.0  # a cubic on [0, h] is at most its larger end + 4/27 h (|slope| + |slope|)
 TERMS = 20  # of the series in ω h ≤ 0.2: the next is below 1e-17 of the first for ζ ≤ 1
 
-# Rows of the desk, of one number for each period: state, coefficients; and of u, u̇ and ü + a_g the largest value and
-# by how much that between two nodes may be larger.
-U, V, UU, UV, UA, UB, VU, VV, VA, VB, FADE, SPRING, PEAK, EXCESS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 15
+# Rows of the workspace, of one number for each period: state, coefficients; and of u, u̇ and ü + a_g the largest value
+# and by how much that between two nodes may be larger.
+U, V, UU, UV, UA, UB, VU, VV, VA, VB, TWO_ZETA_OMEGA, OMEGA2, PEAK, EXCESS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    11,
+    12,
+    15,
+)
 ROWS = 18
 MARKS = 5  # rows kept for each block: u and u̇ at its beginning, and the largest three at its nodes
 BETWEEN = 1.1  # a second derivative between nodes over the largest at nodes: with ω h ≤ 0.2 less than this
 
 
 @kernel
-def series(kind, spring, fade, h):
+def series(kind, omega2, two_zeta_omega, h):
     """u and u̇ after a step h, from 1 in one of: u (0), u̇ (1), a_g (2) and the rise of a_g over the step (3)."""
     now = 1.0 if kind == 0 else 0.0
     after = h if kind == 1 else 0.0
     u, rate = now + after, after
     for n in range(TERMS):
-        push = 1.0 if (kind == 2 and n == 0) or (kind == 3 and n == 1) else 0.0
-        new = -(h * h * (push + spring * now) + fade * h * (n + 1) * after) / ((n + 1) * (n + 2))
+        load = 1.0 if (kind == 2 and n == 0) or (kind == 3 and n == 1) else 0.0
+        new = -(h * h * (load + omega2 * now) + two_zeta_omega * h * (n + 1) * after) / ((n + 1) * (n + 2))
         u += new
         rate += (n + 2) * new
         now, after = after, new
@@ -54,15 +69,15 @@ def series(kind, spring, fade, h):
 
 
 @kernel
-def prepare(lane, period, damping, h, desk):
+def prepare(lane, period, damping, h, workspace):
     """Coefficients of one step of one oscillator at rest."""
     omega = 2.0 * pi / period
-    fade, spring = 2.0 * damping * omega, omega * omega
-    desk[U * LANES + lane] = desk[V * LANES + lane] = 0.0
-    desk[FADE * LANES + lane], desk[SPRING * LANES + lane] = fade, spring
+    two_zeta_omega, omega2 = 2.0 * damping * omega, omega * omega
+    workspace[U * LANES + lane] = workspace[V * LANES + lane] = 0.0
+    workspace[TWO_ZETA_OMEGA * LANES + lane], workspace[OMEGA2 * LANES + lane] = two_zeta_omega, omega2
     for kind in range(4):
-        u, v = series(kind, spring, fade, h)
-        desk[(UU + kind) * LANES + lane], desk[(VU + kind) * LANES + lane] = u, v
+        u, v = series(kind, omega2, two_zeta_omega, h)
+        workspace[(UU + kind) * LANES + lane], workspace[(VU + kind) * LANES + lane] = u, v
 
 
 @small
@@ -72,71 +87,73 @@ def larger(a, b):
 
 
 @small
-def advance(lane, u, v, here, rise, desk):
+def advance(lane, u, v, here, rise, workspace):
     """u and u̇ at the next node; a_g is ``here`` at this one and rises by ``rise``."""
     next_u = (
-        desk[UU * LANES + lane] * u
-        + desk[UV * LANES + lane] * v
-        + (desk[UA * LANES + lane] * here + desk[UB * LANES + lane] * rise)
+        workspace[UU * LANES + lane] * u
+        + workspace[UV * LANES + lane] * v
+        + (workspace[UA * LANES + lane] * here + workspace[UB * LANES + lane] * rise)
     )
     next_v = (
-        desk[VU * LANES + lane] * u
-        + desk[VV * LANES + lane] * v
-        + (desk[VA * LANES + lane] * here + desk[VB * LANES + lane] * rise)
+        workspace[VU * LANES + lane] * u
+        + workspace[VV * LANES + lane] * v
+        + (workspace[VA * LANES + lane] * here + workspace[VB * LANES + lane] * rise)
     )
     return next_u, next_v
 
 
 @small
-def watched(lane, u, v, ground, desk):
+def watched(lane, u, v, ground, workspace):
     """ü + a_g, ü, and the slope of ü + a_g."""
-    total = -(desk[FADE * LANES + lane] * v + desk[SPRING * LANES + lane] * u)
+    total = -(workspace[TWO_ZETA_OMEGA * LANES + lane] * v + workspace[OMEGA2 * LANES + lane] * u)
     bend = total - ground
-    return total, bend, -(desk[FADE * LANES + lane] * bend + desk[SPRING * LANES + lane] * v)
+    return total, bend, -(workspace[TWO_ZETA_OMEGA * LANES + lane] * bend + workspace[OMEGA2 * LANES + lane] * v)
 
 
 @kernel
-def nodes(ground, parts, desk, marks):
+def nodes(ground, parts, workspace, marks):
     """Eight oscillators through a record, each sample interval in ``parts`` steps."""
     for i in range(ground.size - 1):
         if i % BLOCK == 0:
             for lane in range(LANES):
-                u, v = desk[U * LANES + lane], desk[V * LANES + lane]
+                u, v = workspace[U * LANES + lane], workspace[V * LANES + lane]
                 marks[i // BLOCK, U * LANES + lane], marks[i // BLOCK, V * LANES + lane] = u, v
-                keep_start(lane, u, v, desk)
+                keep_start(lane, u, v, workspace)
         rise = (ground[i + 1] - ground[i]) / parts
         for part in range(parts):
             here = ground[i] + part * rise
             for lane in range(LANES):
-                u, v = advance(lane, desk[U * LANES + lane], desk[V * LANES + lane], here, rise, desk)
-                desk[U * LANES + lane], desk[V * LANES + lane] = u, v
-                total = desk[FADE * LANES + lane] * v + desk[SPRING * LANES + lane] * u
-                desk[PEAK * LANES + lane] = larger(abs(u), desk[PEAK * LANES + lane])
-                desk[(PEAK + 1) * LANES + lane] = larger(abs(v), desk[(PEAK + 1) * LANES + lane])
-                desk[(PEAK + 2) * LANES + lane] = larger(abs(total), desk[(PEAK + 2) * LANES + lane])
+                u, v = advance(lane, workspace[U * LANES + lane], workspace[V * LANES + lane], here, rise, workspace)
+                workspace[U * LANES + lane], workspace[V * LANES + lane] = u, v
+                total = workspace[TWO_ZETA_OMEGA * LANES + lane] * v + workspace[OMEGA2 * LANES + lane] * u
+                workspace[PEAK * LANES + lane] = larger(abs(u), workspace[PEAK * LANES + lane])
+                workspace[(PEAK + 1) * LANES + lane] = larger(abs(v), workspace[(PEAK + 1) * LANES + lane])
+                workspace[(PEAK + 2) * LANES + lane] = larger(abs(total), workspace[(PEAK + 2) * LANES + lane])
         for place in range(3 * LANES):
-            marks[i // BLOCK, 2 * LANES + place] = desk[PEAK * LANES + place]
+            marks[i // BLOCK, 2 * LANES + place] = workspace[PEAK * LANES + place]
 
 
 @small
-def keep_start(lane, u, v, desk):
+def keep_start(lane, u, v, workspace):
     """The first node of a block: its values are the largest so far."""
-    desk[PEAK * LANES + lane], desk[(PEAK + 1) * LANES + lane] = abs(u), abs(v)
-    desk[(PEAK + 2) * LANES + lane] = abs(desk[FADE * LANES + lane] * v + desk[SPRING * LANES + lane] * u)
+    workspace[PEAK * LANES + lane], workspace[(PEAK + 1) * LANES + lane] = abs(u), abs(v)
+    workspace[(PEAK + 2) * LANES + lane] = abs(
+        workspace[TWO_ZETA_OMEGA * LANES + lane] * v + workspace[OMEGA2 * LANES + lane] * u
+    )
 
 
 @kernel
-def sum_up(lane, shaking, h, desk, marks):
+def sum_up(lane, shaking, h, workspace, marks):
     """The largest values at nodes, and how much larger those between may be; ``shaking`` is max|a_g| and max|ȧ_g|."""
     for which in range(3):
-        desk[(PEAK + which) * LANES + lane] = marks[:, (2 + which) * LANES + lane].max()
-    fade, spring = desk[FADE * LANES + lane], desk[SPRING * LANES + lane]
+        workspace[(PEAK + which) * LANES + lane] = marks[:, (2 + which) * LANES + lane].max()
+    two_zeta_omega, omega2 = workspace[TWO_ZETA_OMEGA * LANES + lane], workspace[OMEGA2 * LANES + lane]
     # The second derivatives of u, u̇ and ü + a_g, from the equation of motion and its derivatives.
-    second = BETWEEN * (desk[(PEAK + 2) * LANES + lane] + shaking[0])
-    third = fade * second + BETWEEN * spring * desk[(PEAK + 1) * LANES + lane] + shaking[1]
-    desk[EXCESS * LANES + lane] = h * h / 8.0 * second
-    desk[(EXCESS + 1) * LANES + lane] = h * h / 8.0 * third
-    desk[(EXCESS + 2) * LANES + lane] = h * h / 8.0 * (fade * third + spring * second)
+    second = BETWEEN * (workspace[(PEAK + 2) * LANES + lane] + shaking[0])
+    third = two_zeta_omega * second + BETWEEN * omega2 * workspace[(PEAK + 1) * LANES + lane] + shaking[1]
+    workspace[EXCESS * LANES + lane] = h * h / 8.0 * second
+    workspace[(EXCESS + 1) * LANES + lane] = h * h / 8.0 * third
+    workspace[(EXCESS + 2) * LANES + lane] = h * h / 8.0 * (two_zeta_omega * third + omega2 * second)
 
 
 @kernel
@@ -160,7 +177,7 @@ def crest(best, ends, slopes, h):
 @kernel
 def crests(ground, parts, h, lane, block, desks, marks):
     """Go through one block again for one oscillator, in finer steps, and keep what is larger between its nodes."""
-    desk, finer = desks
+    workspace, finer = desks
     u, v = marks[block, U * LANES + lane], marks[block, V * LANES + lane]
     for i in range(block * BLOCK, min((block + 1) * BLOCK, ground.size - 1)):
         rise = (ground[i + 1] - ground[i]) / parts
@@ -170,39 +187,41 @@ def crests(ground, parts, h, lane, block, desks, marks):
             next_u, next_v = advance(lane, u, v, here, rise, finer)
             next_total, next_bend, next_turn = watched(lane, next_u, next_v, here + rise, finer)
             place = PEAK * LANES + lane
-            desk[place] = crest(larger(abs(next_u), desk[place]), (u, next_u), (v, next_v), h)
+            workspace[place] = crest(larger(abs(next_u), workspace[place]), (u, next_u), (v, next_v), h)
             place += LANES
-            desk[place] = crest(larger(abs(next_v), desk[place]), (v, next_v), (bend, next_bend), h)
+            workspace[place] = crest(larger(abs(next_v), workspace[place]), (v, next_v), (bend, next_bend), h)
             place += LANES
-            desk[place] = crest(larger(abs(next_total), desk[place]), (total, next_total), (turn, next_turn), h)
+            workspace[place] = crest(
+                larger(abs(next_total), workspace[place]), (total, next_total), (turn, next_turn), h
+            )
             u, v = next_u, next_v
 
 
 @small
-def may_be_higher(lane, block, desk, marks):
+def may_be_higher(lane, block, workspace, marks):
     """True where a block has a value at a node so large that one between its nodes may be the largest."""
     for which in range(3):
-        here = marks[block, (2 + which) * LANES + lane] + desk[(EXCESS + which) * LANES + lane]
-        if here > desk[(PEAK + which) * LANES + lane]:
+        here = marks[block, (2 + which) * LANES + lane] + workspace[(EXCESS + which) * LANES + lane]
+        if here > workspace[(PEAK + which) * LANES + lane]:
             return True
     return False
 
 
 @kernel
 def peaks_of_eight(ground, dt, periods, damping, desks, marks):
-    """Peaks of up to eight oscillators, the shortest period first, into the first desk."""
-    desk, finer = desks
+    """Peaks of up to eight oscillators, the shortest period first, into the first workspace."""
+    workspace, finer = desks
     parts = parts_of(dt, periods[0])
     h = dt / parts
     for lane in range(LANES):
-        prepare(lane, periods[min(lane, periods.size - 1)], damping, h, desk)
+        prepare(lane, periods[min(lane, periods.size - 1)], damping, h, workspace)
         prepare(lane, periods[min(lane, periods.size - 1)], damping, h / FINER, finer)
-    nodes(ground, parts, desk, marks)
+    nodes(ground, parts, workspace, marks)
     shaking = np.abs(ground).max(), np.abs(np.diff(ground)).max() / dt
     for lane in range(periods.size):
-        sum_up(lane, shaking, h, desk, marks)
+        sum_up(lane, shaking, h, workspace, marks)
         for block in range(marks.shape[0]):
-            if may_be_higher(lane, block, desk, marks):
+            if may_be_higher(lane, block, workspace, marks):
                 crests(ground, parts * FINER, h / FINER, lane, block, desks, marks)
 
 
@@ -226,28 +245,28 @@ def spectra(grounds, starts, steps, periods, damping):
     ``steps[k]`` [s]. ``periods`` [s] are in rising order.
     """
     found = np.empty((3, steps.size, periods.size))
-    desk, finer = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
+    workspace, finer = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
     for record in range(steps.size):
         ground = grounds[starts[record] : starts[record + 1]]
         marks = np.empty((blocks_of(ground.size - 1), MARKS * LANES))
         for first in range(0, periods.size, LANES):
             few = periods[first : first + LANES]
-            peaks_of_eight(ground, steps[record], few, damping, (desk, finer), marks)
+            peaks_of_eight(ground, steps[record], few, damping, (workspace, finer), marks)
             for lane in range(few.size):
                 for which in range(3):
-                    found[which, record, first + lane] = desk[(PEAK + which) * LANES + lane]
+                    found[which, record, first + lane] = workspace[(PEAK + which) * LANES + lane]
     return found
 
 
 @kernel
-def follow(ground, parts, lane, desk, path):
+def follow(ground, parts, lane, workspace, path):
     """u and u̇ of one oscillator at every node."""
     u, v, node = 0.0, 0.0, 0
     path[0, 0], path[0, 1] = u, v
     for i in range(ground.size - 1):
         rise = (ground[i + 1] - ground[i]) / parts
         for part in range(parts):
-            u, v = advance(lane, u, v, ground[i] + part * rise, rise, desk)
+            u, v = advance(lane, u, v, ground[i] + part * rise, rise, workspace)
             node += 1
             path[node, 0], path[node, 1] = u, v
 
@@ -276,13 +295,13 @@ def crest_along(paths, block, c, s, h, best):
 
 
 @kernel
-def bend_of_both(paths, fade, spring, shaking):
+def bend_of_both(paths, two_zeta_omega, omega2, shaking):
     """No ü between nodes is larger, along no direction; ``shaking`` is the largest a_g of any."""
     u = v = 0.0
     for node in range(paths.shape[1]):
         u = larger(paths[0, node, 0] * paths[0, node, 0] + paths[1, node, 0] * paths[1, node, 0], u)
         v = larger(paths[0, node, 1] * paths[0, node, 1] + paths[1, node, 1] * paths[1, node, 1], v)
-    return BETWEEN * (fade * sqrt(v) + spring * sqrt(u) + shaking)
+    return BETWEEN * (two_zeta_omega * sqrt(v) + omega2 * sqrt(u) + shaking)
 
 
 @kernel
@@ -310,14 +329,14 @@ def directions(first, second, dt, periods, damping, turns):
     sines of the angles from the first towards the second. The oscillators are linear: each answers once to each.
     """
     found = np.empty((periods.size, turns.shape[1]))
-    desk = np.empty(ROWS * LANES)
+    workspace = np.empty(ROWS * LANES)
     shaking = np.sqrt((first * first + second * second).max())
     for k in range(periods.size):
         parts = parts_of(dt, periods[k])
-        prepare(0, periods[k], damping, dt / parts, desk)
+        prepare(0, periods[k], damping, dt / parts, workspace)
         paths = np.empty((2, (first.size - 1) * parts + 1, 2))
-        follow(first, parts, 0, desk, paths[0])
-        follow(second, parts, 0, desk, paths[1])
-        bend = bend_of_both(paths, desk[FADE * LANES], desk[SPRING * LANES], shaking)
+        follow(first, parts, 0, workspace, paths[0])
+        follow(second, parts, 0, workspace, paths[1])
+        bend = bend_of_both(paths, workspace[TWO_ZETA_OMEGA * LANES], workspace[OMEGA2 * LANES], shaking)
         turn_around(paths, dt / parts, bend, turns, found[k])
     return found

@@ -42,9 +42,9 @@ def followed(ground, dt, period, damping, parts):
 
 def at_samples(ground, dt, period, damping=0.05):
     """(u, u̇) of the kernel, one step from sample to sample."""
-    desk, path = np.empty(spectrum.ROWS * spectrum.LANES), np.empty((ground.size, 2))
-    spectrum.prepare(0, period, damping, dt, desk)
-    spectrum.follow(ground, 1, 0, desk, path)
+    workspace, path = np.empty(spectrum.ROWS * spectrum.LANES), np.empty((ground.size, 2))
+    spectrum.prepare(0, period, damping, dt, workspace)
+    spectrum.follow(ground, 1, 0, workspace, path)
     return path.T
 
 

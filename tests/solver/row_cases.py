@@ -17,7 +17,7 @@ from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.read import read_motion
-from pounding_risk.solver import counters as tally
+from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
 
 GRAVITY = 9.80665
@@ -154,21 +154,21 @@ CASES = {
 }
 
 
-# Places of the tally by the names of outputs.
+# Places of the counters by the names of outputs.
 PLACES = {
-    "peak_closing": tally.TALLIED,
-    "peak_penetration": tally.PENETRATION,
-    "peak_contact_force": tally.PEAK_FORCE,
-    "peak_approach_speed": tally.APPROACH,
-    "uncapped_force": tally.DEMAND,
-    "impact_count": tally.COUNT,
-    "first_impact_time": tally.FIRST_TOUCH,
-    "contact_time": tally.CONTACT_TIME,
-    "impulse": tally.IMPULSE,
-    "energy_viscous": tally.VISCOUS,
-    "lowest_contact_force": tally.LOWEST_FORCE,
-    "yielding_contacts": tally.YIELDS,
-    "first_yield_time": tally.FIRST_YIELD,
+    "peak_closing": counters.TALLIED,
+    "peak_penetration": counters.PENETRATION,
+    "peak_contact_force": counters.PEAK_FORCE,
+    "peak_approach_speed": counters.APPROACH,
+    "uncapped_force": counters.DEMAND,
+    "impact_count": counters.COUNT,
+    "first_impact_time": counters.FIRST_TOUCH,
+    "contact_time": counters.CONTACT_TIME,
+    "impulse": counters.IMPULSE,
+    "energy_viscous": counters.VISCOUS,
+    "lowest_contact_force": counters.LOWEST_FORCE,
+    "yielding_contacts": counters.YIELDS,
+    "first_yield_time": counters.FIRST_YIELD,
 }
 
 
@@ -199,5 +199,5 @@ def named(run: Any) -> dict[str, np.ndarray]:
     """Outputs of the solver's points by name."""
     return {
         **{name: run.points[:, place] for name, place in PLACES.items()},
-        "peak_opening": -run.points[:, tally.TALLIED + 1],
+        "peak_opening": -run.points[:, counters.TALLIED + 1],
     }

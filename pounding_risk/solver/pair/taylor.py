@@ -21,7 +21,7 @@ FINEST = 2.0**-36  # of an interval: where the bisection stops
 
 @kernel
 def expand(oscillator, place, speed, load, search, row, terms):
-    """Write the Taylor coefficients of u(x) from (u, u̇) to a row of the series; ``load`` as `ground.GroundInterval` has it."""
+    """Write the Taylor coefficients of u(x) from (u, u̇) to a row of the series; ``load`` as in `GroundInterval`."""
     series = search.series
     series[row, 0] = place
     series[row, 1] = speed
