@@ -122,7 +122,7 @@ def discard(path: Path) -> None:
         path.unlink()
 
 
-def sweep(target: Path) -> list[Path]:
+def remove_leftovers(target: Path) -> list[Path]:
     """Remove what killed runs left of a target, and say what; the caller makes sure that nobody is writing it."""
     left = list(_asides(target, PARTIAL))
     if target.exists():

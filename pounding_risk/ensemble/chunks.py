@@ -1,4 +1,4 @@
-"""Parts put together: what some lines give, from pieces that were solved in whatever chunks."""
+"""Chunks put together: what some batches give, from pieces that were solved in whatever chunks."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Part = dict[str, NDArray[Any]]  # what some lines give, plain numbers; the first axis of every array is the lines'
-RAGGED = "_ragged"  # ends the name of an array that may be longer in one part than in another: filled up with zeros
+Chunk = dict[str, NDArray[Any]]  # what some batches give, plain numbers; the first axis of every array is the batches'
+RAGGED = "_ragged"  # ends the name of an array that may be longer in one chunk than in another: filled up with zeros
 
 
 def merged(ranges: Iterable[range]) -> list[range]:
-    """The same lines in as few ranges as there can be, in order."""
+    """The same batches in as few ranges as there can be, in order."""
     found: list[range] = []
-    for lines in sorted((each for each in ranges if each), key=lambda each: each.start):
-        if found and lines.start <= found[-1].stop:
-            found[-1] = range(found[-1].start, max(found[-1].stop, lines.stop))
+    for batches in sorted((each for each in ranges if each), key=lambda each: each.start):
+        if found and batches.start <= found[-1].stop:
+            found[-1] = range(found[-1].start, max(found[-1].stop, batches.stop))
         else:
-            found.append(lines)
+            found.append(batches)
     return found
 
 
@@ -41,29 +41,32 @@ def without(spans: Iterable[range], done: Iterable[range]) -> list[range]:
 
 
 def chosen(ranges: Iterable[range]) -> list[tuple[range, range]]:
-    """Which lines to take from which part, so that none is taken twice: (lines, the part's lines), in order."""
+    """Which batches to take from which chunk, so that none is taken twice: (batches, the chunk's batches), in order."""
     found: list[tuple[range, range]] = []
     end = 0
-    for lines in sorted(ranges, key=lambda each: (each.start, -each.stop)):
-        if lines.stop > end:
-            found.append((range(max(lines.start, end), lines.stop), lines))
-            end = lines.stop
+    for batches in sorted(ranges, key=lambda each: (each.start, -each.stop)):
+        if batches.stop > end:
+            found.append((range(max(batches.start, end), batches.stop), batches))
+            end = batches.stop
     return found
 
 
 def pieces_of(block: range, choice: Sequence[tuple[range, range]]) -> Iterator[tuple[range, range]]:
-    """The lines of a block, from `chosen`: (lines, the part's lines) in order; lines that no part has are left out."""
+    """The batches of a block, from `chosen`: (batches, the chunk's batches) in order.
+
+    Batches that no chunk has are left out.
+    """
     place = max(bisect_right(choice, block.start, key=lambda each: each[0].start) - 1, 0)
-    for lines, home in choice[place:]:
-        if lines.start >= block.stop:
+    for batches, home in choice[place:]:
+        if batches.start >= block.stop:
             return
-        both = range(max(lines.start, block.start), min(lines.stop, block.stop))
+        both = range(max(batches.start, block.start), min(batches.stop, block.stop))
         if both:
             yield both, home
 
 
-def joined(pieces: Sequence[Mapping[str, NDArray[Any]]]) -> Part:
-    """Parts one after the other; a ragged array is filled up with zeros to the longest."""
+def joined(pieces: Sequence[Mapping[str, NDArray[Any]]]) -> Chunk:
+    """Chunks one after the other; a ragged array is filled up with zeros to the longest."""
     return {name: _joined(name, [piece[name] for piece in pieces]) for name in pieces[0]}
 
 
@@ -79,24 +82,27 @@ def _joined(name: str, arrays: list[NDArray[Any]]) -> NDArray[Any]:
     return whole
 
 
-class InMemory:
-    """The parts of a study that nobody keeps."""
+class ChunksInMemory:
+    """The chunks of a study that nobody keeps."""
 
     def __init__(self) -> None:
-        self._parts: dict[range, Part] = {}
+        self._chunks: dict[range, Chunk] = {}
 
-    def keep(self, lines: range, part: Part, seconds: float) -> None:
-        """Hold a part."""
-        self._parts[lines] = part
+    def keep(self, batches: range, chunk: Chunk, seconds: float) -> None:
+        """Hold a chunk."""
+        self._chunks[batches] = chunk
 
-    def parts(self, blocks: Iterable[range]) -> Iterator[Part]:
-        """The arrays of the lines of each block, in order."""
-        choice = chosen(self._parts)
+    def chunks(self, blocks: Iterable[range]) -> Iterator[Chunk]:
+        """The arrays of the batches of each block, in order."""
+        choice = chosen(self._chunks)
         for block in blocks:
             yield joined(
                 [
-                    {name: array[lines.start - home.start : lines.stop - home.start] for name, array in whole.items()}
-                    for lines, home in pieces_of(block, choice)
-                    for whole in (self._parts[home],)
+                    {
+                        name: array[batches.start - home.start : batches.stop - home.start]
+                        for name, array in whole.items()
+                    }
+                    for batches, home in pieces_of(block, choice)
+                    for whole in (self._chunks[home],)
                 ]
             )

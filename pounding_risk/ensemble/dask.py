@@ -1,4 +1,4 @@
-"""Lines solved by the workers of a Dask cluster; what they give is kept by this process, which alone writes files."""
+"""Batches solved by the workers of a Dask cluster; what they give is kept by this process, which alone writes files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from threading import Lock
 from time import monotonic, perf_counter, sleep
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.threads import Keep, Pending, Solver
 from pounding_risk.errors import PoundingError
 
@@ -29,13 +29,13 @@ AHEAD = 2  # chunks in flight for each thread of the cluster: the one being solv
 JOBS = 2  # kept by a worker
 GO_ON = "what is done is kept; start the same command again, without --new, and it goes on from there"
 
-Make = Callable[[Any], Solver]  # a job from its order
+Make = Callable[[Any], Solver]  # a job from its input
 
 
 class Told(NamedTuple):
-    """What each chunk brings along, beside the order."""
+    """What each chunk brings along, beside the input."""
 
-    digest: str  # of the order
+    digest: str  # of the input
     make: Make | None
     versions: dict[str, str]
     prepared: str  # as the job here says it, see `jobs.Job`
@@ -51,15 +51,15 @@ class Made(NamedTuple):
 class Back(NamedTuple):
     """What a chunk gives."""
 
-    part: Part
+    part: Chunk
     seconds: float
-    tells: bool  # what other lines take: not where it compiled
+    tells: bool  # what other batches take: not where it compiled
 
 
 class Dask:
     """The workers of a Dask cluster: the address of its scheduler, or a ``distributed.Client``.
 
-    ``make`` makes the job from its order on the workers, which must find it by its name; `jobs.job_of` where none is
+    ``make`` makes the job from its input on the workers, which must find it by its name; `jobs.job_of` where none is
     given. Raises PoundingError where Dask is not installed, the scheduler does not answer, has no workers, or they
     have other versions of what numbers come from.
     """
@@ -167,20 +167,20 @@ class Flight:
         self.patience, self.manned = patience, monotonic()  # s without a worker, and when there was one
         self.chunks: dict[Future, range] = {}
         self.landed: as_completed | None = None
-        self.in_hand: tuple[range, Part, float] | None = None
-        self.order: Future | None = None
+        self.in_hand: tuple[range, Chunk, float] | None = None
+        self.scan_input: Future | None = None
         self.room, self.looked = 0, -LOOK
 
     def take_off(self, job: Solver, make: Make | None) -> None:
-        """Hand the order over, once for all chunks: a task of its own, so that no worker's loss loses it."""
+        """Hand the input over, once for all chunks: a task of its own, so that no worker's loss loses it."""
         from distributed import as_completed
 
-        payload = pickle.dumps(job.order)
+        payload = pickle.dumps(job.scan_input)
         self.told = Told(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job))
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            self.order = self.client.submit(_handed_over, payload, key=f"pounding-order-{self.told.digest}")
+            self.scan_input = self.client.submit(_handed_over, payload, key=f"pounding-scan_input-{self.told.digest}")
         self.landed = as_completed([], loop=self.client.loop, with_results=True, raise_errors=False)
         self._send()
 
@@ -189,7 +189,7 @@ class Flight:
         while self.chunks:
             self._keep_next()
             self._send()
-        assert not self.pending.left, "lines wait, and nothing is on its way"
+        assert not self.pending.left, "batches wait, and nothing is on its way"
 
     def keep_finished(self) -> None:
         """Keep what is back already; that whose keeping was interrupted once more."""
@@ -201,23 +201,23 @@ class Flight:
                 self.keep(self.chunks.pop(future), found.part, found.seconds)
 
     def cancel(self) -> None:
-        """Leave what is still on its way; the scheduler forgets the order too."""
+        """Leave what is still on its way; the scheduler forgets the input too."""
         if self.chunks and self.client.status == "running":
             self.client.cancel(list(self.chunks))
         self.chunks.clear()
-        if self.order is not None:
-            self.order.release()
+        if self.scan_input is not None:
+            self.scan_input.release()
 
     def _send(self) -> None:
         """Chunks for every thread of the cluster and some more, which wait for it there."""
         if monotonic() - self.looked > LOOK:
             self._look()
         while len(self.chunks) < self.room:
-            lines = self.pending.next()
-            if lines is None:
+            batches = self.pending.next()
+            if batches is None:
                 return
-            future = self.client.submit(_solved, self.order, self.told, lines, pure=False)
-            self.chunks[future] = lines
+            future = self.client.submit(_solved, self.scan_input, self.told, batches, pure=False)
+            self.chunks[future] = batches
             assert self.landed is not None, "sent before take-off"
             self.landed.add(future)
 
@@ -246,18 +246,18 @@ class Flight:
             if monotonic() - self.looked > LOOK:
                 self._look()
         future, found = next(self.landed)
-        lines = self.chunks.pop(future)
+        batches = self.chunks.pop(future)
         # Not the future's status: a worker may be lost once its answer is here.
         if not isinstance(found, Back):
             future.release()
             self.keep_finished()
-            raise self._told_apart(lines, found)
-        self.pending.took(lines, found.seconds if found.tells else None)
-        self.in_hand = lines, found.part, found.seconds
+            raise self._told_apart(batches, found)
+        self.pending.took(batches, found.seconds if found.tells else None)
+        self.in_hand = batches, found.part, found.seconds
         self.keep(*self.in_hand)
         self.in_hand = None
 
-    def _told_apart(self, lines: range, found: Any) -> BaseException:
+    def _told_apart(self, batches: range, found: Any) -> BaseException:
         """What a chunk that is not solved says to the user: its own error, or that of the cluster."""
         from distributed import KilledWorker
 
@@ -266,8 +266,9 @@ class Flight:
         _, error, trace = found
         if isinstance(error, KilledWorker):
             return PoundingError(
-                f"the lines {lines.start} to {lines.stop - 1} of the grid ended {error.allowed_failures + 1} workers, "
-                f"one after the other; give workers more memory, and see their logs; {GO_ON}"
+                f"the batches {batches.start} to {batches.stop - 1} of the grid ended "
+                f"{error.allowed_failures + 1} workers, one after the other; give workers more memory, and see their "
+                f"logs; {GO_ON}"
             )
         return error.with_traceback(trace)
 
@@ -279,21 +280,21 @@ _making = Lock()
 
 
 def _handed_over(payload: bytes) -> bytes:
-    """The order, as it is: a task, so that it is made again where the worker that held it is lost."""
+    """The input, as it is: a task, so that it is made again where the worker that held it is lost."""
     return payload
 
 
-def _solved(payload: bytes, told: Told, lines: range) -> Back:
-    """What lines give."""
+def _solved(payload: bytes, told: Told, batches: range) -> Back:
+    """What batches give."""
     from pounding_risk.ensemble.job import (
         never,  # all that solves: the scheduler, which reads this file too, needs none of it
     )
 
     made = _job(payload, told)
-    laws = set(map(made.job.law_at, lines))
+    laws = set(map(made.job.law_at, batches))
     tells = laws <= made.ready
     start = perf_counter()
-    part = made.job.solve(lines, never)
+    part = made.job.solve(batches, never)
     assert part is not None, "nobody stops a chunk here: it is short"
     seconds = perf_counter() - start
     made.ready.update(laws)
@@ -301,7 +302,7 @@ def _solved(payload: bytes, told: Told, lines: range) -> Back:
 
 
 def _job(payload: bytes, told: Told) -> Made:
-    """The order's job, made once in each process."""
+    """The input's job, made once in each process."""
     from pounding_risk.ensemble.job_choice import job_of
 
     with _making:

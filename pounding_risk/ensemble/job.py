@@ -1,6 +1,6 @@
-"""A study as work: lines of its grid, each a pure function of its own numbers, and how a dataset follows from them.
+"""A study as work: batches of its grid, each a pure function of its own numbers, and how a dataset follows from them.
 
-What a line gives does not depend on who solves it, when, or together with which others: a dataset has the same bits
+What a batch gives does not depend on who solves it, when, or together with which others: a dataset has the same bits
 for any number of threads, processes, shards or chunks.
 """
 
@@ -11,13 +11,13 @@ from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.layout import Form
+from pounding_risk.results.layout import Template
 from pounding_risk.scene.scene import Study
 
 
-class Order(NamedTuple):
+class ScanInput(NamedTuple):
     """All that a job is made of; another process makes the same job from it."""
 
     study: Study
@@ -27,46 +27,46 @@ class Order(NamedTuple):
 
 
 class Finish(NamedTuple):
-    """What is known of a dataset after its last line."""
+    """What is known of a dataset after its last batch."""
 
     attrs: dict[str, Any]
-    patches: tuple[tuple[int, Part], ...] = ()  # variables of single lines to write again
+    patches: tuple[tuple[int, Chunk], ...] = ()  # variables of single batches to write again
 
 
-class Labeller(Protocol):
-    """From parts, in the order of the lines, to the variables of a dataset."""
+class DatasetWriter(Protocol):
+    """From parts, in the order of the batches, to the variables of a dataset."""
 
-    def values(self, lines: range, part: Part) -> dict[str, NDArray[Any]]:
-        """Every case variable of these lines: (lines, yield forces, its own dimensions)."""
+    def values(self, batches: range, part: Chunk) -> dict[str, NDArray[Any]]:
+        """Every case variable of these batches: (batches, yield forces, its own dimensions)."""
 
     def finish(self) -> Finish:
-        """After the last line."""
+        """After the last batch."""
 
 
 class Job(Protocol):
     """A study that can be worked through."""
 
-    order: Order
-    lines: int
-    width: int  # cases in a line
-    bytes_a_line: int  # of a part
+    scan_input: ScanInput
+    batches: int
+    width: int  # cases in a batch
+    bytes_per_batch: int  # of a part
 
     @property
     def prepared(self) -> str:
         """Digest of what runs are made of and what is computed before them, by libraries that choose by processor."""
 
-    def law_at(self, line: int) -> int:
-        """Which of the grid's contact models a line needs, compiled."""
+    def law_at(self, batch: int) -> int:
+        """Which of the grid's contact models a batch needs, compiled."""
 
-    def solve(self, lines: range, stop: Callable[[], bool]) -> Part | None:
-        """What these lines give; None where ``stop`` turned true on the way. Threads may call it at once."""
+    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
+        """What these batches give; None where ``stop`` turned true on the way. Threads may call it at once."""
 
     @property
-    def form(self) -> Form:
+    def template(self) -> Template:
         """Of the dataset."""
 
-    def labeller(self) -> Labeller:
-        """A new one, before the first line."""
+    def writer(self) -> DatasetWriter:
+        """A new one, before the first batch."""
 
 
 def never() -> bool:

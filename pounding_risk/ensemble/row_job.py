@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.once import Shared
-from pounding_risk.ensemble.chunks import RAGGED, Part
-from pounding_risk.ensemble.job import Finish, Order, never
+from pounding_risk.ensemble.chunks import RAGGED, Chunk
+from pounding_risk.ensemble.job import Finish, ScanInput, never
 from pounding_risk.ensemble.row_grid import row_grid
 from pounding_risk.ensemble.tolerance_check import (
     SENSITIVE,
@@ -26,7 +26,7 @@ from pounding_risk.ensemble.tolerance_check import (
 )
 from pounding_risk.motions.motion import driven
 from pounding_risk.results.files import as_text
-from pounding_risk.results.layout import Form, Stretch, bytes_a_case, stretches
+from pounding_risk.results.layout import Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.pair_labels import kept_as
 from pounding_risk.results.row_labels import row_skeleton, row_variables
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, tighter
@@ -50,15 +50,15 @@ STATUS, HOW = "status", "simulated"
 class RowJob:
     """The grid of a row; see `jobs.Job`. Raises as `row_grid.row_grid`."""
 
-    def __init__(self, order: Order):
-        self.order, self.study = order, order.study
+    def __init__(self, scan_input: ScanInput):
+        self.scan_input, self.study = scan_input, scan_input.study
         self.grid = row_grid(self.study)
         self.variables = variables(self.grid.frame)
         study = self.study
-        self.motions_shape = (len(order.motions), len(study.records.polarities), len(study.grid.pgas))
+        self.motions_shape = (len(scan_input.motions), len(study.records.polarities), len(study.grid.pgas))
         self.shape = (*self.motions_shape, *self.grid.shape)
-        self.lines, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
-        self.bytes_a_line = self.width * bytes_a_case(row_variables(self.grid.frame), self.grid.frame.sizes)
+        self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
+        self.bytes_per_batch = self.width * bytes_per_case(row_variables(self.grid.frame), self.grid.frame.sizes)
         self._driven: Shared[Driven] = Shared(MOTIONS)
         self._cases: Shared[Cases] = Shared(KEPT)
 
@@ -68,7 +68,9 @@ class RowJob:
 
         def respond() -> Driven:
             study = self.study
-            found = driven(self.order.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude])
+            found = driven(
+                self.scan_input.motions[record], study.records.polarities[polarity], study.grid.pgas[amplitude]
+            )
             free = rows.free_row(self.grid.model.row(found.dt), found.acceleration)
             return Driven(found.acceleration, found.dt, found.pga, free)
 
@@ -82,79 +84,81 @@ class RowJob:
     def prepared(self) -> str:
         """Of the laws, and of every matrix of the row over a step of each record."""
         found = blake2b(repr([each.laws for each in self.grid.mechanics]).encode(), digest_size=16)
-        for step in sorted({motion.dt for motion in self.order.motions}):
+        for step in sorted({motion.dt for motion in self.scan_input.motions}):
             for array in self.grid.model.row(step).row:
                 found.update(np.ascontiguousarray(array).tobytes())
         return found.hexdigest()
 
-    def law_at(self, line: int) -> int:
+    def law_at(self, batch: int) -> int:
         """The contact model's place in the grid."""
-        return line // self.shape[-2] % self.shape[-3]
+        return batch // self.shape[-2] % self.shape[-3]
 
-    def solve(self, lines: range, stop: Callable[[], bool] = never) -> Part | None:
+    def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
         """Every output of every case, how each was answered, and what a second run of some of them told."""
-        part = self._empty(len(lines))
+        part = self._empty(len(batches))
         answers: list[list[list[Answered]]] = []
-        for stretch in stretches(lines, self.shape, 1):
-            found = self._solved(stretch, part, stop)
+        for slab in slabs(batches, self.shape, 1):
+            found = self._solved(slab, part, stop)
             if found is None:
                 return None
             answers.append(found)
-        own = np.ones((len(lines), self.width), dtype=bool)
-        if self.order.screening:
+        own = np.ones((len(batches), self.width), dtype=bool)
+        if self.scan_input.screening:
             own = np.array([_own(found) for found in answers]).reshape(own.shape)
             part |= _written(answers, self.width)
-        if self.order.check_fraction > 0.0:
-            places = drawn(lines, own & (part[STATUS] == COMPLETE), self.order.check_fraction)
-            checked = self._checked(lines, part, places, stop)
+        if self.scan_input.check_fraction > 0.0:
+            places = drawn(batches, own & (part[STATUS] == COMPLETE), self.scan_input.check_fraction)
+            checked = self._checked(batches, part, places, stop)
             if checked is None:
                 return None
             part |= checked
         return part
 
-    def _empty(self, count: int) -> Part:
-        """The arrays of so many lines."""
+    def _empty(self, count: int) -> Chunk:
+        """The arrays of so many batches."""
         sizes = self.grid.frame.sizes
-        part: Part = {
+        part: Chunk = {
             name: np.zeros((count, self.width, *(sizes[dim] for dim in variable.dims)), kept_as(variable.whole))
             for name, variable in self.variables.items()
         }
         return part | {STATUS: np.zeros((count, self.width), np.int8)}
 
-    def _solved(self, stretch: Stretch, part: Part, stop: Callable[[], bool]) -> list[list[Answered]] | None:
-        """Solve one line into its place in ``part``; how the parts of its cases were answered."""
-        gap, key = stretch.gaps.start, (stretch.motion, stretch.law)
+    def _solved(self, slab: Slab, part: Chunk, stop: Callable[[], bool]) -> list[list[Answered]] | None:
+        """Solve one batch into its place in ``part``; how the parts of its cases were answered."""
+        gap, key = slab.gaps.start, (slab.motion, slab.law)
         cases = self._cases.of(key, lambda: self.cases(*key, self.grid.rtol))
         runs, answered = [], []
         for level in range(self.width):
             if stop():
                 return None
             limits = self.grid.limits(gap, level)
-            run, found = cases.in_parts(limits) if self.order.screening else (cases.whole(limits), [])
+            run, found = cases.in_parts(limits) if self.scan_input.screening else (cases.whole(limits), [])
             runs.append(run)
             answered.append(found)
         run = stacked(runs)
-        part[STATUS][stretch.lines] = run.status
-        pga = self.driven(stretch.motion).pga
+        part[STATUS][slab.batches] = run.status
+        pga = self.driven(slab.motion).pga
         for name, values in outputs(run, self.grid.yield_forces, pga, self.grid.frame).items():
-            part[name][stretch.lines] = values
+            part[name][slab.batches] = values
         return answered
 
-    def _checked(self, lines: range, part: Part, places: NDArray[np.bool_], stop: Callable[[], bool]) -> Part | None:
+    def _checked(
+        self, batches: range, part: Chunk, places: NDArray[np.bool_], stop: Callable[[], bool]
+    ) -> Chunk | None:
         """The runs at ``places`` made again at a tighter tolerance, the whole row at once: what moves, at most.
 
         Over all interfaces of a run.
         """
         at = np.argwhere(places)
         if not len(at):
-            return not_made_again((len(lines), self.width))
+            return not_made_again((len(batches), self.width))
         second: list[tuple[int, Outputs]] = []
-        for line, level in at:
+        for batch, level in at:
             if stop():
                 return None
-            (stretch,) = stretches(range(lines.start + line, lines.start + line + 1), self.shape, 1)
-            limits = self.grid.limits(stretch.gaps.start, level)
-            run = self.cases(stretch.motion, stretch.law, tighter(self.grid.rtol)).whole(limits)
+            (slab,) = slabs(range(batches.start + batch, batches.start + batch + 1), self.shape, 1)
+            limits = self.grid.limits(slab.gaps.start, level)
+            run = self.cases(slab.motion, slab.law, tighter(self.grid.rtol)).whole(limits)
             second.append((run.status, outputs(run, self.grid.yield_forces[level], 0.0, self.grid.frame)))
         failed = np.array([status != COMPLETE for status, _ in second], dtype=bool)
         names = (*RELATIVE, *COUNTED)
@@ -163,31 +167,31 @@ class RowJob:
         found = differences(before, after, failed[:, None])
         return made_again(places, {name: values.max(axis=1) for name, values in found.items()}, self.grid.rtol)
 
-    def check_one(self, line: int, place: int) -> Part:
-        """The variables of `recheck.check_variables` for a line, one of whose runs is made again."""
-        lines = range(line, line + 1)
-        part = self.solve(lines)
-        found = None if part is None else self._checked(lines, part, np.arange(self.width)[None, :] == place, never)
+    def check_one(self, batch: int, place: int) -> Chunk:
+        """The variables of `recheck.check_variables` for a batch, one of whose runs is made again."""
+        batches = range(batch, batch + 1)
+        part = self.solve(batches)
+        found = None if part is None else self._checked(batches, part, np.arange(self.width)[None, :] == place, never)
         assert found is not None, "nothing stops it"
         return found
 
     @cached_property
-    def form(self) -> Form:
+    def template(self) -> Template:
         """The dataset but for its cases."""
         places = np.empty(self.motions_shape, dtype=object)
         for motion in np.ndindex(self.motions_shape):
             places[motion] = self.driven(motion)._replace(acceleration=NOTHING)  # of every motion at once: too much
-        checks = check_variables(self.grid.rtol) if self.order.check_fraction > 0.0 else {}
-        skeleton = row_skeleton(self.study, self.order.motions, places, self.grid)
-        return Form(skeleton, row_variables(self.grid.frame) | checks, self.shape)
+        checks = check_variables(self.grid.rtol) if self.scan_input.check_fraction > 0.0 else {}
+        skeleton = row_skeleton(self.study, self.scan_input.motions, places, self.grid)
+        return Template(skeleton, row_variables(self.grid.frame) | checks, self.shape)
 
-    def labeller(self) -> RowLabeller:
+    def writer(self) -> RowWriter:
         """Says which cases had a run of their own."""
-        return RowLabeller(self)
+        return RowWriter(self)
 
 
-class RowLabeller:
-    """Variables of a row, and the count of its parts; see `jobs.Labeller`.
+class RowWriter:
+    """Variables of a row, and the count of its parts; see `jobs.DatasetWriter`.
 
     An answer is told as the run of the first case that has it, in the grid's order, largest yield force first, among
     those of one motion and contact model: so the count does not depend on who solved what.
@@ -199,27 +203,27 @@ class RowLabeller:
         self._parts: Counter[str] = Counter()
         self._watch = AtLeastOne()
 
-    def values(self, lines: range, part: Part) -> Part:
-        """Every case variable of these lines."""
+    def values(self, batches: range, part: Chunk) -> Chunk:
+        """Every case variable of these batches."""
         job = self._job
-        how = np.full((len(lines), job.width), SIMULATED, dtype=np.int8)
-        if job.order.screening:
+        how = np.full((len(batches), job.width), SIMULATED, dtype=np.int8)
+        if job.scan_input.screening:
             how[:] = 0
-            for place, line in enumerate(lines):
-                if line % job.shape[-2] == 0:  # the first gap of another motion or contact model
+            for place, batch in enumerate(batches):
+                if batch % job.shape[-2] == 0:  # the first gap of another motion or contact model
                     self._seen.clear()
                 self._settle(part[KEYS][place], part[ANSWERS][place], how[place])
         found = {name: part[name] for name in (*job.variables, STATUS)} | {HOW: how}
-        if job.order.check_fraction > 0.0:
+        if job.scan_input.check_fraction > 0.0:
             own = how == SIMULATED
             for name, none in not_made_again(how.shape).items():
-                # A run that an earlier line has made was drawn where it was met again: there it is known.
+                # A run that an earlier batch has made was drawn where it was met again: there it is known.
                 found[name] = np.where(own, part[name], none)
-            self._watch.see(lines, own & (part[STATUS] == COMPLETE), found[SENSITIVE])
+            self._watch.see(batches, own & (part[STATUS] == COMPLETE), found[SENSITIVE])
         return found
 
     def _settle(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
-        """Say which cases of a line have a run of their own, and count the parts."""
+        """Say which cases of a batch have a run of their own, and count the parts."""
         for level in reversed(range(len(how))):
             for key, answer in zip(keys[level].tolist(), answers[level].tolist(), strict=True):
                 if not answer:
@@ -238,7 +242,7 @@ class RowLabeller:
 
 
 def _own(answered: list[list[Answered]]) -> list[bool]:
-    """Which cases of a line have a run that no larger yield force of the line has."""
+    """Which cases of a batch have a run that no larger yield force of the batch has."""
     seen: set[tuple[bytes, ...]] = set()
     own = []
     for found in reversed(answered):
@@ -248,16 +252,16 @@ def _own(answered: list[list[Answered]]) -> list[bool]:
     return own[::-1]
 
 
-def _written(answers: list[list[list[Answered]]], width: int) -> Part:
+def _written(answers: list[list[list[Answered]]], width: int) -> Chunk:
     """How the parts of each case were answered, as numbers."""
-    most = max((len(found) for line in answers for found in line), default=0)
+    most = max((len(found) for batch in answers for found in batch), default=0)
     keys = np.zeros((len(answers), width, most), dtype=np.uint64)
     known = np.zeros(keys.shape, dtype=np.int8)
-    for line, cases in enumerate(answers):
+    for batch, cases in enumerate(answers):
         for level, found in enumerate(cases):
             for place, (key, is_known) in enumerate(found):
-                keys[line, level, place] = _number(key)
-                known[line, level, place] = FROM_LARGER if is_known else OWN
+                keys[batch, level, place] = _number(key)
+                known[batch, level, place] = FROM_LARGER if is_known else OWN
     return {KEYS: keys, ANSWERS: known}
 
 

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk._common.files import sweep
+from pounding_risk._common.files import remove_leftovers
 from pounding_risk._common.progress import Progress
-from pounding_risk.ensemble.chunks import InMemory, Part, merged, without
-from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, merged, without
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
 from pounding_risk.ensemble.plan.size import grid_bytes
 from pounding_risk.ensemble.plausibility import of_input
-from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_lines
+from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.errors import Stopped
 from pounding_risk.results.files import RESULTS, as_text, check_target, open_results, zarr_store
 from pounding_risk.results.layout import blocks
@@ -32,7 +32,7 @@ from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import Study
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.checkpoint.folder import StudyFolder
+    from pounding_risk.ensemble.checkpoint.folder import Checkpoint
 
 LAZY = 1e8  # bytes: a larger dataset is not read whole when it has been written
 
@@ -67,7 +67,7 @@ class Scan:
         self.bytes = grid_bytes(self.study, motions)
         check_dataset(self.study, prod(shape), self.bytes)
         check_memory(self.study, found.motions)
-        self.job = job_of(Order(self.study, found.motions, screening, check_fraction))
+        self.job = job_of(ScanInput(self.study, found.motions, screening, check_fraction))
         self.command, self.executor, self.progress = command, executor, progress
         self.attrs: dict[str, Any] = provenance(self.study, found.motions, screening, check_fraction)
         if command:
@@ -87,7 +87,7 @@ class Scan:
             check_disk(self.study, self.bytes, target.parent)
 
     def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
-        """Solve those of the wanted lines that are not done, and tell the progress among all that are wanted."""
+        """Solve those of the wanted batches that are not done, and tell the progress among all that are wanted."""
         job, width = self.job, self.job.width
         left = without(wanted, done)
         total = width * sum(map(len, wanted))
@@ -95,49 +95,49 @@ class Scan:
         if self.progress:
             self.progress(solved, total)
 
-        def kept(lines: range, part: Part, seconds: float) -> None:
+        def kept(batches: range, part: Chunk, seconds: float) -> None:
             nonlocal solved
-            keep(lines, part, seconds)
-            solved += width * len(lines)
+            keep(batches, part, seconds)
+            solved += width * len(batches)
             if self.progress:
                 self.progress(solved, total)
 
         if left:
-            self.executor.run(job, Pending(left, job.law_at, bytes_a_line=job.bytes_a_line), kept)
+            self.executor.run(job, Pending(left, job.law_at, bytes_per_batch=job.bytes_per_batch), kept)
 
-    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Part]], store: Blockwise, begun: str = "") -> None:
+    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Chunk]], store: Blockwise, begun: str = "") -> None:
         """Write the dataset, block by block; ``begun`` is when its study was, where that is not now."""
-        job, labeller = self.job, self.job.labeller()
-        spans = list(blocks(job.form))
+        job, writer = self.job, self.job.writer()
+        spans = list(blocks(job.template))
         with store:
-            for lines, part in zip(spans, parts(spans), strict=True):
-                store.write(lines, labeller.values(lines, part))
-            finish = labeller.finish()
-            for line, patch in finish.patches:
-                store.write(range(line, line + 1), patch)
+            for batches, part in zip(spans, parts(spans), strict=True):
+                store.write(batches, writer.values(batches, part))
+            finish = writer.finish()
+            for batch, patch in finish.patches:
+                store.write(range(batch, batch + 1), patch)
             store.finish(finish.attrs | self.attrs | created(self.command or "pounding_risk.scan", begun))
 
-    def folder(self, target: Path, *, new: bool, shared: bool) -> StudyFolder:
+    def folder(self, target: Path, *, new: bool, shared: bool) -> Checkpoint:
         """The study's folder beside its results, open."""
-        from pounding_risk.ensemble.checkpoint.folder import About, StudyFolder, folder_of, is_begun
+        from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint, folder_of, is_begun
         from pounding_risk.ensemble.identity import identity
         from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 
-        about = About(self.job.lines, self.job.width, self.study.name, self.command)
-        known, path = identity(self.job.order, self.job.prepared), folder_of(target)
+        about = About(self.job.batches, self.job.width, self.study.name, self.command)
+        known, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
         # What was begun with leave to replace the file goes on without being asked again.
         if not is_begun(path, known):
             choice = {"choice": OTHER_NAME} if shared else {}
             check_replaceable(target, "scan", known, new, **choice)
-        return StudyFolder.open(path, known, about, new=new, shared=shared)
+        return Checkpoint.open(path, known, about, new=new, shared=shared)
 
-    def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
+    def fill(self, folder: Checkpoint, wanted: list[range]) -> None:
         """Work on what the folder lacks."""
         self.work(wanted, folder.done(), folder.keep)
 
 
 @contextmanager
-def stoppable(folder: StudyFolder) -> Iterator[None]:
+def stoppable(folder: Checkpoint) -> Iterator[None]:
     """While there are parts: Ctrl-C becomes Stopped, which says what is kept and how to go on."""
     try:
         yield
@@ -170,7 +170,7 @@ def scan(
     What is solved on the way to an ``out`` (.nc or .zarr) is kept in a folder beside it: a second start goes on from
     there, unless ``new`` discards it. A file that is there is replaced where it is of the same study, and anything else
     only with ``new``. A dataset of more than 100 MB comes back lazy. ``command`` is the command
-    line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
+    batch, kept as an attribute. ``progress`` is called with (cases done, cases in all).
 
     Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
     ``out`` that cannot be written or holds other results, a study of another scene in its folder or a
@@ -186,23 +186,23 @@ def scan(
         progress=progress,
         command=command,
     )
-    whole = [range(one.job.lines)]
+    whole = [range(one.job.batches)]
     if target is None:
         check_held(one.study, one.bytes)
-        held, made = InMemory(), Memory(one.job.form)
+        held, made = ChunksInMemory(), Memory(one.job.template)
         one.work(whole, [], held.keep)
-        one.assemble(held.parts, made)
+        one.assemble(held.chunks, made)
         return made.dataset()
     one.check_room(target)
     with one.folder(target, new=new, shared=False) as folder:
-        for path in sweep(target):  # whoever holds the folder is alone at the target
+        for path in remove_leftovers(target):  # whoever holds the folder is alone at the target
             folder.log("removed", file=path.name, why="a process was killed while it wrote this")
         with stoppable(folder):
             one.fill(folder, whole)
-            one.assemble(folder.parts, store_of(one.job.form, target), folder.begun)
+            one.assemble(folder.chunks, store_of(one.job.template, target), folder.begun)
         folder.clear()
-    form = one.job.form
-    return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)
+    template = one.job.template
+    return open_results(target, lazy=template.bytes_per_case * template.batches * template.width > LAZY)
 
 
 def scan_shard(
@@ -232,14 +232,14 @@ def scan_shard(
         command=command,
     )
     one.check_room(target)
-    wanted = merged(shard_lines(one.job.lines, which))
+    wanted = merged(shard_batches(one.job.batches, which))
     with one.folder(target, new=False, shared=True) as folder:
         folder.log("shard", shard=shard)
         with stoppable(folder):
             one.fill(folder, wanted)
         done = folder.done()
     width = one.job.width
-    return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)
+    return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.batches, folder.path)
 
 
 def _target(out: str | Path) -> Path:

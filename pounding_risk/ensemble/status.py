@@ -13,8 +13,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from pounding_risk.ensemble.checkpoint.chunks import lines_of
-from pounding_risk.ensemble.checkpoint.folder import LOCK, LOG, PARTS, SUFFIX, check_ours, folder_of, read_study
+from pounding_risk.ensemble.checkpoint.chunks import batches_of
+from pounding_risk.ensemble.checkpoint.folder import CHUNKS, LOCK, LOG, SUFFIX, check_ours, folder_of, read_study
 from pounding_risk.ensemble.checkpoint.lock import Holder, running
 from pounding_risk.ensemble.checkpoint.log import read_lines
 from pounding_risk.ensemble.chunks import merged
@@ -105,11 +105,11 @@ def _parts(folder: Path) -> tuple[list[range], int]:
     """The lines of the parts on disk, and their bytes; what a run removes meanwhile does not count."""
     found, size = [], 0
     try:
-        entries = list(os.scandir(folder / PARTS))
+        entries = list(os.scandir(folder / CHUNKS))
     except FileNotFoundError:
         return [], 0
     for entry in entries:
-        lines = lines_of(entry.name)
+        lines = batches_of(entry.name)
         if lines is None:
             continue
         try:

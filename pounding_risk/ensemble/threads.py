@@ -1,6 +1,6 @@
-"""Who does the work of a study: lines handed out in chunks of some tenths of a second, and threads that solve them.
+"""Who does the work of a study: batches handed out in chunks of some tenths of a second, and threads that solve them.
 
-What a line gives depends on nothing but the line, so neither chunks nor whoever solves them can change a number.
+What a batch gives depends on nothing but the batch, so neither chunks nor whoever solves them can change a number.
 """
 
 from __future__ import annotations
@@ -14,39 +14,39 @@ from threading import Condition, Event, Semaphore, Thread
 from time import perf_counter
 from typing import Any, NamedTuple, Protocol
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.errors import PoundingError
 
-Keep = Callable[[range, Part, float], None]  # lines, what they give, seconds it took
+Keep = Callable[[range, Chunk, float], None]  # batches, what they give, seconds it took
 
 SECONDS = 0.5  # a chunk's: little is lost where a run is killed, and what surrounds a chunk costs nothing beside it
 LONGEST = 2.0  # s, of a chunk, whatever is asked for: Ctrl-C and a lost worker cost no more
 LEAST = 0.1  # of a chunk's seconds: no smaller towards the end, where chunks shrink so that workers end together
-PART_BYTES = 16e6  # at most: parts wait in memory for the disk
-GROWTH = 4  # a chunk has at most so many times the lines of those before: costs are told by few lines at first
-MEMORY = 0.9  # weight of the chunks before the last in what a line takes: small gaps cost more than large ones
+CHUNK_BYTES = 16e6  # at most: parts wait in memory for the disk
+GROWTH = 4  # a chunk has at most so many times the batches of those before: costs are told by few batches at first
+MEMORY = 0.9  # weight of the chunks before the last in what a batch takes: small gaps cost more than large ones
 WORKER = "pounding-worker-"  # begins the name of every thread that solves
 TICK = 0.1  # s, between looks at whether to go on
-ROUNDS = 16  # blocks a shard: many, as lines differ in cost, and few, as no chunk is longer than a block
+ROUNDS = 16  # blocks a shard: many, as batches differ in cost, and few, as no chunk is longer than a block
 
 
 class Solver(Protocol):
-    """What solves lines: a job, see `jobs`."""
+    """What solves batches: a job, see `jobs`."""
 
-    order: Any  # what it is made of, for another process to make the same
+    scan_input: Any  # what it is made of, for another process to make the same
 
-    def law_at(self, line: int) -> int:
-        """Which law a line needs, compiled."""
+    def law_at(self, batch: int) -> int:
+        """Which law a batch needs, compiled."""
 
-    def solve(self, lines: range, stop: Callable[[], bool]) -> Part | None:
-        """What these lines give; None where ``stop`` turned true on the way. Threads may call it at once."""
+    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
+        """What these batches give; None where ``stop`` turned true on the way. Threads may call it at once."""
 
 
 class Executor(Protocol):
     """Works through what is pending."""
 
     def run(self, job: Solver, pending: Pending, keep: Keep) -> None:
-        """Solve every pending line and hand each part to ``keep``, on this very thread, in the order they end.
+        """Solve every pending batch and hand each part to ``keep``, on this very thread, in the order they end.
 
         KeyboardInterrupt, and what the job raises, come out at once: parts that are finished are kept before, and
         nobody waits for those under way. What ``keep`` raises comes out too.
@@ -54,7 +54,7 @@ class Executor(Protocol):
 
 
 class Run(NamedTuple):
-    """Lines side by side that need one law."""
+    """Batches side by side that need one law."""
 
     start: int
     stop: int
@@ -62,55 +62,55 @@ class Run(NamedTuple):
 
 
 class Pace:
-    """How fast lines of one law are solved, from the chunks that came back."""
+    """How fast batches of one law are solved, from the chunks that came back."""
 
     def __init__(self) -> None:
-        self.seconds, self.lines = 0.0, 0.0
-        self.most = 0  # lines of the next chunk; none before the law's first line is back
+        self.seconds, self.batches = 0.0, 0.0
+        self.most = 0  # batches of the next chunk; none before the law's first batch is back
 
     @property
-    def a_line(self) -> float:
+    def seconds_per_batch(self) -> float:
         """Seconds, expected."""
-        return self.seconds / self.lines if self.lines else 0.0
+        return self.seconds / self.batches if self.batches else 0.0
 
-    def learn(self, lines: int, seconds: float) -> None:
-        """Lines of a chunk took so long."""
+    def learn(self, batches: int, seconds: float) -> None:
+        """Batches of a chunk took so long."""
         self.seconds = MEMORY * self.seconds + seconds
-        self.lines = MEMORY * self.lines + lines
-        self.most = max(self.most, GROWTH * lines)
+        self.batches = MEMORY * self.batches + batches
+        self.most = max(self.most, GROWTH * batches)
 
 
 class Pending:
-    """Lines to do, handed out in chunks; threads may ask at once.
+    """Batches to do, handed out in chunks; threads may ask at once.
 
-    The first line of each law goes alone, as it compiles, and other lines of the law wait for it; the others go in
-    chunks of about ``seconds``, from what those before took, or of exactly ``length`` lines where that is given.
-    ``law_at`` tells the law that a line needs, ``bytes_a_line`` what a line's part takes.
+    The first batch of each law goes alone, as it compiles, and other batches of the law wait for it; the others go in
+    chunks of about ``seconds``, from what those before took, or of exactly ``length`` batches where that is given.
+    ``law_at`` tells the law that a batch needs, ``bytes_per_batch`` what a batch's part takes.
     """
 
     def __init__(
         self,
-        lines: Iterable[range],
+        batches: Iterable[range],
         law_at: Callable[[int], int],
         *,
-        bytes_a_line: int = 0,
+        bytes_per_batch: int = 0,
         seconds: float = SECONDS,
         length: int | None = None,
     ):
-        self._runs, self._firsts = _runs(lines, law_at)
+        self._runs, self._firsts = _runs(batches, law_at)
         self._paces = {first.law: Pace() for first in self._firsts}
         self._left = len(self._firsts) + sum(run.stop - run.start for run in self._runs)
         self._seconds = min(seconds, LONGEST)
         self._length = length
-        self._most = max(1, int(PART_BYTES // bytes_a_line)) if bytes_a_line else inf
+        self._most = max(1, int(CHUNK_BYTES // bytes_per_batch)) if bytes_per_batch else inf
         self._workers = self._compilers = 1
         self._compiling = 0
-        self._out: dict[int, dict[int, int]] = {}  # of the chunks handed out: lines by law
+        self._out: dict[int, dict[int, int]] = {}  # of the chunks handed out: batches by law
         self._changed = Condition()
 
     @property
     def left(self) -> int:
-        """Lines not handed out yet."""
+        """Batches not handed out yet."""
         return self._left
 
     def shared_by(self, workers: int, compilers: int = 1) -> None:
@@ -119,7 +119,7 @@ class Pending:
             self._workers, self._compilers = max(1, workers), max(1, compilers)
 
     def next(self, wait: float = 0.0) -> range | None:
-        """A chunk; None where no line is left, or where for ``wait`` seconds all that are wait for a first one."""
+        """A chunk; None where no batch is left, or where for ``wait`` seconds all that are wait for a first one."""
         with self._changed:
             chunk = self._chunk()
             if chunk is None and self._left and wait > 0.0:
@@ -127,15 +127,15 @@ class Pending:
                 chunk = self._chunk()
             return chunk
 
-    def took(self, lines: range, seconds: float | None) -> None:
-        """A chunk is back after so many seconds; None where they say nothing of other lines, as it compiled."""
+    def took(self, batches: range, seconds: float | None) -> None:
+        """A chunk is back after so many seconds; None where they say nothing of other batches, as it compiled."""
         with self._changed:
-            laws = [(self._paces[law], count) for law, count in self._out.pop(lines.start).items()]
+            laws = [(self._paces[law], count) for law, count in self._out.pop(batches.start).items()]
             if not laws[0][0].most:
                 self._compiling -= 1
                 laws[0][0].most = 1
             elif seconds is not None:
-                expected = [pace.a_line * count for pace, count in laws]
+                expected = [pace.seconds_per_batch * count for pace, count in laws]
                 if not all(expected):
                     expected = [float(count) for _, count in laws]
                 for (pace, count), share in zip(laws, expected, strict=True):
@@ -173,16 +173,16 @@ class Pending:
         return self._handed(start, laws)
 
     def _fitting(self, law: int, laws: dict[int, int]) -> int:
-        """Lines of a law that can be added to a chunk of so many lines by law."""
+        """Batches of a law that can be added to a chunk of so many batches by law."""
         pace, taken = self._paces[law], sum(laws.values())
         if not pace.most:
             return 0
         if self._length is not None:
             return self._length - taken
-        expected = sum(count * self._paces[each].a_line for each, count in laws.items())
+        expected = sum(count * self._paces[each].seconds_per_batch for each, count in laws.items())
 
         def lines_in(seconds: float) -> float:
-            return (seconds - expected) / pace.a_line if pace.a_line else inf
+            return (seconds - expected) / pace.seconds_per_batch if pace.seconds_per_batch else inf
 
         growing = pace.most - laws.get(law, 0)
         even = ceil(self._left / (2 * self._workers)) - taken
@@ -191,17 +191,17 @@ class Pending:
         return fitting if taken else max(1, fitting)
 
     def _handed(self, start: int, laws: dict[int, int]) -> range:
-        lines = range(start, start + sum(laws.values()))
-        self._left -= len(lines)
+        batches = range(start, start + sum(laws.values()))
+        self._left -= len(batches)
         self._out[start] = laws
-        return lines
+        return batches
 
 
-def _runs(lines: Iterable[range], law_at: Callable[[int], int]) -> tuple[list[Run], list[Run]]:
-    """Runs of lines that need one law, in order, and, taken out of them, the first line of each law."""
+def _runs(batches: Iterable[range], law_at: Callable[[int], int]) -> tuple[list[Run], list[Run]]:
+    """Runs of batches that need one law, in order, and, taken out of them, the first batch of each law."""
     runs: list[Run] = []
     firsts: dict[int, Run] = {}
-    for piece in sorted(lines, key=lambda piece: piece.start):
+    for piece in sorted(batches, key=lambda piece: piece.start):
         start = piece.start
         for law, alike in groupby(map(law_at, piece)):
             stop = start + sum(1 for _ in alike)
@@ -217,8 +217,8 @@ def _runs(lines: Iterable[range], law_at: Callable[[int], int]) -> tuple[list[Ru
 class Solved(NamedTuple):
     """A chunk that is done."""
 
-    lines: range
-    part: Part
+    batches: range
+    part: Chunk
     seconds: float
 
 
@@ -254,7 +254,7 @@ class Crew:
 
     def __init__(self, job: Solver, pending: Pending, workers: int):
         self.job, self.pending, self.workers = job, pending, workers
-        self.expected = pending.left  # lines
+        self.expected = pending.left  # batches
         self.stopped = Event()
         self.finished: SimpleQueue[Solved | BaseException] = SimpleQueue()
         self.in_hand: Solved | None = None
@@ -293,7 +293,7 @@ class Crew:
         self.in_hand = found
         keep(*found)
         self.in_hand = None
-        self.expected -= len(found.lines)
+        self.expected -= len(found.batches)
         self.room.release()
 
     def _work(self) -> None:
@@ -302,22 +302,22 @@ class Crew:
             while self.pending.left and not self.stopped.is_set():
                 if not self.room.acquire(timeout=TICK):
                     continue
-                lines = self.pending.next(TICK)
-                if lines is None:
+                batches = self.pending.next(TICK)
+                if batches is None:
                     self.room.release()
-                elif not self._solve(lines):
+                elif not self._solve(batches):
                     return
         except BaseException as error:  # told where the others are waited for
             self.finished.put(error)
 
-    def _solve(self, lines: range) -> bool:
+    def _solve(self, batches: range) -> bool:
         start = perf_counter()
-        part = self.job.solve(lines, self.stopped.is_set)
+        part = self.job.solve(batches, self.stopped.is_set)
         if part is None:
             return False
         seconds = perf_counter() - start
-        self.pending.took(lines, seconds)
-        self.finished.put(Solved(lines, part, seconds))
+        self.pending.took(batches, seconds)
+        self.finished.put(Solved(batches, part, seconds))
         return True
 
 
@@ -337,19 +337,19 @@ def _check_shard(shard: tuple[int, int]) -> None:
         raise PoundingError(f"there is no shard {number}/{count}; shards are counted from 1/{count} to {count}/{count}")
 
 
-def shard_lines(lines: int, shard: tuple[int, int]) -> list[range]:
-    """The lines of one shard, ``(2, 8)`` the second of eight, of so many in all: blocks from all over the grid.
+def shard_batches(batches: int, shard: tuple[int, int]) -> list[range]:
+    """The batches of one shard, ``(2, 8)`` the second of eight, of so many in all: blocks from all over the grid.
 
-    Together the shards are the grid, and no two share a line. The order of the shards turns from round to round, so
+    Together the shards are the grid, and no two share a batch. The order of the shards turns from round to round, so
     that a shard does not get the small gaps each time. Raises PoundingError for a shard that there is not.
     """
     _check_shard(shard)
     number, count = shard
-    length = max(1, ceil(lines / (count * ROUNDS)))
+    length = max(1, ceil(batches / (count * ROUNDS)))
     found: list[range] = []
-    for turn in range(ceil(lines / (count * length))):
+    for turn in range(ceil(batches / (count * length))):
         start = (turn * count + (number - 1 + turn) % count) * length
-        stop = min(start + length, lines)
+        stop = min(start + length, batches)
         if start >= stop:
             continue
         if found and found[-1].stop == start:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.results.layout import CaseVariable
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS, tighter
 from pounding_risk.solver.counters import COMPLETE, STATUS
@@ -24,23 +24,23 @@ SENSITIVE, CHANGE = "sensitive", "change_"
 SEED = 20110314  # of the sample: the same cases for the same grid on any day
 
 
-def draws(lines: range, width: int) -> NDArray[np.float64]:
-    """A number from 0 to 1 for each case (lines, width), of its place in the grid alone.
+def draws(batches: range, width: int) -> NDArray[np.float64]:
+    """A number from 0 to 1 for each case (batches, width), of its place in the grid alone.
 
     Whether a case is made again does not depend on which cases are solved with it. The numbers are those of splitmix64
     (Steele, Lea and Flood 2014), whose outputs for neighbouring places are unrelated.
     """
-    places = np.arange(lines.start * width, lines.stop * width, dtype=np.uint64)
+    places = np.arange(batches.start * width, batches.stop * width, dtype=np.uint64)
     mixed = (places + np.uint64(SEED)) * np.uint64(0x9E3779B97F4A7C15)
     mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     mixed ^= mixed >> np.uint64(31)
-    return np.multiply(mixed >> np.uint64(11), 2.0**-53, dtype=np.float64).reshape(len(lines), width)
+    return np.multiply(mixed >> np.uint64(11), 2.0**-53, dtype=np.float64).reshape(len(batches), width)
 
 
-def drawn(lines: range, made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
-    """Which of the runs that were ``made`` (lines, width) are made again."""
-    return made & (draws(lines, made.shape[1]) < fraction)
+def drawn(batches: range, made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
+    """Which of the runs that were ``made`` (batches, width) are made again."""
+    return made & (draws(batches, made.shape[1]) < fraction)
 
 
 def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> dict[str, np.ndarray]:
@@ -85,16 +85,16 @@ def check_variables(rtol: float) -> dict[str, CaseVariable]:
     return variables
 
 
-def not_made_again(shape: tuple[int, int]) -> Part:
-    """The variables of `check_variables` for so many (lines, yield forces), none of them made again."""
+def not_made_again(shape: tuple[int, int]) -> Chunk:
+    """The variables of `check_variables` for so many (batches, yield forces), none of them made again."""
     return {
         SENSITIVE: np.full(shape, -1, dtype=np.int8),
         **{f"{CHANGE}{name}": np.full(shape, np.nan) for name in (*RELATIVE, *COUNTED)},
     }
 
 
-def made_again(places: NDArray[np.bool_], found: Mapping[str, np.ndarray], rtol: float) -> Part:
-    """The variables of `check_variables` (lines, yield forces), from how far the answers at ``places`` move."""
+def made_again(places: NDArray[np.bool_], found: Mapping[str, np.ndarray], rtol: float) -> Chunk:
+    """The variables of `check_variables` (batches, yield forces), from how far the answers at ``places`` move."""
     part = not_made_again((places.shape[0], places.shape[1]))
     part[SENSITIVE][places] = is_sensitive(found, rtol)
     for name, values in found.items():
@@ -110,16 +110,16 @@ class AtLeastOne:
         self._least = inf
         self._next = (0, 0)
 
-    def see(self, lines: range, made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
-        """Some lines: which of their runs were made and complete, and what was found of those made again."""
+    def see(self, batches: range, made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
+        """Some batches: which of their runs were made and complete, and what was found of those made again."""
         self._none_yet = self._none_yet and not (sensitive >= 0).any()
         if self._none_yet and made.any():
-            lots = np.where(made, draws(lines, made.shape[1]), inf)
-            line, place = np.unravel_index(lots.argmin(), lots.shape)
-            if lots[line, place] < self._least:
-                self._least, self._next = float(lots[line, place]), (lines.start + int(line), int(place))
+            lots = np.where(made, draws(batches, made.shape[1]), inf)
+            batch, place = np.unravel_index(lots.argmin(), lots.shape)
+            if lots[batch, place] < self._least:
+                self._least, self._next = float(lots[batch, place]), (batches.start + int(batch), int(place))
 
     @property
     def missing(self) -> tuple[int, int] | None:
-        """The line and place of the run to make again where none was; None where there is none to make."""
+        """The batch and place of the run to make again where none was; None where there is none to make."""
         return self._next if self._none_yet and self._least < inf else None

@@ -61,9 +61,9 @@ def pair_variables() -> dict[str, CaseVariable]:
 
 
 def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
-    """The variables of `pair_variables` but ``simulated``, from raw columns (lines, yield forces, outputs.COLUMNS).
+    """The variables of `pair_variables` but ``simulated``, from raw columns (batches, yield forces, outputs.COLUMNS).
 
-    ``pgas`` [m/s²] is by line.
+    ``pgas`` [m/s²] is by batch.
     """
     found = run_outputs(raw, np.array(study.grid.yield_forces))
     values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in found.items()}

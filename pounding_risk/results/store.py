@@ -1,10 +1,10 @@
-"""How a dataset comes to disk piece by piece: in memory, as netCDF, or as Zarr, from the same calls.
+"""Stores that a dataset is written to block by block: in memory, as netCDF, or as Zarr, by the same calls.
 
-A store is made of a dataset's form and takes the values of its lines; whole blocks of `layout.blocks` are written as
-they come, parts of a block are gathered until another block is touched. Blocks are written whole and in chunks of their
-own, so that the bytes on disk follow from the values and from the order of the calls alone.
+A store is made from a dataset's template and takes the values of its batches. Whole blocks (`layout.blocks`) are
+written at once; parts of a block are collected until another block is begun. Each block is written whole and is one
+chunk of the file, so the bytes on disk depend only on the values and on the order of the calls.
 
-One thread of a process may touch netCDF, the caller's, and one at a time where several call.
+netCDF is used from the calling thread, by one thread of a process at a time.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ import xarray as xr
 from pounding_risk._common.files import discard, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
-from pounding_risk.results.layout import Form, blocks, place
+from pounding_risk.results.layout import Template, blocks, place
 
-KEPT = "free space and run the same command again, without --new: the parts are kept"
+KEPT = "free space and run the same command again, without --new: the chunks are kept"
 
 
 class Store(Protocol):
     """Where a dataset goes; leaving its ``with`` before it is finished abandons it."""
 
-    def write(self, lines: range, values: Mapping[str, np.ndarray]) -> None:
-        """Values of a run of lines, each (lines, cases in a line, extra sizes); some of the variables or all."""
+    def write(self, batches: range, values: Mapping[str, np.ndarray]) -> None:
+        """Values of a run of batches, each (batches, cases in a batch, extra sizes); some of the variables or all."""
 
     def finish(self, attrs: Mapping[str, Any]) -> None:
         """Attributes known at the end; then the dataset is whole, and in its place."""
@@ -48,37 +48,37 @@ class Store(Protocol):
 
 
 class Blockwise(ABC):
-    """What the stores share: lines become blocks, and nothing is finished that has holes."""
+    """What the stores share: batches become blocks, and nothing is finished that has holes."""
 
-    def __init__(self, form: Form):
-        self.form = form
-        self._blocks = list(blocks(form))
-        self._written = {name: np.zeros(form.lines, dtype=bool) for name in form.cases}
+    def __init__(self, template: Template):
+        self.template = template
+        self._blocks = list(blocks(template))
+        self._written = {name: np.zeros(template.batches, dtype=bool) for name in template.cases}
         self._block = range(0)  # of which parts are held
         self._held: dict[str, np.ndarray] = {}
         self._open = True
 
-    def write(self, lines: range, values: Mapping[str, np.ndarray]) -> None:
-        """As `Store.write`; lines that were written before are written over.
+    def write(self, batches: range, values: Mapping[str, np.ndarray]) -> None:
+        """As `Store.write`; batches that were written before are written over.
 
         Raises PoundingError where the disk is full; nothing is left then.
         """
         with self._guarded():
-            for block in self._touched(lines):
-                part = range(max(lines.start, block.start), min(lines.stop, block.stop))
+            for block in self._touched(batches):
+                part = range(max(batches.start, block.start), min(batches.stop, block.stop))
                 if block != self._block:
                     self._settle(block)
                 for name, given in values.items():
-                    of_part = np.asarray(given)[part.start - lines.start : part.stop - lines.start]
+                    of_part = np.asarray(given)[part.start - batches.start : part.stop - batches.start]
                     self._take(block, part, name, of_part)
 
     def finish(self, attrs: Mapping[str, Any]) -> None:
-        """As `Store.finish`. Raises PoundingError where the disk is full, ValueError where lines were not written."""
+        """As `Store.finish`. Raises PoundingError where the disk is full, ValueError where batches were not written."""
         with self._guarded():
             self._settle(range(0))
             holes = [name for name, written in self._written.items() if not written.all()]
             if holes:
-                raise ValueError(f"lines of {', '.join(holes)} were never written")
+                raise ValueError(f"batches of {', '.join(holes)} were never written")
             self._complete(attrs)
             self._open = False
 
@@ -94,18 +94,18 @@ class Blockwise(ABC):
     def __exit__(self, *_: object) -> None:
         self.abandon()
 
-    def _touched(self, lines: range) -> Iterator[range]:
-        first = np.searchsorted([block.stop for block in self._blocks], lines.start, side="right")
+    def _touched(self, batches: range) -> Iterator[range]:
+        first = np.searchsorted([block.stop for block in self._blocks], batches.start, side="right")
         for block in self._blocks[first:]:
-            if block.start >= lines.stop:
+            if block.start >= batches.stop:
                 return
             yield block
 
     def _take(self, block: range, part: range, name: str, values: np.ndarray) -> None:
-        whole = (len(block), self.form.width, *self.form.extra(name))
-        dtype = self.form.cases[name].dtype
+        whole = (len(block), self.template.width, *self.template.extra(name))
+        dtype = self.template.cases[name].dtype
         if values.shape != (len(part), *whole[1:]):
-            raise ValueError(f"{name} is {values.shape} for {len(part)} lines of {whole[1:]}")
+            raise ValueError(f"{name} is {values.shape} for {len(part)} batches of {whole[1:]}")
         if part == block:
             self._held.pop(name, None)
             self._put(block, name, values.astype(dtype, casting="same_kind", copy=False))
@@ -142,8 +142,8 @@ class Blockwise(ABC):
 
     def _where(self, block: range, name: str) -> tuple[tuple[slice, ...], tuple[int, ...]]:
         """Where a block of a variable lies along its own axes, and its sizes along them."""
-        extra = self.form.extra(name)
-        slices = tuple(place(self.form, block).values())
+        extra = self.template.extra(name)
+        slices = tuple(place(self.template, block).values())
         return (*slices, *(slice(None) for _ in extra)), (*(each.stop - each.start for each in slices), *extra)
 
     @abstractmethod
@@ -162,23 +162,23 @@ class Blockwise(ABC):
 class Memory(Blockwise):
     """The dataset in memory."""
 
-    def __init__(self, form: Form):
-        super().__init__(form)
+    def __init__(self, template: Template):
+        super().__init__(template)
         self._arrays = {
-            name: np.zeros((form.lines, form.width, *form.extra(name)), variable.dtype)
-            for name, variable in form.cases.items()
+            name: np.zeros((template.batches, template.width, *template.extra(name)), variable.dtype)
+            for name, variable in template.cases.items()
         }
         self._attrs: Mapping[str, Any] = {}
 
     def dataset(self) -> xr.Dataset:
         """What was written, labelled."""
-        sizes = tuple(self.form.skeleton.sizes[dim] for dim in self.form.dims)
+        sizes = tuple(self.template.skeleton.sizes[dim] for dim in self.template.dims)
         variables = {
-            name: ((*self.form.dims, *found.dims), self._arrays[name].reshape(*sizes, *self.form.extra(name)))
-            for name, found in self.form.cases.items()
+            name: ((*self.template.dims, *found.dims), self._arrays[name].reshape(*sizes, *self.template.extra(name)))
+            for name, found in self.template.cases.items()
         }
-        told = {name: (*variable, dict(self.form.cases[name].attrs)) for name, variable in variables.items()}
-        return self.form.skeleton.assign(told).assign_attrs(self._attrs)
+        told = {name: (*variable, dict(self.template.cases[name].attrs)) for name, variable in variables.items()}
+        return self.template.skeleton.assign(told).assign_attrs(self._attrs)
 
     def _put(self, block: range, name: str, values: np.ndarray) -> None:
         self._arrays[name][block.start : block.stop] = values
@@ -196,8 +196,8 @@ class Memory(Blockwise):
 class OnDisk(Blockwise):
     """A store aside of its target, moved into place when it is whole; ``repair`` ends the sentence of a full disk."""
 
-    def __init__(self, form: Form, target: str | Path, repair: str = KEPT):
-        super().__init__(form)
+    def __init__(self, template: Template, target: str | Path, repair: str = KEPT):
+        super().__init__(template)
         self.target = check_target(target, RESULTS)
         self.partial, self._repair = partial_of(self.target), repair
         with self._guarded():
@@ -234,22 +234,22 @@ class Netcdf(OnDisk):
 
     @_one_at_a_time
     def _begin(self) -> None:
-        skeleton = self.form.skeleton
+        skeleton = self.template.skeleton
         skeleton.to_netcdf(self.partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(skeleton))
         self._file = netCDF4.Dataset(self.partial, "a")
         self._file.set_auto_maskandscale(False)
-        for name in self.form.cases:
+        for name in self.template.cases:
             self._create(name)
         self._unattached()
 
     def _create(self, name: str) -> None:
         """The variable with the attributes that xarray would give it."""
-        found = self.form.cases[name]
-        dims = (*self.form.dims, *found.dims)
+        found = self.template.cases[name]
+        dims = (*self.template.dims, *found.dims)
         sizes = dict(
-            zip(self.form.dims, (part.stop for part in place(self.form, self._blocks[0]).values()), strict=True)
+            zip(self.template.dims, (part.stop for part in place(self.template, self._blocks[0]).values()), strict=True)
         )
-        chunk = tuple(sizes.get(dim, self.form.skeleton.sizes[dim]) for dim in dims)
+        chunk = tuple(sizes.get(dim, self.template.skeleton.sizes[dim]) for dim in dims)
         variable = self._file.createVariable(
             name,
             found.dtype,
@@ -267,7 +267,7 @@ class Netcdf(OnDisk):
 
     def _labels(self, dims: tuple[str, ...]) -> list[str]:
         """The coordinates beside the axes that a variable of these dimensions has."""
-        skeleton = self.form.skeleton
+        skeleton = self.template.skeleton
         return sorted(
             str(name) for name in set(skeleton.coords) - set(skeleton.dims) if set(skeleton[name].dims) <= set(dims)
         )
@@ -277,7 +277,9 @@ class Netcdf(OnDisk):
         if "coordinates" not in self._file.ncattrs():
             return
         attached = {
-            label for name, found in self.form.cases.items() for label in self._labels((*self.form.dims, *found.dims))
+            label
+            for name, found in self.template.cases.items()
+            for label in self._labels((*self.template.dims, *found.dims))
         }
         left = [name for name in self._file.coordinates.split() if name not in attached]
         if left:
@@ -293,7 +295,7 @@ class Netcdf(OnDisk):
     @_one_at_a_time
     def _get(self, block: range, name: str) -> np.ndarray:
         slices, _ = self._where(block, name)
-        return np.asarray(self._file[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
+        return np.asarray(self._file[name][slices]).reshape(len(block), self.template.width, *self.template.extra(name))
 
     @_one_at_a_time
     def _complete(self, attrs: Mapping[str, Any]) -> None:
@@ -309,7 +311,9 @@ class Netcdf(OnDisk):
                 self._file.close()
 
 
-def store_of(form: Form, target: str | Path, repair: str = KEPT) -> OnDisk:
+def store_of(template: Template, target: str | Path, repair: str = KEPT) -> OnDisk:
     """The store of a target by its suffix, ``.nc`` or ``.zarr``; raises PoundingError as `check_target`."""
     path = check_target(target, RESULTS)
-    return zarr_store().Zarr(form, path, repair) if path.suffix.lower() == ".zarr" else Netcdf(form, path, repair)
+    return (
+        zarr_store().Zarr(template, path, repair) if path.suffix.lower() == ".zarr" else Netcdf(template, path, repair)
+    )

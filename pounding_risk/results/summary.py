@@ -18,7 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
-from pounding_risk.results.layout import AXES, Form, blocks, form_of, streamed, values_at
+from pounding_risk.results.layout import AXES, Template, blocks, streamed, template_of, values_at
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -61,16 +61,16 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
 
 
 def _summary(dataset: xr.Dataset, whose: str) -> Summary:
-    form = form_of(dataset)
-    if "status" not in form.cases or "contact_model" not in form.dims:
+    template = template_of(dataset)
+    if "status" not in template.cases or "contact_model" not in template.dims:
         raise PoundingError(
             f"{whose}: is no dataset of a scan; name what `pounding-risk scan SCENE -o results.nc` wrote"
         )
     if "rtol" not in dataset.attrs:
         raise PoundingError(f"{whose}: its attributes are lost; name the file that the scan wrote, before any change")
     check_scan(dataset, whose, names=(*AXES_OF_CASES, "simulated"))
-    spreads = _spreads(dataset, form)
-    units = {name: str(form.cases[name].attrs.get("units", "1")) for name in spreads}
+    spreads = _spreads(dataset, template)
+    units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
     return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, of_results(dataset))
 
@@ -129,14 +129,14 @@ class _Gathered:
         return Spread(self.values, self.least, fsum(self.sums) / self.values, self.largest)
 
 
-def _spreads(dataset: xr.Dataset, form: Form) -> dict[str, dict[str, Spread]]:
+def _spreads(dataset: xr.Dataset, template: Template) -> dict[str, dict[str, Spread]]:
     laws = [str(name) for name in dataset["contact_model"].values]
-    names = [name for name in form.cases if name not in OUTCOMES]
+    names = [name for name in template.cases if name not in OUTCOMES]
     gathered = {name: [_Gathered() for _ in laws] for name in names}
-    for block in blocks(form):
-        piece = values_at(dataset, form, block, ("status", *names))
+    for block in blocks(template):
+        piece = values_at(dataset, template, block, ("status", *names))
         complete = piece["status"] == COMPLETE
-        law_of = np.unravel_index(np.array(block), form.shape[:-1])[AXES.index("contact_model")]
+        law_of = np.unravel_index(np.array(block), template.shape[:-1])[AXES.index("contact_model")]
         for place in range(len(laws)):
             chosen = complete & (law_of == place)[:, None]
             for name in names:

@@ -33,22 +33,22 @@ class Zarr(OnDisk):
     _group: Any = None
 
     def _begin(self) -> None:
-        form = self.form
-        block = {axis: part.stop for axis, part in place(form, self._blocks[0]).items()} if form.cases else {}
-        skeleton = form.skeleton.drop_encoding()
-        template, encoding = skeleton, {}
-        for name, found in form.cases.items():
-            dims = (*form.dims, *found.dims)
+        template = self.template
+        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
+        skeleton = template.skeleton.drop_encoding()
+        dataset, encoding = skeleton, {}
+        for name, found in template.cases.items():
+            dims = (*template.dims, *found.dims)
             chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
             empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=found.dtype, chunks=chunk)
-            template = template.assign({name: (dims, empty, dict(found.attrs))})
+            dataset = dataset.assign({name: (dims, empty, dict(found.attrs))})
             encoding[name] = {"chunks": chunk}
-        template = fixed_texts(template).assign_attrs({ZARR_MARK: [str(name) for name in template.variables]})
+        dataset = fixed_texts(dataset).assign_attrs({ZARR_MARK: [str(name) for name in dataset.variables]})
         with zarr.config.set(EVERY_CHUNK):
             # Metadata and the skeleton; the cases' own values come block by block.
-            template.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
+            dataset.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
             self._group = zarr.open_group(self.partial, mode="r+", zarr_format=2)
-            self._arrays = {name: self._group[name] for name in form.cases}
+            self._arrays = {name: self._group[name] for name in template.cases}
 
     def _put(self, block: range, name: str, values: np.ndarray) -> None:
         slices, sizes = self._where(block, name)
@@ -56,7 +56,9 @@ class Zarr(OnDisk):
 
     def _get(self, block: range, name: str) -> np.ndarray:
         slices, _ = self._where(block, name)
-        return np.asarray(self._arrays[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
+        return np.asarray(self._arrays[name][slices]).reshape(
+            len(block), self.template.width, *self.template.extra(name)
+        )
 
     def _complete(self, attrs: Mapping[str, Any]) -> None:
         self._group.attrs.update({name: _plain(value) for name, value in attrs.items()})

@@ -27,7 +27,7 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
-from pounding_risk.results.layout import AXES, CaseVariable, Form, blocks
+from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.pair_labels import (
     CONVENTIONS,
     OUTCOME,
@@ -153,11 +153,11 @@ def histories(
             f"{count} cases are chosen, and at most {most} are written; choose some of the records, polarities, "
             "amplitudes, contact models, gaps or yield forces, or allow more (--most)"
         )
-    form = form_of(cases)
+    template = template_of(cases)
     if say is not None:
-        size = f"{max(form.bytes_a_case * count / 1e6, 0.1):.1f} MB"
+        size = f"{max(template.bytes_per_case * count / 1e6, 0.1):.1f} MB"
         say(f"{count:,} case{'s' * (count != 1)}, {cases.samples:,} samples: about {size} before compression")
-    _write(cases, form, target, workers or cpu_count() or 1, progress)
+    _write(cases, template, target, workers or cpu_count() or 1, progress)
     return target
 
 
@@ -183,8 +183,8 @@ def _chosen_cases(source: Study | str | Path, asked: Asked, output: str | None, 
     return Cases(study, motions, choice, laws)
 
 
-def form_of(cases: Cases) -> Form:
-    """The form of the dataset. One case of each contact model is run for it, on one thread: it compiles."""
+def template_of(cases: Cases) -> Template:
+    """The template of the dataset. One case of each contact model is run for it, on one thread: it compiles."""
     choice = cases.choice
     first = [choice.places[choice.places[:, LAW] == law][0] for law in dict.fromkeys(choice.places[:, LAW].tolist())]
     run, *_ = [cases.run(place) for place in first]
@@ -194,7 +194,7 @@ def form_of(cases: Cases) -> Form:
         )
         for name, dims in (OF_A_ROW if cases.study.is_row else OF_A_PAIR).items()
     }
-    return Form(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
+    return Template(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
 
 
 def _skeleton(cases: Cases) -> xr.Dataset:
@@ -258,19 +258,22 @@ def _nearest(times: Samples, asked: Samples) -> NDArray[np.int64]:
     return np.where(asked - times[after - 1] < times[after] - asked, after - 1, after).astype(np.int64)
 
 
-def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progress | None) -> None:
+def _write(cases: Cases, template: Template, target: Path, workers: int, progress: Progress | None) -> None:
     """Run every case and write it; only this thread touches the file."""
-    width, total, done = form.width, len(cases.choice.places), 0
-    with store_of(form, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
-        for block in blocks(form):
+    width, total, done = template.width, len(cases.choice.places), 0
+    with store_of(template, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
+        for block in blocks(template):
             places = cases.choice.places[block.start * width : block.stop * width]
-            values = {name: np.empty((len(places), *form.extra(name)), each.dtype) for name, each in form.cases.items()}
+            values = {
+                name: np.empty((len(places), *template.extra(name)), each.dtype)
+                for name, each in template.cases.items()
+            }
             for at, found in enumerate(pool.map(cases.at_samples, places)):
                 for name, told in found.items():
                     values[name][at] = told
                 done += 1
                 if progress is not None:
                     progress(done, total)
-            shaped = {name: each.reshape(len(block), width, *form.extra(name)) for name, each in values.items()}
+            shaped = {name: each.reshape(len(block), width, *template.extra(name)) for name, each in values.items()}
             store.write(block, shaped)
         store.finish(created("pounding_risk.histories"))

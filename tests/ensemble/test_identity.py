@@ -17,7 +17,7 @@ import pytest
 import pounding_risk as pr
 from pounding_risk.ensemble import identity as identities
 from pounding_risk.ensemble.identity import difference, digest, flattened, identity
-from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.laws import LAWS
@@ -182,10 +182,10 @@ def test_what_is_prepared_is_told_to_the_last_digit(effects):
     study = parse_scene(f"{SCENE}[effects]\n{effects}\n")  # an effect on buildings makes a row of a pair
     first, *others = study.buildings
     motions = gathered(study).motions
-    once, again = (job_of(Order(study, motions)).prepared for _ in range(2))
+    once, again = (job_of(ScanInput(study, motions)).prepared for _ in range(2))
     assert once == again
     changed = first._replace(damping=float(np.nextafter(first.damping, 1.0)))
-    assert job_of(Order(replace(study, buildings=(changed, *others)), motions)).prepared != once
+    assert job_of(ScanInput(replace(study, buildings=(changed, *others)), motions)).prepared != once
 
 
 def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""What a plan says of a run before it, against the run itself: lines, bytes, compiling, time; and what `--set` does."""
+"""A plan against the run itself: batches, bytes, compiling, time; and what `--set` does."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def test_a_plan_counts_what_the_run_makes(name):
     made = plan(study, workers=2)
     dataset = scan(study, check_fraction=0.02, workers=2)
     assert made.cases == dataset["simulated"].size
-    assert (made.lines, made.screened) == (known(dataset).size, known(dataset).sum())
-    assert 0 < made.screened < made.lines
+    assert (made.batches, made.screened) == (known(dataset).size, known(dataset).sum())
+    assert 0 < made.screened < made.batches
     assert made.bytes == sum(variable.nbytes for variable in dataset.data_vars.values())
 
 
@@ -80,16 +80,16 @@ def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
     touches = scan(study, check_fraction=0.0)["impact_count"].sum("yield_force").values.ravel() / 100.0
     now, solve = [0.0], PairJob.solve
 
-    def timed(job, lines, stop):
-        now[0] += touches[lines.start : lines.stop].sum()
-        return solve(job, lines, stop)
+    def timed(job, batches, stop):
+        now[0] += touches[batches.start : batches.stop].sum()
+        return solve(job, batches, stop)
 
     monkeypatch.setattr(PairJob, "solve", timed)
     monkeypatch.setattr(plan_work, "thread_time", lambda: now[0])
     made = plan(study, workers=2)
     assert made.seconds is not None
     assert made.error is not None
-    assert 2 < made.sampled < made.lines, "a second is over before all lines are solved"
+    assert 2 < made.sampled < made.batches, "a second is over before all batches are solved"
     assert abs(2 * made.seconds - touches.sum()) < 4.0 * 2 * made.error
     assert made.error < made.seconds
     now[0] = 0.0
@@ -253,9 +253,9 @@ def test_a_plan_of_interpreted_kernels_says_so(changed):
     """As under NUMBA_DISABLE_JIT."""
     kernels = changed.kernels._replace(interpreted=True)
     told = dict(replace(changed, kernels=kernels, screened=None, seconds=None).summary())
-    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
     assert told["time"] == "not known, since nothing is compiled; `scan --plan` times a sample all the same"
-    assert told["lines"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
+    assert told["batches"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
     assert "chunks" not in told
 
 

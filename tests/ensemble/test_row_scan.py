@@ -94,7 +94,7 @@ def test_the_number_of_threads_changes_nothing(screened):
 
 
 def test_motions_that_are_let_go_come_back_to_the_same_bits(screened, monkeypatch):
-    """Memory holds one motion of the grid, where threads and a form of all of them ask for four."""
+    """Memory holds one motion of the grid, where threads and a template of all of them ask for four."""
     monkeypatch.setattr(row_job, "MOTIONS", 1)
     monkeypatch.setattr(row_job, "KEPT", 1)
     jobs = []

@@ -2,8 +2,8 @@
 
 ``results.nc`` has ``results.study`` beside it:
 
-- ``study.json``: the study's identity and its digest, lines, cases a line, title, command, when it was begun;
-- ``parts/<start>-<stop>.npz``: what these lines of the grid give (see `study_parts`);
+- ``study.json``: the study's identity and its digest, batches, cases a batch, title, command, when it was begun;
+- ``parts/<start>-<stop>.npz``: what these batches of the grid give (see `study_parts`);
 - ``log.jsonl``: what happened when, for people and for `status`;
 - ``lock``: who writes, held by the system (see `study_lock`).
 """
@@ -19,26 +19,30 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.dates import now
 from pounding_risk._common.files import FULL, is_partial_of, led_to, limit_words, raised, sync_folder, write_whole
-from pounding_risk.ensemble.checkpoint.chunks import PART, Damaged, lines_of, part_name, read_part, write_part
+from pounding_risk.ensemble.checkpoint.chunks import CHUNK, Damaged, batches_of, chunk_name, read_chunk, write_chunk
 from pounding_risk.ensemble.checkpoint.lock import Held, Lock
 from pounding_risk.ensemble.checkpoint.log import write_line
-from pounding_risk.ensemble.chunks import Part, chosen, joined, merged, pieces_of
+from pounding_risk.ensemble.chunks import Chunk, chosen, joined, merged, pieces_of
 from pounding_risk.ensemble.identity import difference, digest
 from pounding_risk.errors import PoundingError
 
-STUDY, PARTS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
-OWN = (STUDY, PARTS, LOG, LOCK)
+STUDY, CHUNKS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
+OWN = (STUDY, CHUNKS, LOG, LOCK)
 FORMAT = "pounding_risk study 1"
 SUFFIX = ".study"
 
 
 class About(NamedTuple):
-    """What a study is, for people: beside its identity, and no part of it."""
+    """What a study is, for people: beside its identity, and no chunk of it."""
 
-    lines: int
-    width: int  # cases in a line
+    batches: int
+    width: int  # cases in a batch
     title: str = ""
     command: str = ""
+
+    def table(self) -> dict[str, Any]:
+        """The fields under their names in ``study.json``."""
+        return {"lines": self.batches, "width": self.width, "title": self.title, "command": self.command}
 
 
 def folder_of(results: str | Path) -> Path:
@@ -74,7 +78,7 @@ def read_study(folder: Path) -> dict[str, Any] | None:
     )
 
 
-class StudyFolder:
+class Checkpoint:
     """A study's folder, open for writing: by one process, or by several that share it.
 
     Use as a context manager, or `close` it. ``path`` is the folder, ``about`` what the study is.
@@ -85,7 +89,7 @@ class StudyFolder:
         self._lock, self._alone, self._digest = lock, alone, digest
         self.again = "the same command"  # goes on with what is kept
         self.begun = ""  # when the study was
-        self._sound: dict[range, tuple[int, int]] = {}  # lines of the parts that were verified, and size and time
+        self._sound: dict[range, tuple[int, int]] = {}  # batches of the chunks that were verified, and size and time
 
     @classmethod
     def open(
@@ -96,13 +100,13 @@ class StudyFolder:
         *,
         new: bool = False,
         shared: bool = False,
-    ) -> StudyFolder:
+    ) -> Checkpoint:
         """Begin a study in a folder, or go on with the one that is there.
 
         ``new`` discards what an earlier one has computed, and of the folder nothing else; ``shared`` lets other
-        processes share the folder, each with lines of its own. Raises PoundingError where the folder is not a study's,
-        where another run writes it, where it cannot be written, and, with every difference, where it holds parts of a
-        study of another identity.
+        processes share the folder, each with batches of its own. Raises PoundingError where the folder is not a
+        study's, where another run writes it, where it cannot be written, and, with every difference, where it
+        holds chunks of a study of another identity.
         """
         folder = Path(path)
         check_ours(folder)
@@ -135,7 +139,7 @@ class StudyFolder:
         same = kept is not None and digest(kept["identity"]) == self._digest
         if kept is not None and same and not new:
             self.begun = kept["begun"]
-            (self.path / PARTS).mkdir(exist_ok=True)
+            (self.path / CHUNKS).mkdir(exist_ok=True)
             return
         if not alone:
             raise PoundingError(
@@ -153,21 +157,21 @@ class StudyFolder:
 
     def _write_study(self, identity: Mapping[str, Any]) -> None:
         self.begun = now()
-        facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about._asdict()}
+        facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about.table()}
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
         write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
-        (self.path / PARTS).mkdir(exist_ok=True)
+        (self.path / CHUNKS).mkdir(exist_ok=True)
         sync_folder(self.path)
-        self.log("begin", **self.about._asdict())
+        self.log("begin", **self.about.table())
 
-    def __enter__(self) -> StudyFolder:
+    def __enter__(self) -> Checkpoint:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
     def done(self) -> list[range]:
-        """The lines of which there is a sound part, in as few ranges as there can be.
+        """The batches of which there is a sound chunk, in as few ranges as there can be.
 
         A damaged file, and one that a killed process has left aside, is removed with a line in the log, where nobody
         else can be writing it; where others share the folder it only does not count.
@@ -175,50 +179,50 @@ class StudyFolder:
         if self._alone:
             self._sweep()
         found = {}
-        for lines in self._files():
-            state = self._state(lines)
-            if state is not None and (self._sound.get(lines) == state or self._is_sound(lines)):
-                found[lines] = state
+        for batches in self._files():
+            state = self._state(batches)
+            if state is not None and (self._sound.get(batches) == state or self._is_sound(batches)):
+                found[batches] = state
         self._sound = found
         return merged(found)
 
-    def keep(self, lines: range, part: Mapping[str, Any], seconds: float) -> None:
-        """Have what these lines give on disk: after the call it outlives the process.
+    def keep(self, batches: range, chunk: Mapping[str, Any], seconds: float) -> None:
+        """Have what these batches give on disk: after the call it outlives the process.
 
         ``seconds`` is what it took, for the log. Raises PoundingError where it cannot be written, as on a full disk,
-        and ValueError for arrays that are not numbers with the lines as their first axis.
+        and ValueError for arrays that are not numbers with the batches as their first axis.
         """
         try:
-            write_part(self.path / PARTS, lines, part, self._digest)
-            state = self._state(lines)
+            write_chunk(self.path / CHUNKS, batches, chunk, self._digest)
+            state = self._state(batches)
         except OSError as error:
             raise _unwritable(self.path, error, f"{self.kept()} are kept; ", self.again) from None
         if state is not None:
-            self._sound[lines] = state
-        self.log("kept", start=lines.start, stop=lines.stop, seconds=round(seconds, 3))
+            self._sound[batches] = state
+        self.log("kept", start=batches.start, stop=batches.stop, seconds=round(seconds, 3))
 
-    def parts(self, blocks: Iterable[range]) -> Iterator[Part]:
-        """The arrays of the lines of each block, in order, from whatever parts there are.
+    def chunks(self, blocks: Iterable[range]) -> Iterator[Chunk]:
+        """The arrays of the batches of each block, in order, from whatever chunks there are.
 
-        Only lines that the last `done` has found, or that were kept since, are there. Memory is bounded by a block and
-        a part. Raises PoundingError for lines without a part, and for a part that was damaged since.
+        Only batches that the last `done` has found, or that were kept since, are there. Memory is bounded by a block
+        and a chunk. Raises PoundingError for batches without a chunk, and for a chunk that was damaged since.
         """
         choice = chosen(self._sound)
-        home, whole = range(0), Part()
+        home, whole = range(0), Chunk()
         for block in blocks:
             pieces, end = [], block.start
-            for lines, source in pieces_of(block, choice):
-                if lines.start != end:
+            for batches, source in pieces_of(block, choice):
+                if batches.start != end:
                     break
                 if source != home:
                     home, whole = source, self._read(source)
-                inside = slice(lines.start - home.start, lines.stop - home.start)
-                # A copy of a few lines lets go of all others of their part.
+                inside = slice(batches.start - home.start, batches.stop - home.start)
+                # A copy of a few batches lets go of all others of their chunk.
                 pieces.append({name: array[inside].copy() for name, array in whole.items()})
-                end = lines.stop
+                end = batches.stop
             if end < block.stop:
                 raise PoundingError(
-                    f"{self.path}: of the lines from {end} on there is no part; run the same command again"
+                    f"{self.path}: of the batches from {end} on there is no chunk; run the same command again"
                 )
             yield joined(pieces)
 
@@ -227,7 +231,7 @@ class StudyFolder:
         write_line(self.path / LOG, event, **facts)
 
     def clear(self) -> None:
-        """Remove the parts: the results are in place. What the study was, and its log, stay."""
+        """Remove the chunks: the results are in place. What the study was, and its log, stay."""
         self._remove_parts()
         self.log("complete")
 
@@ -238,25 +242,25 @@ class StudyFolder:
             self._lock.close()
 
     def _files(self) -> list[range]:
-        """The lines of every file with the name of a part."""
-        names = [entry.name for entry in _entries(self.path / PARTS)]
-        return [lines for name in names if (lines := lines_of(name)) is not None]
+        """The batches of every file with the name of a chunk."""
+        names = [entry.name for entry in _entries(self.path / CHUNKS)]
+        return [batches for name in names if (batches := batches_of(name)) is not None]
 
-    def _file(self, lines: range) -> Path:
-        return self.path / PARTS / part_name(lines)
+    def _file(self, batches: range) -> Path:
+        return self.path / CHUNKS / chunk_name(batches)
 
-    def _state(self, lines: range) -> tuple[int, int] | None:
-        """Size and time of a part's file, by which it is known again; None where it is gone."""
+    def _state(self, batches: range) -> tuple[int, int] | None:
+        """Size and time of a chunk's file, by which it is known again; None where it is gone."""
         try:
-            found = self._file(lines).stat()
+            found = self._file(batches).stat()
         except FileNotFoundError:
             return None
         return found.st_size, found.st_mtime_ns
 
-    def _is_sound(self, lines: range) -> bool:
-        file = self._file(lines)
+    def _is_sound(self, batches: range) -> bool:
+        file = self._file(batches)
         try:
-            read_part(file, self._digest)
+            read_chunk(file, self._digest)
         except FileNotFoundError:  # another process has removed it since
             return False
         except Damaged as damage:
@@ -267,10 +271,10 @@ class StudyFolder:
             raise PoundingError(f"{file}: cannot be read ({error.strerror}); check the disk and its rights") from None
         return True
 
-    def _read(self, lines: range) -> Part:
-        file = self._file(lines)
+    def _read(self, batches: range) -> Chunk:
+        file = self._file(batches)
         try:
-            return read_part(file, self._digest)[1]
+            return read_chunk(file, self._digest)[1]
         except Damaged as damage:
             raise PoundingError(f"{file}: was damaged since: {damage}; run the same command again") from None
         except OSError as error:
@@ -278,7 +282,7 @@ class StudyFolder:
 
     def _sweep(self) -> None:
         """Remove what killed processes have left aside."""
-        for folder, pattern in ((self.path, r"study\.json"), (self.path / PARTS, PART)):
+        for folder, pattern in ((self.path, r"study\.json"), (self.path / CHUNKS, CHUNK)):
             for entry in _entries(folder):
                 if is_partial_of(entry.name, pattern):
                     self._remove(Path(entry.path), "a process was killed while it wrote this file")
@@ -288,8 +292,8 @@ class StudyFolder:
         self.log("removed", file=file.name, why=why)
 
     def _remove_parts(self) -> None:
-        for lines in self._files():
-            self._file(lines).unlink(missing_ok=True)
+        for batches in self._files():
+            self._file(batches).unlink(missing_ok=True)
         self._sound = {}
         if self._alone:
             self._sweep()
@@ -297,25 +301,25 @@ class StudyFolder:
     def _discard(self) -> None:
         """Remove what an earlier study has left, and nothing that is not ours."""
         (self.path / STUDY).unlink(missing_ok=True)
-        for lines in self._files():
-            self._file(lines).unlink(missing_ok=True)
+        for batches in self._files():
+            self._file(batches).unlink(missing_ok=True)
         (self.path / LOG).unlink(missing_ok=True)
 
     def kept(self) -> str:
-        """How many of the study's cases have a part, in words; told without a look into the parts."""
-        return f"{_cases(self._files(), self.about.width)} of {self.about.lines * self.about.width} cases"
+        """How many of the study's cases have a chunk, in words; told without a look into the chunks."""
+        return f"{_cases(self._files(), self.about.width)} of {self.about.batches * self.about.width} cases"
 
 
 def is_begun(folder: Path, identity: Mapping[str, Any]) -> bool:
-    """Whether a folder keeps parts of the study of this identity; raises PoundingError as `read_study`."""
+    """Whether a folder keeps chunks of the study of this identity; raises PoundingError as `read_study`."""
     kept = read_study(folder)
     if kept is None or digest(kept["identity"]) != digest(identity):
         return False
-    return any(lines_of(entry.name) is not None for entry in _entries(folder / PARTS))
+    return any(batches_of(entry.name) is not None for entry in _entries(folder / CHUNKS))
 
 
-def _cases(parts: Iterable[range], width: int) -> int:
-    return sum(map(len, merged(parts))) * width
+def _cases(chunks: Iterable[range], width: int) -> int:
+    return sum(map(len, merged(chunks))) * width
 
 
 def _entries(folder: Path) -> list[os.DirEntry[str]]:

@@ -1,4 +1,4 @@
-"""The numbers of a plan: cases, lines, chunks, bytes, seconds."""
+"""The numbers of a plan: cases, batches, chunks, bytes, seconds."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class PlanNumbers(ShortRepr):
     changes: tuple[str, ...] = ()  # what `--set` changes, a value a line
     unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
     compiled: bool = False  # whether the plan has compiled what was missing
-    screened: int | None = None  # lines that the motion without contact answers, since it closes no gap
-    share: float = 1.0  # of the lines that were looked at to learn what follows; a large grid is drawn from evenly
+    screened: int | None = None  # batches that the motion without contact answers, since it closes no gap
+    share: float = 1.0  # of the batches that were looked at to learn what follows; a large grid is drawn from evenly
     seconds: float | None = None  # of solving, on so many threads
     error: float | None = None  # standard error of it [s]
-    sampled: int = 0  # lines that were solved to learn this
+    sampled: int = 0  # batches that were solved to learn this
 
     @property
     def shape(self) -> dict[str, int]:
@@ -61,18 +61,18 @@ class PlanNumbers(ShortRepr):
         return prod(self.shape.values())
 
     @property
-    def lines(self) -> int:
-        """The lines of the grid: all yield forces of a motion, contact model and gap."""
+    def batches(self) -> int:
+        """The batches of the grid: all yield forces of a motion, contact model and gap."""
         return self.cases // self.shape["yield_force"]
 
     @property
     def chunks(self) -> int | None:
-        """About as many as the run will have: the first line of each contact model alone, the rest by time."""
+        """About as many as the run will have: the first batch of each contact model alone, the rest by time."""
         if self.seconds is None:
             return None
         from pounding_risk.ensemble.threads import SECONDS
 
-        return min(self.lines, self.shape["contact_model"] + ceil(self.seconds * self.threads / SECONDS))
+        return min(self.batches, self.shape["contact_model"] + ceil(self.seconds * self.threads / SECONDS))
 
     @property
     def shaking(self) -> float:

@@ -53,10 +53,10 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
 def plan(
     scene: Study | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None, compiling: bool = True
 ) -> Plan:
-    """Check a scene and its records, and tell what its run takes: lines, bytes, memory, compiling, time.
+    """Check a scene and its records, and tell what its run takes: batches, bytes, memory, compiling, time.
 
     ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). The time is that of ``workers``
-    threads, one a processor by default, from a second of solving a random few lines of each contact model;
+    threads, one a processor by default, from a second of solving a random few batches of each contact model;
     ``compiling`` False leaves out what is not compiled yet. Nothing is written. Raises SceneError, which tells every
     fault of a scene file at once, and RecordError for a record that cannot be used.
     """
@@ -99,7 +99,7 @@ def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | 
     if isinstance(scene, Study):
         if not overrides:
             return None, scene
-        # A study's own text may lack what was changed in it since: its resolved form does not.
+        # A study's own text may lack what was changed in it since: its resolved template does not.
         changed = parse_scene(scene.to_toml(), scene.source, overrides)
         return scene, replace(changed, text=scene.text, overrides=(*scene.overrides, *overrides))
     study = read_scene(scene, overrides)
@@ -141,17 +141,17 @@ def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) ->
 
 
 def _timed(made: Plan, found: Gathered) -> Plan:
-    """The plan with what it takes the motion without contact, and then the solving of some lines, to know."""
-    from pounding_risk.ensemble.plan.cost import alone, costs, few_lines
+    """The plan with what it takes the motion without contact, and then the solving of some batches, to know."""
+    from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
     from pounding_risk.ensemble.plan.size import memory
 
     kernels, may_compile = made.kernels, made.compiled
     if not may_compile and (kernels.interpreted or not kernels.motion):
         return replace(made, memory=memory(made, found.motions, 0))
-    few, share = few_lines(made.study, len(found.motions))
+    few, share = few_batches(made.study, len(found.motions))
     still = alone(few, found.motions)
     touching = round(int((still.closed > 0.0).sum()) * made.shape["contact_model"] / share)
-    made = replace(made, screened=made.lines - touching, share=share, memory=memory(made, found.motions, still.size))
+    made = replace(made, screened=made.batches - touching, share=share, memory=memory(made, found.motions, still.size))
     if not may_compile and not kernels.whole:
         return made
     each = costs(few, found.motions, still.closed)

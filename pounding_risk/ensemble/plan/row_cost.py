@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.row_job import RowJob
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Study
@@ -29,7 +29,7 @@ class RowBench(NamedTuple):
 
 def row_bench(study: Study, most: int) -> RowBench:
     """``most`` cases of a row's grid, or all; raises as `row_grid`."""
-    job = RowJob(Order(study, motions_of(study)))
+    job = RowJob(ScanInput(study, motions_of(study)))
     places = list(np.ndindex(job.shape))
     chosen = np.unique(np.linspace(0, len(places) - 1, min(most, len(places))).round().astype(int))
     found = []

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.ensemble.pair_job import KEPT, part_bytes
-from pounding_risk.ensemble.threads import PART_BYTES
+from pounding_risk.ensemble.pair_job import KEPT, chunk_bytes
+from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.ensemble.tolerance_check import check_variables
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.layout import AXES, BLOCK_BYTES, bytes_a_case
+from pounding_risk.results.layout import AXES, BLOCK_BYTES, bytes_per_case
 from pounding_risk.scene.scene import Study
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 READ_FOR = 60 * 8  # bytes a record: its spectrum
 WRITER = 40e6  # bytes, about, of the libraries that write a dataset, which a plan has no need of
-PARTS_IN_FLIGHT = 2  # a thread: one that it fills, one that waits to be kept
+CHUNKS_IN_FLIGHT = 2  # a thread: one that it fills, one that waits to be kept
 
 
 class Sizes(NamedTuple):
@@ -56,9 +56,9 @@ def _of_pair(study: Study) -> Sizes:
     from pounding_risk.solver.pair.outputs import BUILDING
 
     along = {"building": 2}
-    case = bytes_a_case(pair_variables() | check_variables(study.rtol), along)
+    case = bytes_per_case(pair_variables() | check_variables(study.rtol), along)
     closing = 8
-    return Sizes(case, 8 * along["building"] * len(BUILDING) + closing, part_bytes(study))
+    return Sizes(case, 8 * along["building"] * len(BUILDING) + closing, chunk_bytes(study))
 
 
 def _of_row(study: Study) -> Sizes:
@@ -68,9 +68,9 @@ def _of_row(study: Study) -> Sizes:
 
     frame = frame_of(model_of(study))
     along = frame.sizes
-    case = bytes_a_case(row_variables(frame) | check_variables(study.rtol), along)
+    case = bytes_per_case(row_variables(frame) | check_variables(study.rtol), along)
     closing = 8 * (along["interface"] + along["contact_point"])
-    return Sizes(case, bytes_a_case(case_variables(moving_variables(frame)), along) + closing, case)
+    return Sizes(case, bytes_per_case(case_variables(moving_variables(frame)), along) + closing, case)
 
 
 def memory(plan: PlanNumbers, motions: Iterable[Motion], free: int) -> int:
@@ -82,11 +82,11 @@ def memory(plan: PlanNumbers, motions: Iterable[Motion], free: int) -> int:
     shape = plan.shape
     kept = min(shape["record"] * shape["polarity"] * shape["pga"], KEPT)
     a_case = sizes(plan.study)
-    part = min(PART_BYTES, a_case.part * plan.cases)
+    part = min(CHUNK_BYTES, a_case.part * plan.cases)
     # A block stands there as parts and as variables.
     block = min(BLOCK_BYTES, plan.bytes) * (1.0 + a_case.part / a_case.case)
     records = sum(motion.acceleration.nbytes for motion in motions)
-    return int(resident() + WRITER + records + kept * free + block + PARTS_IN_FLIGHT * plan.threads * part)
+    return int(resident() + WRITER + records + kept * free + block + CHUNKS_IN_FLIGHT * plan.threads * part)
 
 
 def resident() -> int:

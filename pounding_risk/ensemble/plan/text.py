@@ -225,7 +225,7 @@ def _span(values: Sequence[float], quantity: Quantity) -> str:
 def run_words(plan: PlanNumbers) -> Iterator[tuple[str, str]]:
     """What is to be run, and what that takes; one pair a line."""
     yield "cases", _cases(plan)
-    yield "lines", _lines(plan)
+    yield "batches", _batches(plan)
     yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
     if plan.chunks is not None:
         yield "chunks", f"about {plan.chunks}, each kept on disk as it is done"
@@ -251,13 +251,13 @@ def _cases(plan: PlanNumbers) -> str:
     return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
 
 
-def _lines(plan: PlanNumbers) -> str:
-    """A line is what is solved at once: all yield forces of a gap."""
+def _batches(plan: PlanNumbers) -> str:
+    """A batch is what is solved at once: all yield forces of a gap."""
     width = plan.shape["yield_force"]
-    each = f"{plan.lines}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
+    each = f"{plan.batches}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
     if plan.screened is None:
         return f"{each}; how many of them touch is not known yet, {HERE} finds it"
-    share = 100.0 * plan.screened / plan.lines
+    share = 100.0 * plan.screened / plan.batches
     about = "" if plan.share == 1.0 else "about "
     return f"{each}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
 
@@ -265,7 +265,7 @@ def _lines(plan: PlanNumbers) -> str:
 def _compiling(plan: PlanNumbers) -> str:
     kernels = plan.kernels
     if kernels.interpreted:
-        return "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+        return "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
     if kernels.whole:
         return "nothing: all is compiled"
     parts = [] if kernels.motion else ["the motion without contact"]
@@ -287,7 +287,7 @@ def _time(plan: PlanNumbers) -> str:
             return f"not known, since nothing is compiled; {HERE} times a sample all the same"
         return f"not known, since not all is compiled; {HERE} compiles and times a sample"
     threads = f"on {plan.threads} thread{'s' * (plan.threads > 1)}"
-    sample = f"{plan.sampled} line{'s' * (plan.sampled > 1)}"
+    sample = f"{plan.sampled} batch{'es' * (plan.sampled > 1)}"
     return (
         f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {sample} solved here; "
         "without compiling and writing"
