@@ -1,7 +1,7 @@
-"""What a study's results depend on, as plain tables: two studies of one identity may share what they have computed.
+"""The identity of a scan: all that its numbers depend on, as plain tables. Scans of one identity share their results.
 
-Scene, ground motions, options, the program, and the code of contact laws of the user's own. Where it was run, by how
-many and in which pieces is no part of it.
+It holds the scene, the ground motions, the options, the program, and the code of the user's own contact laws; not the
+machine, the number of workers, or the chunks.
 """
 
 from __future__ import annotations
@@ -11,50 +11,30 @@ import json
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
-
-from pounding_risk.scene.scene import own_laws
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pounding_risk.ensemble.job import ScanInput
     from pounding_risk.motions.motion import Motion
-    from pounding_risk.scene.scene import Study
 
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
 ABSENT = object()
-# A change in any of these may change a number of a dataset; commands, figures, reports and assessments change none.
+# The source that numbers of a dataset depend on: not commands, figures, reports and assessments.
 SOURCES = ("_jit", "models", "motions", "scene", "solver", "ensemble", "results", "units.py")
 
 
-class Asked(Protocol):
-    """What is to be computed."""
+def identity(scan_input: ScanInput, prepared: str = "") -> dict[str, Any]:
+    """All that the numbers of a scan depend on, in types that JSON has; ``prepared`` is `Job.prepared`."""
+    from pounding_risk.scene.scene import own_laws  # imports the models; the state of a scan is read without them
 
-    @property
-    def study(self) -> Study:
-        """The scene, read."""
-
-    @property
-    def motions(self) -> tuple[Motion, ...]:
-        """Its ground motions, processed."""
-
-    @property
-    def screening(self) -> bool:
-        """Whether runs whose answer is known are left out."""
-
-    @property
-    def check_fraction(self) -> float:
-        """The part of the runs that is made again."""
-
-
-def identity(order: Asked, prepared: str = "") -> dict[str, Any]:
-    """All that the numbers of a study depend on, in types that JSON has; ``prepared`` as a job says it."""
     tables = {
         # A title changes no number.
-        "scene": {key: table for key, table in order.study.resolved().items() if key != "scene"},
-        "records": [_record(motion) for motion in order.motions],
-        "options": {"screening": bool(order.screening), "check_fraction": float(order.check_fraction)},
+        "scene": {key: table for key, table in scan_input.study.resolved().items() if key != "scene"},
+        "records": [_record(motion) for motion in scan_input.motions],
+        "options": {"screening": bool(scan_input.screening), "check_fraction": float(scan_input.check_fraction)},
         "program": _program(),
-        "laws": own_laws(order.study),
+        "laws": own_laws(scan_input.study),
         "prepared": prepared,
     }
     return _plain(tables)
@@ -215,7 +195,7 @@ def _changed_program(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator
     plain = [{key: value for key, value in each.items() if key != "source"} for each in (old, new)]
     yield from _changed(*plain)
     if old.get("source") != new.get("source"):
-        yield "pounding_risk: its source was changed since"
+        yield f"pounding_risk: its source was changed since, in what numbers depend on ({', '.join(SOURCES)})"
 
 
 def _changed_laws(old: Mapping[str, str], new: Mapping[str, str]) -> Iterable[str]:

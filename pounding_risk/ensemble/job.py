@@ -1,6 +1,6 @@
-"""A study as work: batches of its grid, each a pure function of its own numbers, and how a dataset follows from them.
+"""The interface of a job: a scan as batches, each a pure function of its number, and the dataset that follows.
 
-What a batch gives does not depend on who solves it, when, or together with which others: a dataset has the same bits
+The result of a batch does not depend on who solves it, when, or together with which others: a dataset has the same bits
 for any number of threads, processes, shards or chunks.
 """
 
@@ -18,57 +18,57 @@ from pounding_risk.scene.scene import Study
 
 
 class ScanInput(NamedTuple):
-    """All that a job is made of; another process makes the same job from it."""
+    """All that a job is made from; another process makes the same job from it."""
 
     study: Study
     motions: tuple[Motion, ...]
-    screening: bool = True  # leave out runs whose answer is known
-    check_fraction: float = 0.0  # of the runs, made again
+    screening: bool = True  # leave out runs whose result follows from another run
+    check_fraction: float = 0.0  # share of the runs that is repeated at a tighter tolerance
 
 
 class Finish(NamedTuple):
-    """What is known of a dataset after its last batch."""
+    """Attributes and corrections of a dataset that are known only after the last batch."""
 
     attrs: dict[str, Any]
-    patches: tuple[tuple[int, Chunk], ...] = ()  # variables of single batches to write again
+    patches: tuple[tuple[int, Chunk], ...] = ()  # variables of single batches to be written again
 
 
 class DatasetWriter(Protocol):
-    """From parts, in the order of the batches, to the variables of a dataset."""
+    """Computes the variables of a dataset from chunks, which are passed in the order of the batches."""
 
-    def values(self, batches: range, part: Chunk) -> dict[str, NDArray[Any]]:
+    def values(self, batches: range, chunk: Chunk) -> dict[str, NDArray[Any]]:
         """Every case variable of these batches: (batches, yield forces, its own dimensions)."""
 
     def finish(self) -> Finish:
-        """After the last batch."""
+        """Attributes and corrections, to be asked for after the last batch."""
 
 
 class Job(Protocol):
-    """A study that can be worked through."""
+    """A scan that an executor can work through."""
 
     scan_input: ScanInput
-    batches: int
+    batches: int  # of the grid
     width: int  # cases in a batch
-    bytes_per_batch: int  # of a part
+    bytes_per_batch: int  # of its results in a chunk
 
     @property
     def prepared(self) -> str:
-        """Digest of what runs are made of and what is computed before them, by libraries that choose by processor."""
+        """Digest of what runs are made of and of what libraries compute before them in ways that depend on the CPU."""
 
     def law_at(self, batch: int) -> int:
-        """Which of the grid's contact models a batch needs, compiled."""
+        """Index of the contact model that a batch needs compiled."""
 
     def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
-        """What these batches give; None where ``stop`` turned true on the way. Threads may call it at once."""
+        """Results of these batches; None where ``stop`` turned true meanwhile. Several threads may call it at once."""
 
     @property
     def template(self) -> Template:
-        """Of the dataset."""
+        """The dataset without the values of its cases."""
 
     def writer(self) -> DatasetWriter:
-        """A new one, before the first batch."""
+        """A new dataset writer, before the first batch."""
 
 
 def never() -> bool:
-    """What goes on to the end."""
+    """Stop condition that is never true."""
     return False

@@ -72,7 +72,7 @@ def test_two_processes_give_the_same_bits(client, length):
     assert (kept.times == 1).all()
     assert os.getpid() not in kept.processes
     assert len(kept.processes) == 2
-    assert set(client.run(times_made, scan_input).values()) == {1}, "an scan_input is made a job once in each process"
+    assert set(client.run(times_made, scan_input).values()) == {1}, "a job is made once in each process"
     assert forgotten(client)
 
 
@@ -198,7 +198,7 @@ if __name__ == "__main__":
 @pytest.fixture
 def apart(root):
     """Starts a scheduler with some workers in a process of their own: its address, and the process."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), str(Path(__file__).parents[1])])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), *map(str, Path(__file__).parents[:2])])}
     started = []
 
     def start(workers):

@@ -96,7 +96,7 @@ def test_the_number_of_threads_changes_nothing(screened):
 def test_motions_that_are_let_go_come_back_to_the_same_bits(screened, monkeypatch):
     """Memory holds one motion of the grid, where threads and a template of all of them ask for four."""
     monkeypatch.setattr(row_job, "MOTIONS", 1)
-    monkeypatch.setattr(row_job, "KEPT", 1)
+    monkeypatch.setattr(row_job, "CASES", 1)
     jobs = []
     monkeypatch.setattr(ensemble, "job_of", lambda order: jobs.append(row_job.RowJob(order)) or jobs[-1])
     xr.testing.assert_identical(scan(parse_scene(SCENE), check_fraction=0.02, workers=2), screened)

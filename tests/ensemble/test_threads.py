@@ -19,17 +19,18 @@ from hypothesis import strategies as st
 
 import pounding_risk
 from pounding_risk.ensemble import scan as ensemble
+from pounding_risk.ensemble import threads
 from pounding_risk.ensemble.scan import scan_shard
 from pounding_risk.ensemble.threads import (
     CHUNK_BYTES,
-    GROWTH,
-    LEAST,
+    PIECE,
     ROUNDS,
     SECONDS,
     Pending,
     Threads,
     read_shard,
     shard_batches,
+    solve_for,
 )
 from pounding_risk.errors import PoundingError, Stopped
 from pounding_risk.results.store import Netcdf
@@ -42,12 +43,28 @@ def pending_of(job, batches=None, **more):
     )
 
 
-def drained(pending, cost):
-    """Chunks as they are handed out, each back before the next is asked for; ``cost`` tells a batch's seconds."""
-    chunks = []
-    while (batches := pending.next()) is not None:
-        chunks.append((batches, sum(map(cost, batches))))
-        pending.took(*chunks[-1])
+class Timed(Numbers):
+    """A job on a clock of its own: ``cost`` tells the seconds of a batch."""
+
+    def __init__(self, scan_input, cost, monkeypatch):
+        super().__init__(scan_input)
+        self.cost, self.now = cost, 0.0
+        monkeypatch.setattr(threads, "perf_counter", lambda: self.now)
+
+    def solve(self, batches, stop):
+        self.now += sum(map(self.cost, batches))
+        return super().solve(batches, stop)
+
+
+def drained(job, pieces=None, **more):
+    """Chunks as one worker solves them: (batches, seconds)."""
+    pending, chunks = pending_of(job, pieces, **more), []
+    while not pending.is_done:
+        handed = pending.next()
+        solved = solve_for(job, handed, lambda: False, pending.mean)
+        assert len(solved.chunk["value"]) == len(solved.batches)
+        pending.took(handed, solved.batches, solved.seconds)
+        chunks.append((solved.batches, solved.seconds))
     assert pending.left == 0
     return chunks
 
@@ -70,8 +87,8 @@ def serial(scan_input):
     cost=st.floats(0.0, 3.0),
     data=st.data(),
 )
-def test_every_line_is_handed_out_once(batches, laws, run, workers, length, cost, data):
-    """Whatever comes back when: chunks are whole, apart, and together what was asked for."""
+def test_every_batch_is_solved_once(batches, laws, run, workers, length, cost, data):
+    """Whatever comes back when, in whole or in part: chunks are apart, and together what was asked for."""
     job = Numbers(ScanInput(batches, laws, run))
     first = data.draw(st.integers(0, batches))
     last = data.draw(st.integers(first, batches))
@@ -79,84 +96,75 @@ def test_every_line_is_handed_out_once(batches, laws, run, workers, length, cost
     pending = pending_of(job, pieces, length=length)
     pending.shared_by(workers)
     out, found, begun, ready = [], [], set(), set()
-    while pending.left or out:
-        chunk = pending.next() if len(out) < workers else None
-        if chunk is not None:
-            assert len(chunk) > 0
-            needs = {job.law_at(batch) for batch in chunk}
-            assert needs <= ready or (len(chunk) == 1 and not needs & begun), "two compile one law"
-            assert length is None or len(chunk) <= length
+    while not pending.is_done:
+        handed = pending.next() if len(out) < workers else None
+        if handed is not None:
+            assert len(handed) > 0
+            needs = {job.law_at(batch) for batch in handed}
+            assert needs <= ready or (len(handed) == 1 and not needs & begun), "two compile one law"
+            assert length is None or len(handed) <= length
             begun |= needs
-            out.append(chunk)
+            out.append(handed)
             continue
-        chunk = out.pop(data.draw(st.integers(0, len(out) - 1)))
-        pending.took(chunk, data.draw(st.sampled_from([cost * len(chunk), 0.0, None])))
-        ready |= {job.law_at(batch) for batch in chunk}
-        found += chunk
-    assert sorted(found) == [*range(first), *range(last, batches)]
+        handed = out.pop(data.draw(st.integers(0, len(out) - 1)))
+        solved = handed[: data.draw(st.integers(1, len(handed)))]
+        pending.took(handed, solved, cost * len(solved))
+        ready |= {job.law_at(batch) for batch in solved}
+        found += solved
+    assert not out and sorted(found) == [*range(first), *range(last, batches)]
     assert pending.next() is None
 
 
-def test_chunks_are_sized_from_what_lines_took():
-    """A compile says nothing; growth is fourfold at most; then chunks take what was asked for, until the end."""
-    scan_input = ScanInput(batches=4000, laws=1)
+def test_a_chunk_ends_after_half_a_second(monkeypatch):
+    """By the clock: the first batch, which compiles, is alone; then chunks take what was asked for, until the end."""
     cost = 0.01
-    chunks = drained(pending_of(Numbers(scan_input)), lambda batch: 30.0 if batch == 0 else cost)
+    job = Timed(ScanInput(batches=4000, laws=1), lambda batch: 30.0 if batch == 0 else cost, monkeypatch)
+    chunks = drained(job)
+    sized = SECONDS / cost
     lengths = [len(batches) for batches, _ in chunks]
-    assert lengths[:4] == [1, 1, GROWTH, GROWTH**2]
-    sized = round(SECONDS / cost)
-    assert lengths[4:10] == pytest.approx([sized] * 6, abs=1)  # a batch more or less, from rounding
+    assert lengths[0] == 1
+    assert lengths[1:-8] == pytest.approx([sized] * len(lengths[1:-8]), abs=1)
     assert max(lengths) <= sized
-    assert min(lengths[4:-1]) >= LEAST * sized - 1
+    assert min(lengths[1:-1]) >= PIECE / cost - 1
     assert sum(lengths[-4:]) < 4 * sized, "chunks shrink towards the end"
 
 
-def test_small_gaps_do_not_make_a_long_chunk():
+def test_small_gaps_do_not_make_a_long_chunk(monkeypatch):
     """Batches cost 40 times less along each run of gaps; a chunk keeps below a few times what was asked for."""
-    scan_input = ScanInput(batches=5000, laws=1, run=50)
-
-    def cost(batch):
-        return 0.08 if batch % 50 < 10 else 0.002
-
-    took = [seconds for _, seconds in drained(pending_of(Numbers(scan_input)), cost)]
-    # The worst chunk: ten costly batches after a mean of (10 × 0.08 + 40 × 0.002) / 50 = 0.0176 s a batch.
-    assert max(took) <= 2.0
-    assert np.mean(took[8:-8]) == pytest.approx(SECONDS, rel=0.35)  # a running mean over whole runs of gaps
+    job = Timed(ScanInput(batches=5000, laws=1, run=50), lambda at: 0.08 if at % 50 < 10 else 0.002, monkeypatch)
+    took = [seconds for _, seconds in drained(job)]
+    assert max(took) <= 2.0  # a piece of 50 cheap batches, and then one with ten costly ones
+    assert np.mean(took[8:-8]) == pytest.approx(SECONDS, rel=0.35)
 
 
-def test_a_line_that_takes_long_is_a_chunk_and_one_never_waits_for_more():
-    took = drained(pending_of(Numbers(ScanInput(batches=40, laws=2))), lambda batch: 5.0)
+def test_a_batch_that_takes_long_is_a_chunk(monkeypatch):
+    took = drained(Timed(ScanInput(batches=40, laws=2), lambda batch: 5.0, monkeypatch))
     assert {len(batches) for batches, _ in took} == {1}
-    # Two seconds at most, whatever is asked for.
-    pending = pending_of(Numbers(ScanInput(batches=4000, laws=1)), seconds=60.0)
-    assert max(seconds for _, seconds in drained(pending, lambda batch: 0.01)) <= 2.0 + 1e-9
 
 
-def test_a_part_is_no_larger_than_memory_allows():
+def test_a_chunk_is_no_larger_than_memory_allows():
     pending = Pending([range(10_000)], lambda batch: 0, bytes_per_batch=int(CHUNK_BYTES // 7))
-    assert max(len(batches) for batches, _ in drained(pending, lambda batch: 1e-6)) == 7
+    lengths = []
+    while (handed := pending.next()) is not None:
+        lengths.append(len(handed))
+        pending.took(handed, handed, 1e-6)
+    assert max(lengths) == 7
 
 
-def test_what_several_laws_take_is_told_apart():
-    """Two laws by turns, one twenty times dearer: chunks come to what was asked for, and no step is skipped."""
+def test_laws_that_take_turns_make_chunks_of_one_duration(monkeypatch):
+    """Two laws by turns, one twenty times dearer."""
     scan_input = ScanInput(batches=20_000, laws=2, run=25)
-    job = Numbers(scan_input)
-    chunks = drained(pending_of(job), lambda batch: 0.004 if job.law_at(batch) else 0.0002)
-    most = 1
-    for batches, _ in chunks:
-        dear = sum(job.law_at(batch) for batch in batches)
-        assert dear <= GROWTH * most
-        most = max(most, dear)
+    job = Timed(scan_input, lambda batch: 0.004 if batch // 25 % 2 else 0.0002, monkeypatch)
     # Whole runs of both laws: one run more or less is 25 × 4 ms.
-    assert [seconds for _, seconds in chunks[-40:-15]] == pytest.approx([SECONDS] * 25, abs=0.1)
+    assert [seconds for _, seconds in drained(job)][-40:-15] == pytest.approx([SECONDS] * 25, abs=0.15)
 
 
 def test_a_chunk_spans_laws_but_not_holes():
     job = Numbers(ScanInput(batches=400, laws=4, run=5))
-    chunks = [batches for batches, _ in drained(pending_of(job, length=64), lambda batch: 1e-3)]
+    chunks = [batches for batches, _ in drained(job, length=64)]
     assert max(len({job.law_at(batch) for batch in batches}) for batches in chunks) == 4
     pieces = [range(0, 50), range(60, 90)]
-    apart = [batches for batches, _ in drained(pending_of(job, pieces, length=64), lambda batch: 1e-3)]
+    apart = [batches for batches, _ in drained(job, pieces, length=64)]
     assert all(batches.stop <= 50 or batches.start >= 60 for batches in apart)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.ensemble.pair_job import KEPT, chunk_bytes
+from pounding_risk.ensemble.pair_job import FREE_RESPONSES, chunk_bytes
 from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.ensemble.tolerance_check import check_variables
 from pounding_risk.motions.motion import Motion
@@ -80,7 +80,7 @@ def memory(plan: PlanNumbers, motions: Iterable[Motion], free: int) -> int:
     the parts that the threads are at.
     """
     shape = plan.shape
-    kept = min(shape["record"] * shape["polarity"] * shape["pga"], KEPT)
+    kept = min(shape["record"] * shape["polarity"] * shape["pga"], FREE_RESPONSES)
     a_case = sizes(plan.study)
     part = min(CHUNK_BYTES, a_case.part * plan.cases)
     # A block stands there as parts and as variables.
