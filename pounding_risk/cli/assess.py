@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Iterator
 from math import isfinite, isnan
 from pathlib import Path
@@ -79,15 +78,14 @@ def assess(
 
 
 def _write(found: Assessment, target: Path) -> None:
-    """JSON under a temporary name, moved into place."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    """Write an assessment as JSON."""
+    from pounding_risk._common.files import write_whole
+
+    text = json.dumps(found.as_dict(), ensure_ascii=False, indent=1) + "\n"
     try:
-        partial.write_text(json.dumps(found.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
-        os.replace(partial, target)
+        write_whole(target, lambda file: file.write(text.encode()))
     except OSError as error:
         raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
     print(f"written: {target}")
 
 

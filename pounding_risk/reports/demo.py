@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk import figures
+from pounding_risk._common.files import write_whole
 from pounding_risk.reports import report
 from pounding_risk.results.files import save
 
@@ -53,7 +54,7 @@ def _scene_file(folder: Path, name: str) -> Path:
 
     file = folder / f"{name}.toml"
     if not file.exists():
-        file.write_text(runs.text_of(name), encoding="utf-8")
+        write_whole(file, lambda opened: opened.write(runs.text_of(name).encode()))
     return file
 
 

@@ -1,8 +1,8 @@
-"""What a dataset of `scan` must be like, declared once, and the check of it before anybody reads one.
+"""Declaration of the datasets of `scan`, and their check before they are used.
 
-A file may have been damaged or changed since it was written. What is declared here is the dimensions, units and kinds
-of the variables that commands read, the labels of the axes, and the shapes of the attributes; what each command cannot
-do without it names itself. Nothing here solves.
+A file may have been damaged or changed since it was written. Declared are dimensions, units and types of the variables
+that commands read, the labels of the axes, and the types of the attributes. Each command names the variables that it
+needs. No solver is imported.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def _declared(dims: tuple[str, ...], units: Mapping[str, str], prefix: str = "",
     return {f"{prefix}{name}{suffix}": Declared(dims, unit) for name, unit in units.items()}
 
 
-# Of each run of a pair, and of each interface of a row.
+# Outputs of each run of a pair, and of each interface of a row.
 RUN_UNITS = {
     "peak_relative_displacement": "m",
     "peak_closing": "m",
@@ -215,21 +215,21 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
         if set(variable.dims) != set(expected):
             yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
         if variable.dtype.kind not in declared.kinds:
-            asked = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]
-            yield f"the variable {name} holds values of type {variable.dtype}, not {asked}"
+            expected_kind = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]
+            yield f"the variable {name} holds values of type {variable.dtype}, not {expected_kind}"
         unit = variable.attrs.get("units")
         if declared.unit is not None and unit is not None and not (isinstance(unit, str) and unit == declared.unit):
             yield f"the variable {name} is in {unit!r}, not in {declared.unit!r}"
 
 
 def _dims(dataset: xr.Dataset, name: str, declared: Declared) -> tuple[str, ...]:
-    """The dimensions that a variable must have; of an axis with one value selected a label is left, or nothing."""
+    """The dimensions that a variable must have; an axis with one value selected is none."""
     interface = ("interface",) if name in BY_INTERFACE and "interface" in dataset.dims else ()
     return tuple(dim for dim in (*declared.dims, *interface) if not _is_selected(dataset, dim))
 
 
 def _is_selected(dataset: xr.Dataset, dim: str) -> bool:
-    """Whether an axis is there no more: a label tells its value, or there is one value only."""
+    """True where one value of an axis was selected: a label has its value, or the scan had one value only."""
     return dim not in dataset.dims and (dim == "pga" or dim in dataset.coords)
 
 
@@ -251,7 +251,7 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _json(text: Any) -> Any:
-    """What a text holds as JSON; None where it cannot be read."""
+    """The value of a text in JSON; None where it cannot be read."""
     try:
         return json.loads(text)
     except (TypeError, ValueError, RecursionError):
@@ -259,7 +259,7 @@ def _json(text: Any) -> Any:
 
 
 def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Faults in what the tables hold."""
+    """Faults of the entries of JSON attributes."""
     records = _json(dataset.attrs.get("records", "[]"))
     if isinstance(records, list):
         if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
@@ -276,7 +276,7 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Labels of axes that cannot be those of a grid."""
+    """Faults of the labels of axes."""
     for name in ("record", "polarity", "contact_model", "building", "interface", "contact_point"):
         if name in dataset.coords:
             labels = [str(label) for label in np.atleast_1d(dataset[name].values)]
@@ -317,7 +317,7 @@ def _row_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Whether the dataset says what its codes of how a run ended mean."""
+    """Faults of the attributes that explain the codes of the variable ``status``."""
     if "status" not in dataset.variables:
         return
     attrs = dataset["status"].attrs
@@ -335,12 +335,12 @@ def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Whether the scene in the attributes is whole, and that of this dataset."""
+    """Faults of the scene in the attributes: it must be whole, and that of this dataset."""
     text = dataset.attrs.get("scene_resolved")
     if text is None:
         return
-    told = dataset.attrs.get("scene_sha256")
-    if not isinstance(text, str) or (told is not None and str(told) != sha256(text.encode()).hexdigest()):
+    digest = dataset.attrs.get("scene_sha256")
+    if not isinstance(text, str) or (digest is not None and str(digest) != sha256(text.encode()).hexdigest()):
         yield "the attribute scene_resolved is not the one that scene_sha256 was taken of"
         return
     try:
@@ -356,7 +356,7 @@ def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _is_interface(table: Any) -> bool:
-    """Whether an interface of a resolved scene states what is read of it."""
+    """True where an interface of a resolved scene has the values that are read from it."""
     if not isinstance(table, dict) or not isinstance(table.get("contact_model", ""), str):
         return False
     try:

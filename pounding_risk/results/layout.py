@@ -1,7 +1,7 @@
-"""The template of a study's dataset, known before any case is: axes, variables, and the blocks in which it is written.
+"""Layout of the dataset of a scan: axes, variables, batches, and the blocks in which it is written.
 
-A *batch* is the smallest piece of a grid: one record, polarity, amplitude, contact model and gap, with all yield
-forces. Batches are numbered in the order of the axes.
+A *batch* is the smallest piece of a grid that is solved: one record, polarity, amplitude, contact model and gap, with
+all yield forces. Batches are numbered in the order of the axes.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ BLOCK_BYTES = 16e6  # of all variables of a block together: what writing keeps i
 
 
 class CaseVariable(NamedTuple):
-    """A variable that every case has."""
+    """A variable of the cases of a scan."""
 
-    dims: tuple[str, ...]  # beside those of the cases
+    dims: tuple[str, ...]  # besides those of the cases
     dtype: np.dtype[Any]
     attrs: Mapping[str, Any]
 
 
 def bytes_per_case(variables: Mapping[str, CaseVariable], sizes: Mapping[Any, int]) -> int:
-    """Of a case with these variables, before compression; ``sizes`` are those of their own dimensions."""
-    return sum(found.dtype.itemsize * prod(sizes[dim] for dim in found.dims) for found in variables.values())
+    """Size of a case with these variables, before compression; ``sizes`` are those of their own dimensions."""
+    return sum(variable.dtype.itemsize * prod(sizes[dim] for dim in variable.dims) for variable in variables.values())
 
 
 class Template(NamedTuple):
-    """A dataset without the values of its cases."""
+    """A dataset without the values of its cases: dimensions, coordinates, attributes and variables."""
 
     skeleton: xr.Dataset  # coordinates, attributes, and every variable that does not depend on cases
     cases: Mapping[str, CaseVariable]
@@ -41,33 +41,33 @@ class Template(NamedTuple):
 
     @property
     def batches(self) -> int:
-        """Batches of the grid."""
+        """Number of batches of the grid."""
         return prod(self.shape[:-1])
 
     @property
     def width(self) -> int:
-        """Cases in a batch."""
+        """Number of cases in a batch: yield forces of the grid."""
         return self.shape[-1]
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Those of `AXES` that the dataset has: a study of one amplitude has no axis of amplitudes."""
+        """The axes of `AXES` that the dataset has: a scan of one amplitude has no axis ``pga``."""
         return tuple(axis for axis in AXES if axis in self.skeleton.sizes)
 
     def extra(self, name: str) -> tuple[int, ...]:
-        """Sizes of a case variable beside those of the cases."""
+        """Sizes of a case variable along its own dimensions."""
         return tuple(self.skeleton.sizes[dim] for dim in self.cases[name].dims)
 
     @property
     def bytes_per_case(self) -> int:
-        """Of all variables, before compression."""
+        """Size of all variables of a case, before compression."""
         return bytes_per_case(self.cases, self.skeleton.sizes)
 
 
 def block_shape(template: Template) -> tuple[int, ...]:
-    """Sizes along `AXES` of the blocks in which a dataset is written: whole trailing axes, then a part of one.
+    """Sizes along `AXES` of the blocks in which a dataset is written: whole trailing axes, and a part of one before.
 
-    From the template alone, so that a file's bytes do not depend on the chunks in which it was worked out.
+    They follow from the template alone, so that the bytes of a file do not depend on the chunks of the scan.
     """
     most = max(1, int(BLOCK_BYTES // max(1, template.bytes_per_case * template.width)))  # batches
     shape = [1] * len(template.shape)
@@ -92,12 +92,12 @@ def blocks(template: Template) -> Iterator[range]:
 
 
 class Slab(NamedTuple):
-    """Neighbouring batches of one motion and one contact model."""
+    """Successive batches of one motion and one contact model."""
 
     motion: tuple[int, ...]  # record, polarity, amplitude
     law: int
     gaps: slice
-    batches: slice  # among the batches asked for
+    batches: slice  # among the batches that were asked for
 
 
 def slabs(batches: range, shape: tuple[int, ...], most: int) -> Iterator[Slab]:
@@ -123,7 +123,7 @@ def place(template: Template, block: range) -> dict[str, slice]:
 
 
 def template_of(dataset: xr.Dataset) -> Template:
-    """The template of a dataset that is there; what does not depend on cases is read, the cases are not.
+    """The template of an existing dataset; the values of its cases are not read.
 
     A dataset without the axes of a scan has no case variables: all of it is the skeleton.
     """
@@ -149,7 +149,7 @@ def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iter
 
 
 def streamed(dataset: xr.Dataset, names: Iterable[str]) -> Iterator[dict[str, np.ndarray]]:
-    """Variables of equal dimensions piece by piece: those of a scan's cases by block, of anything else at once."""
+    """Values of variables of equal dimensions, piece by piece: of case variables by block, of others at once."""
     template, wanted = template_of(dataset), list(names)
     if set(wanted) <= set(template.cases):
         for block in blocks(template):

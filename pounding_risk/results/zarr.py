@@ -1,7 +1,7 @@
-"""Datasets as Zarr: a folder of one small file a block and variable, for what memory does not hold. Extra ``cluster``.
+"""Datasets as Zarr: a folder with one file per block and variable, for larger than memory. Needs the extra ``cluster``.
 
-Zarr's second format, which every reader knows and whose texts have a fixed meaning. Every chunk is written, empty or
-not, so that one that is lost is found missing, not read as fill values.
+The second format of Zarr is used, which every reader knows and in which texts have a fixed representation. Every chunk
+is written, empty or not, so that a lost one is found missing instead of being read as fill values.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 class Zarr(OnDisk):
     """A Zarr store. Raises PoundingError where it cannot be written.
 
-    A store that stands under the target's name is replaced in two steps, see `whole_files`.
+    An older store of the same name is replaced in two steps, see `_common.files`.
     """
 
     _group: Any = None
@@ -70,21 +70,21 @@ class Zarr(OnDisk):
 
 
 def fixed_texts(dataset: xr.Dataset) -> xr.Dataset:
-    """Texts as arrays of a fixed width: netCDF gives them as objects, which a Zarr store would keep otherwise."""
+    """The dataset with texts of a fixed width; netCDF gives them as objects, which Zarr would write otherwise."""
     texts = {name: variable.astype(str) for name, variable in dataset.variables.items() if variable.dtype.kind in "OT"}
     coords = {name: text for name, text in texts.items() if name in dataset.coords}
     return dataset.assign_coords(coords).assign({name: text for name, text in texts.items() if name not in coords})
 
 
 def _plain(value: Any) -> Any:
-    """An attribute as JSON has it."""
+    """An attribute as a type that JSON has."""
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
-    """A store, lazily: with Dask arrays where ``chunks`` is not None.
+    """Open a store lazily, with Dask arrays where ``chunks`` is not None.
 
-    Raises PoundingError where it is none of this package, names a codec or a type that could run code (see
+    Raises PoundingError where it was not written by this package, names a codec or a type that could run code (see
     `zarr_metadata`), or where pieces of it are missing.
     """
     check_store(path)
@@ -101,7 +101,7 @@ def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
 
 
 def _missing_pieces(path: Path) -> list[str]:
-    """How many pieces of which variables are not there, a few words each."""
+    """Variables of which chunks are missing, and how many."""
     group = zarr.open_consolidated(path, mode="r", zarr_format=2)
     counts = {name: array.nchunks - array.nchunks_initialized for name, array in group.arrays()}
     return [f"{name} lacks {count}" for name, count in counts.items() if count > 0]
