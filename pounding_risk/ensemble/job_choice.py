@@ -1,4 +1,4 @@
-"""The job of a scene: of a pair, or of a row."""
+"""Choice of the job of a scene: pair or row."""
 
 from __future__ import annotations
 

@@ -14,9 +14,17 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk.ensemble.checkpoint.chunks import batches_of
-from pounding_risk.ensemble.checkpoint.folder import CHUNKS, LOCK, LOG, SUFFIX, check_ours, folder_of, read_study
+from pounding_risk.ensemble.checkpoint.folder import (
+    CHUNKS,
+    LOCK,
+    LOG,
+    SUFFIX,
+    check_ours,
+    folder_of,
+    read_lines,
+    read_study,
+)
 from pounding_risk.ensemble.checkpoint.lock import Holder, running
-from pounding_risk.ensemble.checkpoint.log import read_lines
 from pounding_risk.ensemble.chunks import merged
 
 NOT_BEGUN, STOPPED, COMPLETE = "not begun", "stopped", "complete"

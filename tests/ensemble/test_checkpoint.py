@@ -26,9 +26,15 @@ from hypothesis import strategies as st
 
 import pounding_risk
 from pounding_risk.ensemble.checkpoint.chunks import Damaged, batches_of, chunk_name, read_chunk, write_chunk
-from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint, folder_of, read_study
+from pounding_risk.ensemble.checkpoint.folder import (
+    About,
+    Checkpoint,
+    folder_of,
+    read_lines,
+    read_study,
+    write_line,
+)
 from pounding_risk.ensemble.checkpoint.lock import Lock
-from pounding_risk.ensemble.checkpoint.log import read_lines, write_line
 from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.status import STOPPED, status
 from pounding_risk.errors import PoundingError

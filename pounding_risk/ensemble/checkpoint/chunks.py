@@ -1,7 +1,4 @@
-"""Chunks of a study on disk: what some batches of its grid give, with a checksum and the study that it belongs to.
-
-Chunks may have any lengths and may overlap: what a batch gives is the same in each.
-"""
+"""Files of chunks: the results of a range of batches, with a checksum and the digest of the scan's identity."""
 
 from __future__ import annotations
 
@@ -26,22 +23,22 @@ NUMBERS = "biufc"  # kinds of numeric dtypes
 
 
 class Damaged(Exception):
-    """A file that is no sound chunk of the study; says why."""
+    """Raised for a file that is no sound chunk of the scan, with the reason."""
 
 
 def chunk_name(batches: range) -> str:
-    """The file of the chunk of these batches; in a listing, chunks stand in order."""
+    """The file name of the chunk of these batches; names sort in the order of the batches."""
     return f"{batches.start:09d}-{batches.stop:09d}.npz"
 
 
 def batches_of(name: str) -> range | None:
-    """The batches that a file's name tells; None where it is not a chunk's."""
-    found = re.fullmatch(CHUNK, name)
-    return range(int(found[1]), int(found[2])) if found else None
+    """The batches of a chunk from its file name; None for any other name."""
+    numbers = re.fullmatch(CHUNK, name)
+    return range(int(numbers[1]), int(numbers[2])) if numbers else None
 
 
 def write_chunk(folder: Path, batches: range, chunk: Mapping[str, NDArray[Any]], digest: str) -> None:
-    """Write a chunk whole; raises OSError, and ValueError for arrays that are not numbers of these batches."""
+    """Write a chunk atomically; raises OSError, and ValueError for arrays that are not numbers of these batches."""
     arrays = {name: np.ascontiguousarray(array) for name, array in chunk.items()}
     for name, array in arrays.items():
         if array.dtype.kind not in NUMBERS or array.shape[0] != len(batches):
@@ -54,20 +51,20 @@ def write_chunk(folder: Path, batches: range, chunk: Mapping[str, NDArray[Any]],
 
 
 def _packed(batches: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> memoryview:
-    """The bytes of a chunk's file, made in memory: what a full disk says is then said of one plain write."""
-    found = io.BytesIO()
+    """The bytes of a chunk file, made in memory, so that errors of a full disk come from one plain write."""
+    packed = io.BytesIO()
     try:
-        with zipfile.ZipFile(found, "w", zipfile.ZIP_STORED) as archive:
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_STORED) as archive:
             archive.writestr(MARK, json.dumps(_mark(batches, arrays, digest)))
             for name, array in arrays.items():
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
                     np.lib.format.write_array(entry, array, allow_pickle=False)
     except ValueError as error:
-        # An archive with an open entry cannot be closed, and says so in place of the Ctrl-C that left it open.
+        # An archive with an open entry cannot be closed: this error hides the Ctrl-C that left it open.
         if isinstance(error.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         raise
-    return found.getbuffer()
+    return packed.getbuffer()
 
 
 def read_chunk(path: Path, digest: str) -> tuple[range, Chunk]:
@@ -82,7 +79,7 @@ def read_chunk(path: Path, digest: str) -> tuple[range, Chunk]:
         with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
             mark = json.loads(archive[MARK])
             arrays = {name: archive[name] for name in archive.files if name != MARK}
-    except Exception as error:  # what is damaged in an archive may raise anything
+    except Exception as error:  # a damaged archive may raise anything
         raise Damaged(f"it cannot be read: {type(error).__name__}: {error}") from None
     if not isinstance(mark, dict) or mark.get("study") != digest:
         raise Damaged("it belongs to another study")
@@ -95,7 +92,7 @@ def read_chunk(path: Path, digest: str) -> tuple[range, Chunk]:
 
 
 def _mark(batches: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> dict[str, Any]:
-    """What a chunk says of itself; the checksum is of names, types, shapes and bytes."""
+    """Scan, batches and checksum of a chunk; the checksum is of names, types, shapes and bytes."""
     checksum = hashlib.blake2b(digest_size=32)
     for name in sorted(arrays):
         array = arrays[name]

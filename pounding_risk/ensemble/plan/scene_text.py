@@ -36,7 +36,7 @@ from pounding_risk.units import (
 
 
 def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
-    """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+    """The scene in words: (what, words) by line of a table."""
     given = given_keys(study)
     return [
         ("scene", study.name),
@@ -77,7 +77,7 @@ def _of_row(study: Study) -> list[tuple[str, str]]:
 
 
 def _levels(rule: LevelRule) -> str:
-    """When floors of two neighbours meet floor to floor."""
+    """The rule by which floors of two neighbours collide floor to floor."""
     if rule.tolerance is not None:
         return f"floors up to {say(rule.tolerance, STOREY_HEIGHT)} apart in level are one, by tolerance"
     depths = " and ".join(dict.fromkeys(say(depth, STOREY_HEIGHT) for depth in (rule.left_depth, rule.right_depth)))
@@ -85,8 +85,8 @@ def _levels(rule: LevelRule) -> str:
 
 
 def _points(here: Study) -> list[str]:
-    """Where two neighbours meet, floor to floor and floor to column, with the yield force of each kind."""
-    told = []
+    """Contact points of two neighbours, floor to floor and floor to column, with the yield force of each kind."""
+    kinds = []
     (neighbour,), (left, right) = here.neighbours, here.buildings
     for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
         places = [
@@ -96,8 +96,8 @@ def _points(here: Study) -> list[str]:
             if point.kind == kind
         ]
         strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
-        told += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
-    return told
+        kinds += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
+    return kinds
 
 
 def _place(floor: float) -> str:
@@ -137,9 +137,9 @@ def _interface(study: Study) -> str:
 
 
 def _laws(study: Study) -> list[str]:
-    """Each contact model that the grid runs, with where its stiffness is from."""
+    """Each contact model of the grid, with the origin of its stiffness."""
     terms = study.equal_terms
-    found = []
+    models = []
     for name in study.grid.contact_models:
         if study.is_row and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
@@ -149,8 +149,8 @@ def _laws(study: Study) -> list[str]:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
             stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
-        found.append(f"{name}, {stiffness}")
-    return found
+        models.append(f"{name}, {stiffness}")
+    return models
 
 
 def _restitution(study: Study) -> str:
@@ -163,7 +163,7 @@ def _restitution(study: Study) -> str:
 
 
 def _effect(effect: Effect, given: Given) -> str:
-    """The options in force; those that the scene leaves out are marked."""
+    """An effect with its options; defaults are marked."""
     kinds = EFFECTS[effect.name].options  # type: ignore[attr-defined]
     values = {key: option_words(kinds[key], value) for key, value in effect.options}
     values |= {key: words for (name, key), words in NOT_A_NUMBER.items() if name == effect.name and key not in values}
@@ -207,7 +207,7 @@ def _grid(study: Study) -> list[tuple[str, str]]:
 
 
 def _span(values: Sequence[float], quantity: Quantity) -> str:
-    """All values where they are few, otherwise the ends and how many."""
+    """All values where they are few, otherwise their number, the first and the last."""
     if len(values) <= 6:
         return ", ".join(say(value, quantity) for value in values)
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
