@@ -112,8 +112,8 @@ class Dask:
             )
 
 
-def _version(found: str | None) -> str:
-    return found or "not installed"
+def _version(version: str | None) -> str:
+    return version or "not installed"
 
 
 def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:

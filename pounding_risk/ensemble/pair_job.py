@@ -150,7 +150,7 @@ class PairJob:
 
 
 def chunk_bytes(study: Study) -> int:
-    """Of a case of a part: raw columns, how it was answered, and what a second run told."""
+    """Size of a case in a chunk: raw columns, whether it was simulated, and how far a repeated run moves."""
     return 8 * COLUMNS + bytes_per_case({HOW: OUTCOME[HOW], **check_variables(study.rtol)}, {})
 
 

@@ -66,9 +66,9 @@ def check_replaceable(
         raise PoundingError(f"{target}: is there already and holds {what}, not those of {command}; {choice}")
     if identity is None:
         return
-    told = recorded_identity(finished.attrs)
-    asked = {table: value for table, value in _comparable(identity).items() if table in told}
-    if changes := difference(told, asked):
+    recorded = recorded_identity(finished.attrs)
+    asked = {table: value for table, value in _comparable(identity).items() if table in recorded}
+    if changes := difference(recorded, asked):
         listed = "".join(f"\n  - {sentence}" for sentence in changes)
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
 

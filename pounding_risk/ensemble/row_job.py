@@ -220,8 +220,8 @@ class RowWriter:
                     break
                 is_new = key not in self._seen
                 self._seen.add(key)
-                told = "known from a larger yield force" if answer == FROM_LARGER else "equal"
-                self._parts["solved" if is_new else told] += 1
+                known = "known from a larger yield force" if answer == FROM_LARGER else "equal"
+                self._parts["solved" if is_new else known] += 1
                 how[level] |= SIMULATED if is_new else KNOWN
 
     def finish(self) -> Finish:

@@ -95,23 +95,23 @@ class Scan:
         if self.progress:
             self.progress(solved, total)
 
-        def kept(batches: range, part: Chunk, seconds: float) -> None:
+        def keep_and_report(batches: range, chunk: Chunk, seconds: float) -> None:
             nonlocal solved
-            keep(batches, part, seconds)
+            keep(batches, chunk, seconds)
             solved += width * len(batches)
             if self.progress:
                 self.progress(solved, total)
 
         if missing:
-            self.executor.run(job, Pending(missing, job.law_at, bytes_per_batch=job.bytes_per_batch), kept)
+            self.executor.run(job, Pending(missing, job.law_at, bytes_per_batch=job.bytes_per_batch), keep_and_report)
 
-    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Chunk]], store: Blockwise, begun: str = "") -> None:
+    def assemble(self, chunks: Callable[[Iterable[range]], Iterator[Chunk]], store: Blockwise, begun: str = "") -> None:
         """Write the dataset, block by block; ``begun`` is the time at which the scan was, where that is not now."""
         job, writer = self.job, self.job.writer()
         spans = list(blocks(job.template))
         with store:
-            for batches, part in zip(spans, parts(spans), strict=True):
-                store.write(batches, writer.values(batches, part))
+            for batches, chunk in zip(spans, chunks(spans), strict=True):
+                store.write(batches, writer.values(batches, chunk))
             finish = writer.finish()
             for batch, patch in finish.patches:
                 store.write(range(batch, batch + 1), patch)

@@ -111,8 +111,8 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
     }
     if holders:
         speed = _speed(log, holders, study["width"])
-        left = (total - cases) / speed if speed else 0.0
-        return Status(asked, _running(holders), cases=cases, cases_a_second=speed, seconds_left=left, **facts)
+        seconds = (total - cases) / speed if speed else 0.0
+        return Status(asked, _running(holders), cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
     if not parts and _is_complete(log):
         gone = f"its results are not beside {folder.name} any more: moved, or removed"
         return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
@@ -159,16 +159,16 @@ def _speed(log: Sequence[dict[str, Any]], holders: Sequence[Holder], width: int)
     Counted from the first chunk that is kept: reading and compiling come before it.
     """
     now = {(holder.host, holder.pid) for holder in holders}
-    kept: list[tuple[float, int]] = []
+    chunks: list[tuple[float, int]] = []
     for line in log:
         if line["event"] == "start" and not line.get("shared"):
-            kept = []
+            chunks = []
         if line["event"] == "kept" and (line.get("host"), line.get("pid")) in now:
             seconds = datetime.fromisoformat(line["time"]).timestamp()
-            kept.append((seconds, (line["stop"] - line["start"]) * width))
-    kept = [each for each in kept if each[0] >= kept[-1][0] - WINDOW]
-    span = kept[-1][0] - kept[0][0] if kept else 0.0
-    return sum(cases for _, cases in kept[1:]) / span if span > 0.0 else 0.0
+            chunks.append((seconds, (line["stop"] - line["start"]) * width))
+    chunks = [chunk for chunk in chunks if chunk[0] >= chunks[-1][0] - WINDOW]
+    span = chunks[-1][0] - chunks[0][0] if chunks else 0.0
+    return sum(cases for _, cases in chunks[1:]) / span if span > 0.0 else 0.0
 
 
 def _shards(log: Sequence[dict[str, Any]]) -> int:

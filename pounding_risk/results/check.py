@@ -150,7 +150,7 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     Raises
     ------
     PoundingError
-        With a sentence for each fault.
+        With a sentence for fault fault.
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
@@ -158,7 +158,9 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     if faults:
         if len(faults) == 1:
             raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
-        raise PoundingError("\n".join([f"{whose}: {len(faults)} faults", *(f"  - {each}" for each in faults), REPAIR]))
+        raise PoundingError(
+            "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), REPAIR])
+        )
 
 
 def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) -> Iterator[str]:

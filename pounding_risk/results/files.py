@@ -31,13 +31,13 @@ LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "o
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the libraries that numbers depend on."""
-    found = {"python": platform.python_version()}
+    installed = {"python": platform.python_version()}
     for name in LIBRARIES:
         try:
-            found[name] = metadata.version(name)
+            installed[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            installed[name] = "not installed"
+    return installed
 
 
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:

@@ -116,10 +116,10 @@ def place(template: Template, block: range) -> dict[str, slice]:
     """Where a block of `blocks` lies along `Template.dims`."""
     starts = np.unravel_index(block.start, template.shape[:-1]) if template.batches else ()
     sizes = block_shape(template)
-    found = {AXES[-1]: slice(0, template.width)}
+    slices = {AXES[-1]: slice(0, template.width)}
     for axis, start, size, whole in zip(AXES, starts, sizes, template.shape, strict=False):
-        found[axis] = slice(int(start), min(int(start) + size, whole))
-    return {axis: found[axis] for axis in template.dims}
+        slices[axis] = slice(int(start), min(int(start) + size, whole))
+    return {axis: slices[axis] for axis in template.dims}
 
 
 def template_of(dataset: xr.Dataset) -> Template:

@@ -45,8 +45,8 @@ def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, 
 def amplitudes(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
     """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
     polarities, pgas = study.records.polarities, study.grid.pgas
-    found = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
-    return np.array(found)
+    peaks = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
+    return np.array(peaks)
 
 
 def pair_variables() -> dict[str, CaseVariable]:
@@ -65,8 +65,8 @@ def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np
 
     ``pgas`` [m/s²] is by batch.
     """
-    found = run_outputs(raw, np.array(study.grid.yield_forces))
-    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in found.items()}
+    outputs = run_outputs(raw, np.array(study.grid.yield_forces))
+    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in outputs.items()}
     values |= building_outputs(raw, study.pair, pgas[:, None])
     return values | {"status": raw[..., STATUS].astype(np.int8)}
 
@@ -165,13 +165,13 @@ def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
         ),
         "vs30": ("vs30", described("m/s", "mean shear-wave velocity of the upper 30 m under the record's station")),
     }
-    found: dict[str, Any] = {
+    coords: dict[str, Any] = {
         f"record_{name}": ("record", [_number(motion.record.get(key)) for motion in motions], attrs)
         for name, (key, attrs) in facts.items()
     }
     numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
     words = "number of the recording that the record is a component or a copy of, from 0"
-    return found | {"record_recording": ("record", numbers, described("1", words))}
+    return coords | {"record_recording": ("record", numbers, described("1", words))}
 
 
 def _number(value: Any) -> float:
@@ -202,11 +202,11 @@ def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
 def _building_coordinates(study: Study) -> dict[str, Any]:
     """Mass, period and damping of each building; NaN for a rigid one."""
     facts = {"mass": ("kg", "mass"), "period": ("s", "period of vibration"), "damping": ("1", "damping ratio")}
-    found = {}
+    coords = {}
     for name, (unit, words) in facts.items():
         values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
-        found[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
-    return found
+        coords[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
+    return coords
 
 
 def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:

@@ -133,16 +133,16 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
 
 
 def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
-    """A sentence for each motion whose record is the same, but whose processed samples are not.
+    """A sentence for fault motion whose record is the same, but whose processed samples are not.
 
-    Raises PoundingError, with a sentence for each, where records are not those that the results name.
+    Raises PoundingError, with a sentence for fault, where records are not those that the results name.
     """
     before = _checksums(results)
     after = {motion.name: str(motion.record.get("sha256", "")) for motion in motions}
     faults = list(_changes(before, after))
     if faults:
         raise PoundingError(
-            "\n".join(["the records are not those of the results", *(f"  - {each}" for each in faults)])
+            "\n".join(["the records are not those of the results", *(f"  - {fault}" for fault in faults)])
         )
     processed = told(results, "motions_sha256", {})
     return [

@@ -72,19 +72,19 @@ def _free(driven: np.ndarray, grid: RowGrid) -> dict[str, Any]:
     frame = grid.frame
     moving = [moving_outputs(one.free, one.pga, frame) for one in driven.flat]
     gaps = [closing(one.free, frame.model) for one in driven.flat]
-    found = {}
+    responses = {}
     for name, variable in moving_variables(frame).items():
-        values = np.array([each[name] for each in moving])
-        found[f"{name}_free"] = _by_motion(
+        values = np.array([outputs[name] for outputs in moving])
+        responses[f"{name}_free"] = _by_motion(
             values, driven.shape, variable.dims, variable.unit, f"{variable.words}; without contact"
         )
     words = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
     for place, (name, dim) in enumerate(
         (("contact_point_peak_closing", "contact_point"), ("peak_closing", "interface"))
     ):
-        values = np.array([each[place] for each in gaps])
-        found[f"{name}_free"] = _by_motion(values, driven.shape, (dim,), "m", words)
-    return found
+        values = np.array([closings[place] for closings in gaps])
+        responses[f"{name}_free"] = _by_motion(values, driven.shape, (dim,), "m", words)
+    return responses
 
 
 def _by_motion(values: np.ndarray, shape: tuple[int, ...], dims: tuple[str, ...], unit: str, words: str) -> Any:
@@ -128,10 +128,10 @@ def _point_coordinates(points: tuple[Point, ...], grid: RowGrid) -> dict[str, An
         "left_floor": ([point.left_floor for point in points], described("1", "floor of the left building")),
         "right_floor": ([point.right_floor for point in points], described("1", "floor of the right building")),
     }
-    found: dict[str, Any] = {f"{POINT}{name}": ("contact_point", *fact) for name, fact in facts.items()}
+    coords: dict[str, Any] = {f"{POINT}{name}": ("contact_point", *fact) for name, fact in facts.items()}
     forces = described("N", "yield force F_E at the contact point; inf never yields")
-    found["contact_point_yield_force"] = (("yield_force", "contact_point"), grid.yield_forces, forces)
-    return found
+    coords["contact_point_yield_force"] = (("yield_force", "contact_point"), grid.yield_forces, forces)
+    return coords
 
 
 def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
@@ -142,7 +142,7 @@ def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
         given = list(accumulate(building.heights))
         levels[place, : len(given)] = given
     facts = {"mass": ("kg", "mass"), "period": ("s", "first period of vibration"), "damping": ("1", "damping ratio")}
-    found: dict[str, Any] = {
+    coords: dict[str, Any] = {
         f"building_{name}": (
             "building",
             [np.nan if building.is_rigid else getattr(building, name) for building in buildings],
@@ -152,7 +152,7 @@ def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
     }
     heights = [building.height if building.height > 0.0 else np.nan for building in buildings]
     storeys = (grid.frame.storeys >= 0).sum(axis=1)
-    return found | {
+    return coords | {
         "building_height": ("building", heights, described("m", "level of the roof; NaN where not given")),
         "building_storeys": ("building", storeys, described("1", "storeys; a rigid building has none")),
         "building_position": (

@@ -231,26 +231,26 @@ class Netcdf(OnDisk):
 
     def _create(self, name: str) -> None:
         """Create a variable with the attributes that xarray would give it."""
-        found = self.template.cases[name]
-        dims = (*self.template.dims, *found.dims)
+        declared = self.template.cases[name]
+        dims = (*self.template.dims, *declared.dims)
         sizes = dict(
             zip(self.template.dims, (part.stop for part in place(self.template, self._blocks[0]).values()), strict=True)
         )
         chunk = tuple(sizes.get(dim, self.template.skeleton.sizes[dim]) for dim in dims)
         variable = self._file.createVariable(
             name,
-            found.dtype,
+            declared.dtype,
             dims,
-            fill_value=np.nan if found.dtype.kind == "f" else None,
+            fill_value=np.nan if declared.dtype.kind == "f" else None,
             zlib=True,
             complevel=1,
             shuffle=True,
             chunksizes=chunk,
         )
         # A block is written once: a cache of one chunk suffices, where the library would keep many of each variable.
-        variable.set_var_chunk_cache(int(np.prod(chunk)) * found.dtype.itemsize, 7, 1.0)
+        variable.set_var_chunk_cache(int(np.prod(chunk)) * declared.dtype.itemsize, 7, 1.0)
         labels = self._labels(dims)
-        variable.setncatts(dict(found.attrs) | ({"coordinates": " ".join(labels)} if labels else {}))
+        variable.setncatts(dict(declared.attrs) | ({"coordinates": " ".join(labels)} if labels else {}))
 
     def _labels(self, dims: tuple[str, ...]) -> list[str]:
         """Coordinates, other than axes, of a variable of these dimensions."""
@@ -265,8 +265,8 @@ class Netcdf(OnDisk):
             return
         attached = {
             label
-            for name, found in self.template.cases.items()
-            for label in self._labels((*self.template.dims, *found.dims))
+            for name, declared in self.template.cases.items()
+            for label in self._labels((*self.template.dims, *declared.dims))
         }
         others = [name for name in self._file.coordinates.split() if name not in attached]
         if others:

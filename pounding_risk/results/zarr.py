@@ -37,11 +37,11 @@ class Zarr(OnDisk):
         block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
         skeleton = template.skeleton.drop_encoding()
         dataset, encoding = skeleton, {}
-        for name, found in template.cases.items():
-            dims = (*template.dims, *found.dims)
+        for name, variable in template.cases.items():
+            dims = (*template.dims, *variable.dims)
             chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
-            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=found.dtype, chunks=chunk)
-            dataset = dataset.assign({name: (dims, empty, dict(found.attrs))})
+            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=variable.dtype, chunks=chunk)
+            dataset = dataset.assign({name: (dims, empty, dict(variable.attrs))})
             encoding[name] = {"chunks": chunk}
         dataset = fixed_texts(dataset).assign_attrs({ZARR_MARK: [str(name) for name in dataset.variables]})
         with zarr.config.set(EVERY_CHUNK):

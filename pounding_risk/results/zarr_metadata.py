@@ -101,8 +101,8 @@ def _json(file: Path) -> Any:
 
 def _consolidated(path: Path) -> dict[str, dict[str, Any]]:
     """The metadata of all variables that stand in one file, from which the library reads them."""
-    found = _json(path / CONSOLIDATED)
-    documents = found.get("metadata") if isinstance(found, dict) else None
+    content = _json(path / CONSOLIDATED)
+    documents = content.get("metadata") if isinstance(content, dict) else None
     if not isinstance(documents, dict) or not all(isinstance(document, dict) for document in documents.values()):
         raise PoundingError(f"{path / CONSOLIDATED}: holds no table of metadata; run the scan again")
     return documents
