@@ -7,9 +7,9 @@ grazing touch, a force that just reaches F_E, the late history of a lossless pai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import inf
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,18 +103,6 @@ def made_again(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol:
     return chunk
 
 
-class Checkable(Protocol):
-    """A job whose runs can be repeated at a tighter tolerance."""
-
-    width: int
-
-    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None: ...
-
-    def checked(
-        self, batches: range, chunk: Chunk, places: NDArray[np.bool_], stop: Callable[[], bool]
-    ) -> Chunk | None: ...
-
-
 class AtLeastOne:
     """Finds, batch after batch in order, the run to repeat in a scan in which no run was drawn."""
 
@@ -137,8 +125,8 @@ class AtLeastOne:
         """Batch and index in it of the run to repeat; None where a run was drawn, or there is none."""
         return self._next if self._none_drawn and self._least < inf else None
 
-    def patches(self, job: Checkable) -> tuple[tuple[int, Chunk], ...]:
-        """The variables of `check_variables` for the batch of that run, which is repeated here."""
+    def patches(self, job: Any) -> tuple[tuple[int, Chunk], ...]:
+        """The variables of `check_variables` for the batch of that run, which the pair or row ``job`` repeats."""
         if self.missing is None:
             return ()
         batch, place = self.missing

@@ -38,7 +38,7 @@ def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, 
     needed = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
     variables["peak_closing_free"] = (MOTIONS, alone[..., HIGH], described("m", needed))
     variables |= motion_spectra(motions)
-    coords = case_coordinates(study, motions) | _building_coordinates(study)
+    coords = case_coordinates(study, motions) | building_coordinates(study)
     return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
 
 
@@ -199,9 +199,9 @@ def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
     }
 
 
-def _building_coordinates(study: Study) -> dict[str, Any]:
+def building_coordinates(study: Study, period: str = "period of vibration") -> dict[str, Any]:
     """Mass, period and damping of each building; NaN for a rigid one."""
-    facts = {"mass": ("kg", "mass"), "period": ("s", "period of vibration"), "damping": ("1", "damping ratio")}
+    facts = {"mass": ("kg", "mass"), "period": ("s", period), "damping": ("1", "damping ratio")}
     coords = {}
     for name, (unit, words) in facts.items():
         values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]

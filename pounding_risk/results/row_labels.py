@@ -18,6 +18,7 @@ from pounding_risk.results.pair_labels import (
     MOTIONS,
     OUTCOME,
     attributes,
+    building_coordinates,
     case_coordinates,
     described,
     kept_as,
@@ -141,18 +142,9 @@ def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
     for place, building in enumerate(buildings):
         given = list(accumulate(building.heights))
         levels[place, : len(given)] = given
-    facts = {"mass": ("kg", "mass"), "period": ("s", "first period of vibration"), "damping": ("1", "damping ratio")}
-    coords: dict[str, Any] = {
-        f"building_{name}": (
-            "building",
-            [np.nan if building.is_rigid else getattr(building, name) for building in buildings],
-            described(unit, f"{words} of the building"),
-        )
-        for name, (unit, words) in facts.items()
-    }
     heights = [building.height if building.height > 0.0 else np.nan for building in buildings]
     storeys = (grid.frame.storeys >= 0).sum(axis=1)
-    return coords | {
+    return building_coordinates(study, "first period of vibration") | {
         "building_height": ("building", heights, described("m", "level of the roof; NaN where not given")),
         "building_storeys": ("building", storeys, described("1", "storeys; a rigid building has none")),
         "building_position": (
