@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from itertools import groupby
+from itertools import groupby, islice
 from math import ceil
 from queue import Empty, SimpleQueue
 from threading import Condition, Event, Semaphore, Thread
@@ -27,6 +27,7 @@ Keep = Callable[[range, Chunk, float], None]  # batches, their results, seconds 
 SECONDS = 0.5  # of work in a chunk: what a kill loses; keeping a chunk takes little beside it
 PIECE = 0.1  # s, of the pieces of a chunk, between which its time is looked at
 GROWTH = 4  # ratio of the lengths of a piece and the one before, at most: batches differ in cost by orders of magnitude
+UNTIMED = 1000  # batches of a range, at most, before any batch is timed
 CHUNK_BYTES = 16e6  # of a chunk at most: chunks wait in memory for the disk
 WORKER = "pounding-worker-"  # begins the name of every thread that solves
 TICK = 0.1  # s, between checks of whether to go on
@@ -98,11 +99,10 @@ class Pending:
         bytes_per_batch: int = 0,
         length: int | None = None,
     ):
-        self._law_at = law_at
         self._runs: list[Run] = []
         self._firsts: dict[int, int] = {}  # first batch of each contact model that nobody has begun
         for span in sorted(batches, key=lambda span: span.start):
-            for run in self._by_law(span):
+            for run in _by_law(span, law_at):
                 is_first = self._firsts.setdefault(run.law, run.start) == run.start
                 if run.start + is_first < run.stop:
                     self._runs.append(run._replace(start=run.start + is_first))
@@ -111,7 +111,8 @@ class Pending:
         self._longest = max(1, int(CHUNK_BYTES // bytes_per_batch)) if bytes_per_batch else self.left
         self._workers = self._compilers = 1
         self._compiled: set[int] = set()
-        self._compiling = self._handed_out = 0
+        self._compiling = 0
+        self._handed_out: dict[int, list[Run]] = {}  # by first batch
         self._solved, self._seconds = 0, 0.0
         self._changed = Condition()
 
@@ -143,56 +144,58 @@ class Pending:
     def took(self, handed: range, solved: range, seconds: float) -> None:
         """Report which batches, from the first on, of a range were solved, and in how many seconds."""
         with self._changed:
-            self._handed_out -= 1
-            law, rest = self._law_at(handed.start), range(solved.stop, handed.stop)
-            if law not in self._compiled:
-                self._compiled.add(law)
+            runs = self._handed_out.pop(handed.start)
+            if runs[0].law not in self._compiled:
+                self._compiled.add(runs[0].law)
                 self._compiling -= 1
             else:
                 self._solved, self._seconds = self._solved + len(solved), self._seconds + seconds
-            self._runs[:0] = self._by_law(rest)
-            self.left += len(rest)
+            self._runs[:0] = [run._replace(start=max(run.start, solved.stop)) for run in runs if run.stop > solved.stop]
+            self.left += handed.stop - solved.stop
             self._changed.notify_all()
-
-    def _by_law(self, batches: range) -> Iterator[Run]:
-        start = batches.start
-        for law, alike in groupby(map(self._law_at, batches)):
-            stop = start + sum(1 for _ in alike)
-            yield Run(start, stop, law)
-            start = stop
 
     def _next(self) -> range | None:
         position = next((at for at, run in enumerate(self._runs) if run.law in self._compiled), None)
         if self._firsts and (self._compiling < self._compilers or position is None):
-            first = self._firsts.pop(next(iter(self._firsts)))
+            law = next(iter(self._firsts))
+            first = self._firsts.pop(law)
             self._compiling += 1
-            return self._hand_out(range(first, first + 1))
+            return self._hand_out([Run(first, first + 1, law)])
         return None if position is None else self._cut(position)
 
     def _cut(self, position: int) -> range:
         """A range from the start of a run, over as many further runs as follow without a hole and are compiled."""
-        start = stop = self._runs[position].start
-        limit = start + (self._length or self._share())
-        while position < len(self._runs) and stop < limit:
-            run = self._runs[position]
-            if run.start != stop or run.law not in self._compiled:
+        stop = self._runs[position].start
+        limit = stop + (self._length or self._share())
+        runs: list[Run] = []
+        for run in islice(self._runs, position, None):
+            if stop == limit or run.start != stop or run.law not in self._compiled:
                 break
             stop = min(run.stop, limit)
-            if stop < run.stop:
-                self._runs[position] = run._replace(start=stop)
-            else:
-                del self._runs[position]
-        return self._hand_out(range(start, stop))
+            runs.append(run._replace(stop=stop))
+        rest = self._runs[position + len(runs) - 1]._replace(start=stop)
+        self._runs[position : position + len(runs)] = [rest] if rest.start < rest.stop else []
+        return self._hand_out(runs)
 
     def _share(self) -> int:
-        """Batches of a range: towards the end fewer, so that workers end together, but those of a piece at least."""
+        """Batches of a range: of four chunks at most; towards the end fewer, so that workers end together."""
         of_a_piece = int(PIECE / self.mean) if self.mean else 1
-        return min(self._longest, max(1, ceil(self.left / (2 * self._workers)), of_a_piece))
+        of_chunks = int(4.0 * SECONDS / self.mean) if self.mean else UNTIMED
+        return max(1, min(self._longest, of_chunks, max(ceil(self.left / (2 * self._workers)), of_a_piece)))
 
-    def _hand_out(self, batches: range) -> range:
+    def _hand_out(self, runs: list[Run]) -> range:
+        batches = range(runs[0].start, runs[-1].stop)
+        self._handed_out[batches.start] = runs
         self.left -= len(batches)
-        self._handed_out += 1
         return batches
+
+
+def _by_law(batches: range, law_at: Callable[[int], int]) -> Iterator[Run]:
+    start = batches.start
+    for law, alike in groupby(map(law_at, batches)):
+        stop = start + sum(1 for _ in alike)
+        yield Run(start, stop, law)
+        start = stop
 
 
 class Threads:
