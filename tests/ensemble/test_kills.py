@@ -12,7 +12,7 @@ import pytest
 
 import pounding_risk
 
-SCRIPT = Path(__file__).with_name("killed_scans.py")
+SCRIPT = Path(__file__).parents[1] / "killed_scans.py"
 
 
 @pytest.mark.slow
