@@ -2,7 +2,7 @@
 
     python benchmarks/big_dataset.py [--cases 1000000]
 
-The dataset has the form of a pair's scan (its variables and labels) with made values; each way runs in a process of
+The dataset has the template of a pair's scan (its variables and labels) with made values; each way runs in a process of
 its own, so that its peak of resident memory is its own. "imports" is what Python and the libraries take before.
 """
 
@@ -23,7 +23,7 @@ import xarray as xr
 from pounding_risk._common.files import AGAIN
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.results.files import netcdf_encoding
-from pounding_risk.results.layout import Form, blocks, form_of
+from pounding_risk.results.layout import Template, blocks, template_of
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = """
@@ -55,9 +55,9 @@ WAYS = (
 )
 
 
-def form_of_cases(cases: int) -> Form:
-    """The form of a pair's scan with so many cases: records × 2 polarities × 4 laws × 25 gaps × 20 yield forces."""
-    small = form_of(scan(parse_scene(SCENE), check_fraction=1.0))
+def template_of_cases(cases: int) -> Template:
+    """The template of a pair's scan with so many cases: records × 2 polarities × 4 laws × 25 gaps × 20 yield forces."""
+    small = template_of(scan(parse_scene(SCENE), check_fraction=1.0))
     sizes = {"record": max(1, cases // 4000), "polarity": 2, "contact_model": 4, "gap": 25, "yield_force": 20}
     larger = small.skeleton.isel({axis: [0] * size for axis, size in sizes.items()})
     labels = {
@@ -65,15 +65,15 @@ def form_of_cases(cases: int) -> Form:
     }
     numbers = {"gap": np.linspace(0.0, 0.1, 25), "yield_force": np.linspace(1e5, 2e6, 20)}
     shape = tuple(sizes.get(axis, 1) for axis in ("record", "polarity", "pga", "contact_model", "gap", "yield_force"))
-    return Form(larger.assign_coords(labels | numbers), small.cases, shape)
+    return Template(larger.assign_coords(labels | numbers), small.cases, shape)
 
 
-def made_values(form: Form, lines: range) -> dict[str, np.ndarray]:
-    """Values of a run of lines that do not repeat, so that compressing is work; one run in a hundred made again."""
-    random = np.random.default_rng(lines.start)
+def made_values(template: Template, batches: range) -> dict[str, np.ndarray]:
+    """Values of a run of batches that do not repeat, so that compressing is work; one run in a hundred made again."""
+    random = np.random.default_rng(batches.start)
     found = {}
-    for name, variable in form.cases.items():
-        sizes = (len(lines), form.width, *form.extra(name))
+    for name, variable in template.cases.items():
+        sizes = (len(batches), template.width, *template.extra(name))
         if variable.dtype.kind == "i":
             found[name] = random.integers(0, 2, sizes).astype(variable.dtype)
         else:
@@ -95,18 +95,18 @@ def work(way: str, folder: Path, cases: int) -> None:
     if way.startswith("convert"):
         convert(folder / "by_block.zarr", folder / "converted.nc")
         return
-    form = form_of_cases(cases)
+    template = template_of_cases(cases)
     if way == "in memory, to_netcdf":
-        memory = Memory(form)
-        for block in blocks(form):
-            memory.write(block, made_values(form, block))
+        memory = Memory(template)
+        for block in blocks(template):
+            memory.write(block, made_values(template, block))
         memory.finish({})
         whole: xr.Dataset = memory.dataset()
         whole.to_netcdf(folder / "whole.nc", engine="netcdf4", encoding=netcdf_encoding(whole))
     elif way != "imports":
-        with store_of(form, folder / ("by_block.nc" if "netCDF" in way else "by_block.zarr"), AGAIN) as store:
-            for block in blocks(form):
-                store.write(block, made_values(form, block))
+        with store_of(template, folder / ("by_block.nc" if "netCDF" in way else "by_block.zarr"), AGAIN) as store:
+            for block in blocks(template):
+                store.write(block, made_values(template, block))
             store.finish({})
 
 
@@ -129,10 +129,11 @@ def main() -> None:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3  # kB on Linux
         print(json.dumps({"peak": peak, "seconds": process_time() - start}))
         return
-    form = form_of_cases(asked.cases)
-    amount = form.lines * form.width
-    print(f"{amount} cases, {len(form.cases)} variables, {amount * form.bytes_a_case / 1e6:.0f} MB before compression")
-    print(f"{len(list(blocks(form)))} blocks\n\n| way | peak memory [MB] | processor time [s] |\n|---|---|---|")
+    template = template_of_cases(asked.cases)
+    amount = template.batches * template.width
+    size = amount * template.bytes_per_case / 1e6
+    print(f"{amount} cases, {len(template.cases)} variables, {size:.0f} MB before compression")
+    print(f"{len(list(blocks(template)))} blocks\n\n| way | peak memory [MB] | processor time [s] |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as name:
         for way in WAYS:
             command = [sys.executable, __file__, "--way", way, "--folder", name, "--cases", str(asked.cases)]

@@ -72,8 +72,8 @@ class OneCall:
 
     def run(self, job: Any, pending: Any, keep: Any) -> None:
         """As `Executor.run`, without any of its promises."""
-        lines = range(job.lines)
-        keep(lines, job.solve(lines, never), 0.0)
+        batches = range(job.batches)
+        keep(batches, job.solve(batches, never), 0.0)
 
 
 def study_of(records: dict[str, Any], gaps: int, strengths: int, laws: Sequence[str], pgas: Sequence[str]) -> Any:

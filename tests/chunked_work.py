@@ -1,4 +1,4 @@
-"""A job of plain numbers for the tests of executors, which other processes can make from its order."""
+"""A job of plain numbers for the tests of executors, which other processes can make from its input."""
 
 from __future__ import annotations
 
@@ -13,66 +13,66 @@ from scenes import BOTH, scene_text, single
 
 from pounding_risk.errors import PoundingError
 
-WIDTH = 3  # cases in a line
+WIDTH = 3  # cases in a batch
 
 
-class Order(NamedTuple):
+class ScanInput(NamedTuple):
     """Parameters from which another process makes the same job."""
 
-    lines: int = 1000
+    batches: int = 1000
     laws: int = 2
-    run: int = 10  # lines in a row of one law
-    seconds: float = 0.0  # of a line
-    fault: int = -1  # the line that a user is told to repair
-    blunder: int = -1  # the line at which the code itself fails
-    deadly: int = -1  # the line that ends its process, as one that takes all memory does
+    run: int = 10  # batches in a row of one law
+    seconds: float = 0.0  # of a batch
+    fault: int = -1  # the batch that a user is told to repair
+    blunder: int = -1  # the batch at which the code itself fails
+    deadly: int = -1  # the batch that ends its process, as one that takes all memory does
 
 
 class Numbers:
-    """Each line gives what a hash of its number gives."""
+    """Each batch gives what a hash of its number gives."""
 
-    def __init__(self, order: Order):
-        self.order = order
-        self.lines, self.width, self.bytes_a_line = order.lines, WIDTH, 8 * WIDTH + 8
+    def __init__(self, scan_input: ScanInput):
+        self.scan_input = scan_input
+        self.batches, self.width, self.bytes_per_batch = scan_input.batches, WIDTH, 8 * WIDTH + 8
 
-    def law_at(self, line: int) -> int:
-        """As a grid's: some lines of one law, as many of the next."""
-        return line // self.order.run % self.order.laws
+    def law_at(self, batch: int) -> int:
+        """As a grid's: some batches of one law, as many of the next."""
+        return batch // self.scan_input.run % self.scan_input.laws
 
-    def solve(self, lines: range, stop: Callable[[], bool]) -> dict[str, Any] | None:
-        """Slow where the order says so, and wrong where it says so."""
-        for line in lines:
+    def solve(self, batches: range, stop: Callable[[], bool]) -> dict[str, Any] | None:
+        """Slow where the input says so, and wrong where it says so."""
+        for batch in batches:
             if stop():
                 return None
-            if line == self.order.fault:
-                raise PoundingError(f"line {line} cannot be solved; leave it out")
-            if line == self.order.blunder:
-                raise ZeroDivisionError(f"line {line}")
-            if line == self.order.deadly:
+            if batch == self.scan_input.fault:
+                raise PoundingError(f"batch {batch} cannot be solved; leave it out")
+            if batch == self.scan_input.blunder:
+                raise ZeroDivisionError(f"batch {batch}")
+            if batch == self.scan_input.deadly:
                 os.kill(os.getpid(), signal.SIGKILL)
-            if self.order.seconds:
-                time.sleep(self.order.seconds)
-        number = np.asarray(lines, dtype=np.uint64)
+            if self.scan_input.seconds:
+                time.sleep(self.scan_input.seconds)
+        number = np.asarray(batches, dtype=np.uint64)
         mixed = (number * np.uint64(0x9E3779B97F4A7C15)) ^ (number >> np.uint64(3))
         value = np.sin(mixed.astype(float))[:, None] * np.arange(1.0, WIDTH + 1.0)
-        return {"value": value, "process": np.full(len(lines), os.getpid())}
+        return {"value": value, "process": np.full(len(batches), os.getpid())}
 
 
 class Kept:
     """Sink that records the chunks an executor hands over."""
 
-    def __init__(self, lines: int):
-        self.value = np.full((lines, WIDTH), np.nan)
-        self.times = np.zeros(lines, dtype=int)
+    def __init__(self, batches: int):
+        self.value = np.full((batches, WIDTH), np.nan)
+        self.times = np.zeros(batches, dtype=int)
         self.chunks: list[range] = []
         self.processes: set[int] = set()
 
-    def __call__(self, lines: range, part: dict[str, Any], seconds: float) -> None:
+    def __call__(self, batches: range, part: dict[str, Any], seconds: float) -> None:
         """Record one chunk."""
         assert seconds >= 0.0
-        self.value[lines.start : lines.stop] = part["value"]
-        self.times[lines.start : lines.stop] += 1
-        self.chunks.append(lines)
+        self.value[batches.start : batches.stop] = part["value"]
+        self.times[batches.start : batches.stop] += 1
+        self.chunks.append(batches)
         self.processes |= set(part["process"].tolist())
 
 

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from pounding_risk.results.layout import AXES, CaseVariable, Form, blocks
+from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 
-SHAPE = (7, 2, 1, 2, 5, 3)  # 70 lines
+SHAPE = (7, 2, 1, 2, 5, 3)  # 70 batches
 
 
-def made_form(shape: tuple[int, ...] = SHAPE, variables: int = 4) -> Form:
+def made_template(shape: tuple[int, ...] = SHAPE, variables: int = 4) -> Template:
     """As a scan's: an axis of amplitudes only where there are several, labels beside the axes, an extra axis."""
     sizes = dict(zip(AXES, shape, strict=True))
     values = {
@@ -40,24 +40,24 @@ def made_form(shape: tuple[int, ...] = SHAPE, variables: int = 4) -> Form:
     cases["at_buildings"] = CaseVariable(("building",), np.dtype(float), {"units": "N"})
     cases["count"] = CaseVariable((), np.dtype(np.int32), {"long_name": "contacts"})
     cases["status"] = CaseVariable((), np.dtype(np.int8), flags)
-    return Form(skeleton, cases, shape)
+    return Template(skeleton, cases, shape)
 
 
-def values_of(form: Form, lines: range) -> dict[str, np.ndarray]:
+def values_of(template: Template, batches: range) -> dict[str, np.ndarray]:
     """Numbers of each case that no other case has, with a few that are missing."""
     found = {}
-    for place, (name, variable) in enumerate(form.cases.items()):
-        sizes = (form.width, *form.extra(name))
+    for place, (name, variable) in enumerate(template.cases.items()):
+        sizes = (template.width, *template.extra(name))
         count = int(np.prod(sizes))
-        first = np.array(lines)[:, None] * count + np.arange(count)
+        first = np.array(batches)[:, None] * count + np.arange(count)
         values = (first % 97 if variable.dtype == np.int8 else first).astype(variable.dtype)
         if variable.dtype.kind == "f":
             values = np.where(first % 11 == place, np.nan, np.sin(values))  # every digit counts
-        found[name] = values.reshape(len(lines), *sizes)
+        found[name] = values.reshape(len(batches), *sizes)
     return found
 
 
-def pieces(form: Form) -> Iterator[tuple[range, dict[str, np.ndarray]]]:
+def pieces(template: Template) -> Iterator[tuple[range, dict[str, np.ndarray]]]:
     """The blocks to write, with their values."""
-    for block in blocks(form):
-        yield block, values_of(form, block)
+    for block in blocks(template):
+        yield block, values_of(template, block)

@@ -1,4 +1,4 @@
-"""Counts in words: 1 motion, 2 motions."""
+"""Numbers with nouns: 1 motion, 2 motions."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""When a dataset was made and by what, as its attributes ``date_created`` and ``history`` say it.
+"""The attributes ``date_created`` and ``history`` of a dataset.
 
-Where ``SOURCE_DATE_EPOCH`` is set, seconds since 1970 as reproducible builds have it, that is the time: the same study
-then gives the same bytes on any day.
+The environment variable ``SOURCE_DATE_EPOCH``, seconds since 1970 as in reproducible builds, fixes the time, so that a
+scan gives the same bytes on any day.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Files and stores that are whole or not there: written aside, synced, moved into place, and the folder synced too.
+"""Atomic writing of files and folders: write aside, fsync, rename.
 
-After that they outlive a kill and a power cut; before that nobody finds them under their names. A Zarr store is a
-folder, which cannot take the place of another in one step: the older store is moved away first, to
-``.NAME.HOST.PID.old``, and removed when the new one is in place. A crash between the two leaves the older store, whole,
-under that name, and none under the target's.
+A file that was moved into place survives a kill and a power failure; until then there is nothing under its name. A Zarr
+store is a folder, which cannot replace another one in one step: the older store is first renamed to
+``.NAME.HOST.PID.old``, and removed when the new one is in place. A crash between the two renames leaves the older
+store, complete, under that name.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from pounding_risk.errors import PoundingError
 
 AGAIN = "free space or choose another place"
 PIECE = 1 << 20  # bytes read at a time
-# No space, no quota, or a file larger than the process may write: free space helps, another try does not.
+# Errors of a full disk, a quota, and a limit on the size of files.
 FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
-# A file aside or in a study's folder is our own: where a symbolic link has its name, what it leads to is not opened.
+# For files aside and in a checkpoint: where a symbolic link has the name, its target is not opened.
 OWN_FILE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 NOT_SYNCED = {errno.EINVAL, getattr(errno, "ENOTSUP", errno.EINVAL)}  # file systems that sync no folders
-STORE = ".zarr"  # a folder under the name of a file
-PARTIAL, OLD = "partial", "old"  # how the names aside of a target end
+STORE = ".zarr"  # suffix of a dataset that is a folder
+PARTIAL, OLD = "partial", "old"  # endings of the names aside of a target
 
 
 def host() -> str:
-    """This machine's name, of letters that any file system takes."""
+    """The name of this machine, in characters that any file system accepts."""
     return re.sub(r"[^\w-]+", "-", platform.node(), flags=re.ASCII) or "unknown"
 
 
 def partial_of(target: Path) -> Path:
-    """Where this process writes a target until it is whole; no other has that name, on any machine."""
+    """The path at which this process, of all machines, writes a target until it is complete."""
     return _aside(target, PARTIAL)
 
 
@@ -48,7 +48,7 @@ def is_partial_of(name: str, pattern: str) -> bool:
 
 
 def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
-    """Let ``write`` fill a file that then appears under its name at once; raises OSError and leaves nothing aside."""
+    """Write a file atomically; ``write`` gets a file open for bytes. Raises OSError, and then leaves nothing aside."""
     partial = partial_of(path)
     try:
         with open(partial, "wb", opener=_open_own) as file:
@@ -66,7 +66,7 @@ def _open_own(name: str, flags: int) -> int:
 
 
 def led_to(target: Path) -> Path:
-    """The file that is written under a name: where it is a symbolic link, what it leads to.
+    """The file that a name stands for: the target of a symbolic link, or the name itself.
 
     Raises PoundingError for a link that leads to itself, or to a name of another kind.
     """
@@ -86,7 +86,7 @@ def led_to(target: Path) -> Path:
 
 
 def move_into_place(partial: Path, target: Path) -> None:
-    """Sync a file or a folder and give it its final name, in place of an older one. Raises OSError."""
+    """Sync a file or a folder and move it to its final name, replacing an older one. Raises OSError."""
     for path in _tree(partial):
         _sync(path)
     if not partial.is_dir():
@@ -107,14 +107,14 @@ def move_into_place(partial: Path, target: Path) -> None:
 
 
 def moved_away(target: Path) -> Path | None:
-    """The older store that a crash between two renames left, where there is none under the target's name."""
+    """The older store that a crash between the two renames left, where there is none under the name itself."""
     return None if target.exists() else next(_asides(target, OLD), None)
 
 
 def discard(path: Path) -> None:
-    """Remove a file or a folder that may be there. What it holds on disk is given back even where it is still open."""
+    """Remove a file or a folder, if it exists. The space of a file is freed even where it is still open."""
     if path.is_symlink():
-        path.unlink()  # where it points to is the user's own
+        path.unlink()  # its target belongs to the user
     elif path.is_dir():
         shutil.rmtree(path)
     elif path.exists():
@@ -122,35 +122,35 @@ def discard(path: Path) -> None:
         path.unlink()
 
 
-def sweep(target: Path) -> list[Path]:
-    """Remove what killed runs left of a target, and say what; the caller makes sure that nobody is writing it."""
-    left = list(_asides(target, PARTIAL))
+def remove_leftovers(target: Path) -> list[Path]:
+    """Remove files that killed runs left beside a target, and return their paths; nobody may be writing the target."""
+    leftovers = list(_asides(target, PARTIAL))
     if target.exists():
-        left += _asides(target, OLD)
-    for path in left:
+        leftovers += _asides(target, OLD)
+    for path in leftovers:
         discard(path)
-    return left
+    return leftovers
 
 
 def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> PoundingError:
-    """What to raise where writing failed.
+    """The error to raise where writing failed.
 
-    A limit on the size of a file and a full disk are told apart where the system does. Of an error of netCDF, which
-    has many names for both, the space that is left and the limit are told.
+    A limit on the size of files and a full disk are distinguished where the system does. For errors of netCDF, which
+    has many names for both, the sentence has the free space and the limit.
     """
-    told = getattr(error, "strerror", None) or str(error)
+    reason = getattr(error, "strerror", None) or str(error)
     number = getattr(error, "errno", None)
     if number == errno.EFBIG:
-        return PoundingError(f"{target}: cannot be written ({told}{limit_words()}); {raised(repair)}")
+        return PoundingError(f"{target}: cannot be written ({reason}{limit_words()}); {raised(repair)}")
     if number != errno.ENOSPC:
         free = shutil.disk_usage(target.parent).free
-        told += f", with {free / 1e6:.1f} MB free{limit_words()}"
+        reason += f", with {free / 1e6:.1f} MB free{limit_words()}"
         repair = raised(repair) if largest_file() < free else repair
-    return PoundingError(f"{target}: cannot be written ({told}); {repair}")
+    return PoundingError(f"{target}: cannot be written ({reason}); {repair}")
 
 
 def largest_file() -> float:
-    """How large a file this process may write [bytes]; inf where there is no limit."""
+    """Size of the largest file that this process may write [bytes]; inf where there is no limit."""
     try:
         import resource
     except ImportError:
@@ -166,24 +166,24 @@ def limit_words() -> str:
 
 
 def raised(repair: str) -> str:
-    """A sentence's repair where not space is missing, but a limit is too low."""
+    """The repair for a sentence where a limit is too low, instead of space missing."""
     return repair.replace("free space", "raise the limit (ulimit -f)")
 
 
 def checksum(path: Path) -> str:
     """SHA-256 of a file, or of the names and contents of a folder's files."""
-    found = hashlib.sha256()
-    for each in sorted(_files(path)):
+    digest = hashlib.sha256()
+    for name in sorted(_files(path)):
         if path.is_dir():
-            found.update(each.relative_to(path).as_posix().encode() + b"\0")
-        with open(each, "rb") as file:
+            digest.update(name.relative_to(path).as_posix().encode() + b"\0")
+        with open(name, "rb") as file:
             while piece := file.read(PIECE):
-                found.update(piece)
-    return found.hexdigest()
+                digest.update(piece)
+    return digest.hexdigest()
 
 
 def sync_folder(folder: Path) -> None:
-    """Have a folder's names on disk, where the system can be asked for it."""
+    """Sync the names in a folder to disk, where the system can do so."""
     _sync(folder)
 
 
@@ -196,17 +196,17 @@ def _is_aside(name: str, pattern: str, ending: str) -> bool:
 
 
 def _asides(target: Path, ending: str) -> Iterator[Path]:
-    """What any process, on any machine, has named so beside a target."""
+    """Paths beside a target with this ending, of any process on any machine."""
     names = sorted(os.listdir(target.parent)) if target.parent.is_dir() else []
     return (target.with_name(name) for name in names if _is_aside(name, re.escape(target.name), ending))
 
 
 def _files(path: Path) -> Iterator[Path]:
-    return (each for each in path.rglob("*") if each.is_file()) if path.is_dir() else iter((path,))
+    return (file for file in path.rglob("*") if file.is_file()) if path.is_dir() else iter((path,))
 
 
 def _tree(path: Path) -> Iterator[Path]:
-    """A file, or everything in a folder and the folder last."""
+    """A file; or everything in a folder, and then the folder."""
     if path.is_dir():
         yield from path.rglob("*")
     yield path
@@ -251,12 +251,12 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
 
 
 def _check_name(target: Path) -> None:
-    """Refuse a name under which nothing could be written when the work is done: raises PoundingError."""
+    """Raise PoundingError for a name that cannot be written."""
     try:
         os.fspath(target.absolute()).encode()
     except UnicodeEncodeError:
-        told = os.fsencode(target).decode(errors="backslashreplace")
-        raise PoundingError(f"{told}: is no text in UTF-8, and the libraries below take no other; rename it") from None
+        shown = os.fsencode(target).decode(errors="backslashreplace")
+        raise PoundingError(f"{shown}: is no text in UTF-8, and the libraries below take no other; rename it") from None
     try:
         os.lstat(partial_of(target))
     except OSError as error:

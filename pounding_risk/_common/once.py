@@ -1,4 +1,4 @@
-"""Values that many threads ask for and that are made once."""
+"""Cache of values that several threads need and that are computed once."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ Value = TypeVar("Value")
 
 
 class Shared(Generic[Value]):
-    """Values by what they are made of, each made once, by the thread that asks first.
+    """Cache in which the first thread that asks for a value computes it, and others wait for it.
 
-    Of more than ``most`` those asked for longest ago are let go, and made again where they are asked for again.
+    Of more than ``most`` values the least recently used are dropped.
     """
 
     def __init__(self, most: int | None = None) -> None:
         self._most = most
-        self._found: OrderedDict[Hashable, Future[Value]] = OrderedDict()
+        self._values: OrderedDict[Hashable, Future[Value]] = OrderedDict()
         self._lock = Lock()
 
     def of(self, key: Hashable, make: Callable[[], Value]) -> Value:
-        """The value of this key, made where nobody has asked for it; whoever asks meanwhile waits."""
+        """The value of a key, computed by ``make`` where it is not in the cache."""
         with self._lock:
-            is_new = key not in self._found
-            future = self._found.setdefault(key, Future())
-            self._found.move_to_end(key)
-            if self._most is not None and len(self._found) > self._most:
-                self._found.popitem(last=False)
+            is_new = key not in self._values
+            future = self._values.setdefault(key, Future())
+            self._values.move_to_end(key)
+            if self._most is not None and len(self._values) > self._most:
+                self._values.popitem(last=False)
         if is_new:
             try:
                 future.set_result(make())

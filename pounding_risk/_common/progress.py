@@ -1,7 +1,7 @@
-"""What long work is asked to call on its way."""
+"""Type of the callbacks that report progress."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-Progress = Callable[[int, int], None]  # how many are done, and how many there are: cases, records, trials
+Progress = Callable[[int, int], None]  # number done, number of all: cases, records, trials

@@ -1,4 +1,4 @@
-"""How results show themselves at a prompt and in a notebook: a handful of facts, not every number that they hold."""
+"""Short representation of results at a prompt and in a notebook."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from html import escape
 
 
 class ShortRepr:
-    """A result that shows a few facts of itself; dataclasses of it are declared with ``repr=False``."""
+    """Base class of results that show a few facts; dataclasses derived from it are declared with ``repr=False``."""
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """What a reader wants to see first: (what, words), one a line."""
+        """The facts to show, one per line: (what, words)."""
         raise TypeError(f"{type(self).__name__} has no facts to show")
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""The known word that is nearest to one that is not known."""
+"""Suggestion of the known word that is nearest to an unknown one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 
 def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """` (did you mean "gap"?)`, or nothing where no known word is near."""
+    """The text ` (did you mean "gap"?)`, or "" where no known word is near."""
     spelt = {name.lower(): name for name in known}
     near = get_close_matches(word.lower(), spelt, 1, cutoff)
     return f' (did you mean "{spelt[near[0]]}"?)' if near else ""

@@ -1,4 +1,7 @@
-"""Parts put together: what some lines give, from pieces that were solved in whatever chunks."""
+"""Chunks: the results of a range of batches, and how results of any range are assembled from chunks.
+
+Chunks may have any boundaries and may overlap, as the results of a batch are the same in each.
+"""
 
 from __future__ import annotations
 
@@ -9,61 +12,64 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Part = dict[str, NDArray[Any]]  # what some lines give, plain numbers; the first axis of every array is the lines'
-RAGGED = "_ragged"  # ends the name of an array that may be longer in one part than in another: filled up with zeros
+Chunk = dict[str, NDArray[Any]]  # arrays of plain numbers; the first axis of each is the batches'
+RAGGED = "_ragged"  # ends the name of an array whose other axes may be longer in one chunk than in another
 
 
-def merged(ranges: Iterable[range]) -> list[range]:
-    """The same lines in as few ranges as there can be, in order."""
-    found: list[range] = []
-    for lines in sorted((each for each in ranges if each), key=lambda each: each.start):
-        if found and lines.start <= found[-1].stop:
-            found[-1] = range(found[-1].start, max(found[-1].stop, lines.stop))
+def merged(spans: Iterable[range]) -> list[range]:
+    """The same batches in as few ranges as possible, in order."""
+    union: list[range] = []
+    for span in sorted(filter(None, spans), key=lambda span: span.start):
+        if union and span.start <= union[-1].stop:
+            union[-1] = range(union[-1].start, max(union[-1].stop, span.stop))
         else:
-            found.append(lines)
-    return found
+            union.append(span)
+    return union
 
 
 def without(spans: Iterable[range], done: Iterable[range]) -> list[range]:
-    """What of the spans is not done."""
-    left, gone = [], merged(done)
+    """The batches of ``spans`` that are not in ``done``, in order."""
+    missing, done = [], merged(done)
     for span in merged(spans):
         start = span.start
-        for each in gone:
-            if each.stop <= start or each.start >= span.stop:
+        for other in done:
+            if other.stop <= start or other.start >= span.stop:
                 continue
-            if each.start > start:
-                left.append(range(start, each.start))
-            start = max(start, each.stop)
+            if other.start > start:
+                missing.append(range(start, other.start))
+            start = max(start, other.stop)
         if start < span.stop:
-            left.append(range(start, span.stop))
-    return left
+            missing.append(range(start, span.stop))
+    return missing
 
 
-def chosen(ranges: Iterable[range]) -> list[tuple[range, range]]:
-    """Which lines to take from which part, so that none is taken twice: (lines, the part's lines), in order."""
-    found: list[tuple[range, range]] = []
+def chosen(chunks: Iterable[range]) -> list[tuple[range, range]]:
+    """Which batches to take from which chunk so that none is taken twice: (batches, the chunk's batches), in order."""
+    choice: list[tuple[range, range]] = []
     end = 0
-    for lines in sorted(ranges, key=lambda each: (each.start, -each.stop)):
-        if lines.stop > end:
-            found.append((range(max(lines.start, end), lines.stop), lines))
-            end = lines.stop
-    return found
+    for chunk in sorted(chunks, key=lambda chunk: (chunk.start, -chunk.stop)):
+        if chunk.stop > end:
+            choice.append((range(max(chunk.start, end), chunk.stop), chunk))
+            end = chunk.stop
+    return choice
 
 
 def pieces_of(block: range, choice: Sequence[tuple[range, range]]) -> Iterator[tuple[range, range]]:
-    """The lines of a block, from `chosen`: (lines, the part's lines) in order; lines that no part has are left out."""
-    place = max(bisect_right(choice, block.start, key=lambda each: each[0].start) - 1, 0)
-    for lines, home in choice[place:]:
-        if lines.start >= block.stop:
+    """The batches of a block as `chosen` has them: (batches, the chunk's batches), in order.
+
+    Batches of which there is no chunk are left out.
+    """
+    first = max(bisect_right(choice, block.start, key=lambda pair: pair[0].start) - 1, 0)
+    for batches, chunk in choice[first:]:
+        if batches.start >= block.stop:
             return
-        both = range(max(lines.start, block.start), min(lines.stop, block.stop))
+        both = range(max(batches.start, block.start), min(batches.stop, block.stop))
         if both:
-            yield both, home
+            yield both, chunk
 
 
-def joined(pieces: Sequence[Mapping[str, NDArray[Any]]]) -> Part:
-    """Parts one after the other; a ragged array is filled up with zeros to the longest."""
+def joined(pieces: Sequence[Mapping[str, NDArray[Any]]]) -> Chunk:
+    """Concatenate chunks; a ragged array is filled up with zeros to the longest."""
     return {name: _joined(name, [piece[name] for piece in pieces]) for name in pieces[0]}
 
 
@@ -79,24 +85,24 @@ def _joined(name: str, arrays: list[NDArray[Any]]) -> NDArray[Any]:
     return whole
 
 
-class InMemory:
-    """The parts of a study that nobody keeps."""
+class ChunksInMemory:
+    """The chunks of a scan that writes no file."""
 
     def __init__(self) -> None:
-        self._parts: dict[range, Part] = {}
+        self._chunks: dict[range, Chunk] = {}
 
-    def keep(self, lines: range, part: Part, seconds: float) -> None:
-        """Hold a part."""
-        self._parts[lines] = part
+    def keep(self, batches: range, chunk: Chunk, seconds: float) -> None:
+        """Add a chunk."""
+        self._chunks[batches] = chunk
 
-    def parts(self, blocks: Iterable[range]) -> Iterator[Part]:
-        """The arrays of the lines of each block, in order."""
-        choice = chosen(self._parts)
+    def chunks(self, blocks: Iterable[range]) -> Iterator[Chunk]:
+        """The arrays of the batches of each block, in order."""
+        choice = chosen(self._chunks)
         for block in blocks:
             yield joined(
                 [
-                    {name: array[lines.start - home.start : lines.stop - home.start] for name, array in whole.items()}
-                    for lines, home in pieces_of(block, choice)
-                    for whole in (self._parts[home],)
+                    {name: array[piece.start - home.start : piece.stop - home.start] for name, array in whole.items()}
+                    for piece, home in pieces_of(block, choice)
+                    for whole in (self._chunks[home],)
                 ]
             )

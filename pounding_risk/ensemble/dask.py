@@ -1,4 +1,4 @@
-"""Lines solved by the workers of a Dask cluster; what they give is kept by this process, which alone writes files."""
+"""Executor with the workers of a Dask cluster. Only this process writes files."""
 
 from __future__ import annotations
 
@@ -11,57 +11,52 @@ from concurrent.futures import CancelledError
 from importlib import metadata
 from math import inf
 from threading import Lock
-from time import monotonic, perf_counter, sleep
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.ensemble.chunks import Part
-from pounding_risk.ensemble.threads import Keep, Pending, Solver
+from pounding_risk.ensemble.threads import Keep, Pending, Solved, solve_for
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
     from distributed import Client, Future, as_completed
 
-ALIKE = ("pounding-risk", "numpy", "numba")  # what numbers come from: of one version everywhere
-CONNECT, PATIENCE = 10.0, 60.0  # s, to the scheduler, and until a first worker is there
-LOOK = 2.0  # s, between looks at how many workers there are: they come and go
-TICK = 0.01  # s, between looks at whether a chunk is back
-AHEAD = 2  # chunks in flight for each thread of the cluster: the one being solved, and the next
-JOBS = 2  # kept by a worker
+    from pounding_risk.ensemble.job import Job
+
+ALIKE = ("pounding-risk", "numpy", "numba")  # packages that must have the same version everywhere
+CONNECT, PATIENCE = 10.0, 60.0  # s, to wait for the scheduler, and for a first worker
+LOOK = 2.0  # s, between counts of the workers, which come and go
+TICK = 0.01  # s, between checks whether a chunk is finished
+AHEAD = 2  # chunks submitted for each thread of the cluster: the one being solved, and the next
+JOBS = 2  # that a worker keeps
 GO_ON = "what is done is kept; start the same command again, without --new, and it goes on from there"
 
-Make = Callable[[Any], Solver]  # a job from its order
+Make = Callable[[Any], "Job"]  # makes a job from its input
 
 
-class Told(NamedTuple):
-    """What each chunk brings along, beside the order."""
+class JobKey(NamedTuple):
+    """What is sent with each chunk beside the input of the job."""
 
-    digest: str  # of the order
+    digest: str  # of the input
     make: Make | None
     versions: dict[str, str]
-    prepared: str  # as the job here says it, see `jobs.Job`
-
-
-class Made(NamedTuple):
-    """A job on a worker, and the laws that it has compiled or loaded."""
-
-    job: Solver
-    ready: set[int]
-
-
-class Back(NamedTuple):
-    """What a chunk gives."""
-
-    part: Part
-    seconds: float
-    tells: bool  # what other lines take: not where it compiled
+    prepared: str  # `Job.prepared` in this process
 
 
 class Dask:
-    """The workers of a Dask cluster: the address of its scheduler, or a ``distributed.Client``.
+    """Executor with the workers of a Dask cluster.
 
-    ``make`` makes the job from its order on the workers, which must find it by its name; `jobs.job_of` where none is
-    given. Raises PoundingError where Dask is not installed, the scheduler does not answer, has no workers, or they
-    have other versions of what numbers come from.
+    Parameters
+    ----------
+    cluster : distributed.Client or str
+        A client, or the address of a scheduler.
+    make : callable, optional
+        Makes the job from its input on the workers, which must be able to import it; `job_choice.job_of` by default.
+
+    Raises
+    ------
+    PoundingError
+        Where Dask is not installed, the scheduler does not answer or has no workers, or the workers have other versions
+        of the packages that numbers depend on.
     """
 
     def __init__(self, cluster: Client | str, make: Make | None = None):
@@ -77,26 +72,26 @@ class Dask:
             raise
 
     def close(self) -> None:
-        """Leave a scheduler that was named by its address; a client that was given stays as it is."""
+        """Disconnect from a scheduler that was named by its address; a client that was passed in stays open."""
         if self._own:
             self._client.close()
 
-    def run(self, job: Solver, pending: Pending, keep: Keep) -> None:
-        """As `Executor.run`; a worker that is lost costs the time of its chunks.
+    def run(self, job: Job, pending: Pending, keep: Keep) -> None:
+        """Solve every pending batch; see `Executor.run`. A worker that is lost costs the time of its chunks.
 
         Raises PoundingError where the scheduler is lost, workers die one after the other, or a scheduler that was
-        named by its address has none any more.
+        named by its address has no workers any more.
         """
-        # A client's own cluster may be one that grows when a queue lets it; an address has what was started there.
-        flight = Flight(self._client, pending, keep, PATIENCE if self._own else inf)
+        # A client's own cluster may grow when a queue lets it; behind an address are the workers that were started.
+        run = ClusterRun(self._client, pending, keep, PATIENCE if self._own else inf)
         try:
-            flight.take_off(job, self._make)
-            flight.land()
+            run.start(job, self._make)
+            run.collect()
         except KeyboardInterrupt:
-            flight.keep_finished()
+            run.keep_finished()
             raise
         finally:
-            flight.cancel()
+            run.cancel()
 
     def _wait_for_workers(self, address: str) -> None:
         try:
@@ -107,18 +102,18 @@ class Dask:
             ) from None
 
     def _check_versions(self) -> None:
-        """Of the workers that are there; those that come later are checked with their first chunk."""
-        told: Any = self._client.get_versions(packages=list(ALIKE))
-        ours = told["client"]["packages"]
-        for address, worker in told["workers"].items():
+        """Check the workers that are there; those that join later are checked with their first chunk."""
+        versions: Any = self._client.get_versions(packages=list(ALIKE))
+        ours = versions["client"]["packages"]
+        for address, worker in versions["workers"].items():
             theirs = worker["packages"]
             check_alike(
                 address, {name: _version(theirs[name]) for name in ALIKE}, {n: _version(ours[n]) for n in ALIKE}
             )
 
 
-def _version(found: str | None) -> str:
-    return found or "not installed"
+def _version(version: str | None) -> str:
+    return version or "not installed"
 
 
 def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
@@ -146,7 +141,7 @@ def _connected(address: str) -> Client:
                 "(distributed.comm.require-encryption); write tls:// for a scheduler that was started with "
                 "--protocol tls"
             )
-        get_address_host(address)  # a client of no address cannot be closed any more, and tells so for 20 s
+        get_address_host(address)  # a client of an invalid address cannot be closed, and logs so for 20 s
         return Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise PoundingError(
@@ -159,78 +154,79 @@ def _lost(why: str) -> PoundingError:
     return PoundingError(f"the Dask scheduler was lost, or dropped the work (reason: {why}); {GO_ON}")
 
 
-class Flight:
-    """The chunks on their way to the workers and back."""
+class ClusterRun:
+    """The chunks of one run that are submitted to the cluster."""
 
     def __init__(self, client: Client, pending: Pending, keep: Keep, patience: float = inf):
         self.client, self.pending, self.keep = client, pending, keep
-        self.patience, self.manned = patience, monotonic()  # s without a worker, and when there was one
-        self.chunks: dict[Future, range] = {}
-        self.landed: as_completed | None = None
-        self.in_hand: tuple[range, Part, float] | None = None
-        self.order: Future | None = None
+        self.patience, self.last_worker = patience, monotonic()  # s without a worker; when there was one
+        self.submitted: dict[Future, range] = {}
+        self.finished: as_completed | None = None
+        self.being_kept: Solved | None = None
+        self.payload: Future | None = None  # the pickled input of the job
         self.room, self.looked = 0, -LOOK
 
-    def take_off(self, job: Solver, make: Make | None) -> None:
-        """Hand the order over, once for all chunks: a task of its own, so that no worker's loss loses it."""
+    def start(self, job: Job, make: Make | None) -> None:
+        """Submit the input, once for all chunks and as a task, which Dask repeats where its worker is lost."""
         from distributed import as_completed
 
-        payload = pickle.dumps(job.order)
-        self.told = Told(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job))
+        payload = pickle.dumps(job.scan_input)
+        self.key = JobKey(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job))
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            self.order = self.client.submit(_handed_over, payload, key=f"pounding-order-{self.told.digest}")
-        self.landed = as_completed([], loop=self.client.loop, with_results=True, raise_errors=False)
-        self._send()
+            self.payload = self.client.submit(_unchanged, payload, key=f"pounding-order-{self.key.digest}")
+        self.finished = as_completed([], loop=self.client.loop, with_results=True, raise_errors=False)
+        self._submit()
 
-    def land(self) -> None:
-        """Keep what comes back, and send more, until all is there."""
-        while self.chunks:
+    def collect(self) -> None:
+        """Keep the chunks that are finished, and submit more, until every batch is solved."""
+        while self.submitted:
             self._keep_next()
-            self._send()
-        assert not self.pending.left, "lines wait, and nothing is on its way"
+            self._submit()
+        assert self.pending.is_done, "batches wait, and nothing is submitted"
 
     def keep_finished(self) -> None:
-        """Keep what is back already; that whose keeping was interrupted once more."""
-        if self.in_hand is not None:
-            self.keep(*self.in_hand)
-        while self.landed is not None and self.landed.has_ready():
-            future, found = next(self.landed)
-            if isinstance(found, Back):
-                self.keep(self.chunks.pop(future), found.part, found.seconds)
+        """Keep the chunks that are finished; also, once more, the chunk whose keeping was interrupted."""
+        if self.being_kept is not None:
+            self.keep(*self.being_kept)
+        while self.finished is not None and self.finished.has_ready():
+            future, solved = next(self.finished)
+            if isinstance(solved, Solved):
+                del self.submitted[future]
+                self.keep(*solved)
 
     def cancel(self) -> None:
-        """Leave what is still on its way; the scheduler forgets the order too."""
-        if self.chunks and self.client.status == "running":
-            self.client.cancel(list(self.chunks))
-        self.chunks.clear()
-        if self.order is not None:
-            self.order.release()
+        """Cancel what is still submitted, and let the scheduler forget the input."""
+        if self.submitted and self.client.status == "running":
+            self.client.cancel(list(self.submitted))
+        self.submitted.clear()
+        if self.payload is not None:
+            self.payload.release()
 
-    def _send(self) -> None:
-        """Chunks for every thread of the cluster and some more, which wait for it there."""
+    def _submit(self) -> None:
+        """Submit chunks for every thread of the cluster, and some that wait there."""
         if monotonic() - self.looked > LOOK:
-            self._look()
-        while len(self.chunks) < self.room:
-            lines = self.pending.next()
-            if lines is None:
+            self._count_workers()
+        while len(self.submitted) < self.room:
+            batches = self.pending.next()
+            if batches is None:
                 return
-            future = self.client.submit(_solved, self.order, self.told, lines, pure=False)
-            self.chunks[future] = lines
-            assert self.landed is not None, "sent before take-off"
-            self.landed.add(future)
+            future = self.client.submit(_solve, self.payload, self.key, batches, self.pending.mean, pure=False)
+            self.submitted[future] = batches
+            assert self.finished is not None, "submitted before the start"
+            self.finished.add(future)
 
-    def _look(self) -> None:
-        """See how many threads there are; raises PoundingError where there was none for too long."""
+    def _count_workers(self) -> None:
+        """Count the threads of the cluster; raises PoundingError where there was none for too long."""
         try:
             threads = sum(self.client.nthreads().values())
         except OSError as error:
             raise _lost(str(error)) from None
         self.looked = monotonic()
         if threads:
-            self.manned = self.looked
-        elif self.looked - self.manned > self.patience:
+            self.last_worker = self.looked
+        elif self.looked - self.last_worker > self.patience:
             raise PoundingError(
                 f"the Dask scheduler has had no workers for {self.patience:g} s: they have ended, or were killed; "
                 f"start some again; {GO_ON}"
@@ -240,89 +236,83 @@ class Flight:
         self.room = AHEAD * threads
 
     def _keep_next(self) -> None:
-        assert self.landed is not None, "landed before take-off"
-        while not self.landed.has_ready():
+        assert self.finished is not None, "collected before the start"
+        while not self.finished.has_ready():
             sleep(TICK)
             if monotonic() - self.looked > LOOK:
-                self._look()
-        future, found = next(self.landed)
-        lines = self.chunks.pop(future)
-        # Not the future's status: a worker may be lost once its answer is here.
-        if not isinstance(found, Back):
+                self._count_workers()
+        future, solved = next(self.finished)
+        batches = self.submitted.pop(future)
+        # Not the future's status: a worker may be lost once its results are here.
+        if not isinstance(solved, Solved):
             future.release()
             self.keep_finished()
-            raise self._told_apart(lines, found)
-        self.pending.took(lines, found.seconds if found.tells else None)
-        self.in_hand = lines, found.part, found.seconds
-        self.keep(*self.in_hand)
-        self.in_hand = None
+            raise self._error(batches, solved)
+        self.pending.took(batches, solved.batches, solved.seconds)
+        self.being_kept = solved
+        self.keep(*solved)
+        self.being_kept = None
 
-    def _told_apart(self, lines: range, found: Any) -> BaseException:
-        """What a chunk that is not solved says to the user: its own error, or that of the cluster."""
+    def _error(self, batches: range, failure: Any) -> BaseException:
+        """The error to raise for a chunk that was not solved: its own, or that of the cluster."""
         from distributed import KilledWorker
 
-        if isinstance(found, CancelledError):
-            return _lost(getattr(found, "reason", "unknown"))
-        _, error, trace = found
+        if isinstance(failure, CancelledError):
+            return _lost(getattr(failure, "reason", "unknown"))
+        _, error, trace = failure
         if isinstance(error, KilledWorker):
             return PoundingError(
-                f"the lines {lines.start} to {lines.stop - 1} of the grid ended {error.allowed_failures + 1} workers, "
-                f"one after the other; give workers more memory, and see their logs; {GO_ON}"
+                f"the batches {batches.start} to {batches.stop - 1} of the grid ended "
+                f"{error.allowed_failures + 1} workers, one after the other; give workers more memory, and see their "
+                f"logs; {GO_ON}"
             )
         return error.with_traceback(trace)
 
 
-# On the workers.
+# Run on the workers.
 
-_made: OrderedDict[str, Made] = OrderedDict()
+_jobs: OrderedDict[str, Job] = OrderedDict()
 _making = Lock()
 
 
-def _handed_over(payload: bytes) -> bytes:
-    """The order, as it is: a task, so that it is made again where the worker that held it is lost."""
+def _unchanged(payload: bytes) -> bytes:
+    """The pickled input of a job: a task, so that Dask repeats it where the worker that holds it is lost."""
     return payload
 
 
-def _solved(payload: bytes, told: Told, lines: range) -> Back:
-    """What lines give."""
-    from pounding_risk.ensemble.job import (
-        never,  # all that solves: the scheduler, which reads this file too, needs none of it
-    )
+def _solve(payload: bytes, key: JobKey, batches: range, mean: float) -> Solved:
+    """Solve batches, from the first on, for the time of a chunk; see `solve_for`."""
+    # The scheduler imports this module too, and needs none of the solver.
+    from pounding_risk.ensemble.job import never
 
-    made = _job(payload, told)
-    laws = set(map(made.job.law_at, lines))
-    tells = laws <= made.ready
-    start = perf_counter()
-    part = made.job.solve(lines, never)
-    assert part is not None, "nobody stops a chunk here: it is short"
-    seconds = perf_counter() - start
-    made.ready.update(laws)
-    return Back(part, seconds, tells)
+    solved = solve_for(_job(payload, key), batches, never, mean)
+    assert solved is not None, "nobody stops a chunk on a worker: it is short"
+    return solved
 
 
-def _job(payload: bytes, told: Told) -> Made:
-    """The order's job, made once in each process."""
+def _job(payload: bytes, key: JobKey) -> Job:
+    """The job of an input, made once in each process."""
     from pounding_risk.ensemble.job_choice import job_of
 
     with _making:
-        if told.digest not in _made:
-            check_alike(_address(), _versions(), told.versions)
-            job = (told.make or job_of)(pickle.loads(payload))
-            if _prepared(job) != told.prepared:
+        if key.digest not in _jobs:
+            check_alike(_address(), _versions(), key.versions)
+            job = (key.make or job_of)(pickle.loads(payload))
+            if _prepared(job) != key.prepared:
                 raise PoundingError(
                     f"the worker {_address()} would give other last digits: another kind of processor, for which "
                     "libraries compute in other ways; set the same OPENBLAS_CORETYPE on all machines, or use machines "
                     "of one kind"
                 )
-            _made[told.digest] = Made(job, set())
-            while len(_made) > JOBS:
-                _made.popitem(last=False)
-        _made.move_to_end(told.digest)
-        return _made[told.digest]
+            _jobs[key.digest] = job
+            while len(_jobs) > JOBS:
+                _jobs.popitem(last=False)
+        _jobs.move_to_end(key.digest)
+        return _jobs[key.digest]
 
 
-def _prepared(job: Solver) -> str:
-    """What the job says of its preparation; nothing where it has none."""
+def _prepared(job: Job) -> str:
+    """`Job.prepared`; "" for a job without it."""
     return getattr(job, "prepared", "")
 
 
@@ -333,13 +323,13 @@ def _address() -> str:
 
 
 def _versions() -> dict[str, str]:
-    """What numbers come from, here: also the kernels' very text, as a version may be worked on."""
+    """Versions of the packages that numbers depend on, and the digest of the kernels' source, which may be edited."""
     from pounding_risk._jit.compile import source_digest
 
-    found = {"kernels": source_digest()}
+    versions = {"kernels": source_digest()}
     for name in ALIKE:
         try:
-            found[name] = metadata.version(name)
+            versions[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions[name] = "not installed"
+    return versions

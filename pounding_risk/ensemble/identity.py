@@ -1,7 +1,7 @@
-"""What a study's results depend on, as plain tables: two studies of one identity may share what they have computed.
+"""The identity of a scan: all that its numbers depend on, as plain tables. Scans of one identity share their results.
 
-Scene, ground motions, options, the program, and the code of contact laws of the user's own. Where it was run, by how
-many and in which pieces is no part of it.
+It holds the scene, the ground motions, the options, the program, and the code of the user's own contact laws; not the
+machine, the number of workers, or the chunks.
 """
 
 from __future__ import annotations
@@ -11,50 +11,30 @@ import json
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
-
-from pounding_risk.scene.scene import own_laws
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pounding_risk.ensemble.job import ScanInput
     from pounding_risk.motions.motion import Motion
-    from pounding_risk.scene.scene import Study
 
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
 ABSENT = object()
-# A change in any of these may change a number of a dataset; commands, figures, reports and assessments change none.
+# The source that numbers of a dataset depend on: not commands, figures, reports and assessments.
 SOURCES = ("_jit", "models", "motions", "scene", "solver", "ensemble", "results", "units.py")
 
 
-class Asked(Protocol):
-    """What is to be computed."""
+def identity(scan_input: ScanInput, prepared: str = "") -> dict[str, Any]:
+    """All that the numbers of a scan depend on, in types that JSON has; ``prepared`` is `Job.prepared`."""
+    from pounding_risk.scene.scene import own_laws  # imports the models; the state of a scan is read without them
 
-    @property
-    def study(self) -> Study:
-        """The scene, read."""
-
-    @property
-    def motions(self) -> tuple[Motion, ...]:
-        """Its ground motions, processed."""
-
-    @property
-    def screening(self) -> bool:
-        """Whether runs whose answer is known are left out."""
-
-    @property
-    def check_fraction(self) -> float:
-        """The part of the runs that is made again."""
-
-
-def identity(order: Asked, prepared: str = "") -> dict[str, Any]:
-    """All that the numbers of a study depend on, in types that JSON has; ``prepared`` as a job says it."""
     tables = {
         # A title changes no number.
-        "scene": {key: table for key, table in order.study.resolved().items() if key != "scene"},
-        "records": [_record(motion) for motion in order.motions],
-        "options": {"screening": bool(order.screening), "check_fraction": float(order.check_fraction)},
+        "scene": {key: table for key, table in scan_input.study.resolved().items() if key != "scene"},
+        "records": [_record(motion) for motion in scan_input.motions],
+        "options": {"screening": bool(scan_input.screening), "check_fraction": float(scan_input.check_fraction)},
         "program": _program(),
-        "laws": own_laws(order.study),
+        "laws": own_laws(scan_input.study),
         "prepared": prepared,
     }
     return _plain(tables)
@@ -69,19 +49,19 @@ def digest(identity: Mapping[str, Any]) -> str:
 def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     """One sentence for each thing in which two identities differ: 'interface[0].gap: was "20 mm", is "25 mm"'."""
     old, new = _plain(old), _plain(new)
-    found = [
+    sentences = [
         *_changed(old.get("scene", {}), new.get("scene", {})),
         *_changed_records(old.get("records", []), new.get("records", [])),
         *_changed(old.get("options", {}), new.get("options", {})),
         *_changed_program(old.get("program", {}), new.get("program", {})),
         *_changed_laws(old.get("laws", {}), new.get("laws", {})),
     ]
-    if not found and old.get("prepared") != new.get("prepared"):
-        found.append(
+    if not sentences and old.get("prepared") != new.get("prepared"):
+        sentences.append(
             "the last digits of what is computed before the runs: another kind of processor, for which libraries "
             "compute in other ways; set the same OPENBLAS_CORETYPE on all machines, or use machines of one kind"
         )
-    return found
+    return sentences
 
 
 def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,9 +103,9 @@ def _program() -> dict[str, str]:
         versions,  # opens datasets as well, which reading a study's state does not need
     )
 
-    found = versions()
+    installed = versions()
     python = ".".join(platform.python_version_tuple()[:2])
-    return {"python": python, **{name: found[name] for name in LIBRARIES}, "source": package_digest()}
+    return {"python": python, **{name: installed[name] for name in LIBRARIES}, "source": package_digest()}
 
 
 def package_digest() -> str:
@@ -182,28 +162,27 @@ def _changed_records(old: Sequence[Mapping[str, Any]], new: Sequence[Mapping[str
             yield f"record {name}: was not one of the study, is now"
         elif before[name] != now:
             yield f"record {name}: {_changed_record(before[name], now)}"
-    kept = [name for name in before if name in after]
-    if kept != [name for name in after if name in before]:
-        yield f"records: was the order {', '.join(kept)}, is {', '.join(name for name in after if name in before)}"
+    common = [name for name in before if name in after]
+    if common != [name for name in after if name in before]:
+        yield f"records: was the order {', '.join(common)}, is {', '.join(name for name in after if name in before)}"
 
 
 def _by_name(records: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
     """Records under their names; of several of one name those after the first with a number."""
-    found: dict[str, Mapping[str, Any]] = {}
+    by_label: dict[str, Mapping[str, Any]] = {}
     for record in records:
         name, count = str(record["name"]), 1
-        while (label := name if count == 1 else f"{name} ({count})") in found:
+        while (label := name if count == 1 else f"{name} ({count})") in by_label:
             count += 1
-        found[label] = record
-    return found
+        by_label[label] = record
+    return by_label
 
 
 def _changed_record(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     if was["sha256"] != now["sha256"]:
         return "its file holds other bytes than before"
-    steps = [*_unlike(was["processing"], now["processing"])]
-    told = f": {'; '.join(steps)}" if steps else ""
-    return f"the same file is processed or scaled otherwise{told}"
+    steps = "; ".join(_unlike(was["processing"], now["processing"]))
+    return f"the same file is processed or scaled otherwise{f': {steps}' if steps else ''}"
 
 
 def _unlike(was: Sequence[str], now: Sequence[str]) -> Iterator[str]:
@@ -212,10 +191,10 @@ def _unlike(was: Sequence[str], now: Sequence[str]) -> Iterator[str]:
 
 
 def _changed_program(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
-    plain = [{key: value for key, value in each.items() if key != "source"} for each in (old, new)]
+    plain = [{key: value for key, value in program.items() if key != "source"} for program in (old, new)]
     yield from _changed(*plain)
     if old.get("source") != new.get("source"):
-        yield "pounding_risk: its source was changed since"
+        yield f"pounding_risk: its source was changed since, in what numbers depend on ({', '.join(SOURCES)})"
 
 
 def _changed_laws(old: Mapping[str, str], new: Mapping[str, str]) -> Iterable[str]:

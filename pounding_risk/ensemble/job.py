@@ -1,6 +1,6 @@
-"""A study as work: lines of its grid, each a pure function of its own numbers, and how a dataset follows from them.
+"""The interface of a job: a scan as batches, each a pure function of its number, and the dataset that follows.
 
-What a line gives does not depend on who solves it, when, or together with which others: a dataset has the same bits
+The result of a batch does not depend on who solves it, when, or together with which others: a dataset has the same bits
 for any number of threads, processes, shards or chunks.
 """
 
@@ -11,64 +11,64 @@ from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.layout import Form
+from pounding_risk.results.layout import Template
 from pounding_risk.scene.scene import Study
 
 
-class Order(NamedTuple):
-    """All that a job is made of; another process makes the same job from it."""
+class ScanInput(NamedTuple):
+    """All that a job is made from; another process makes the same job from it."""
 
     study: Study
     motions: tuple[Motion, ...]
-    screening: bool = True  # leave out runs whose answer is known
-    check_fraction: float = 0.0  # of the runs, made again
+    screening: bool = True  # leave out runs whose result follows from another run
+    check_fraction: float = 0.0  # share of the runs that is repeated at a tighter tolerance
 
 
 class Finish(NamedTuple):
-    """What is known of a dataset after its last line."""
+    """Attributes and corrections of a dataset that are known only after the last batch."""
 
     attrs: dict[str, Any]
-    patches: tuple[tuple[int, Part], ...] = ()  # variables of single lines to write again
+    patches: tuple[tuple[int, Chunk], ...] = ()  # variables of single batches to be written again
 
 
-class Labeller(Protocol):
-    """From parts, in the order of the lines, to the variables of a dataset."""
+class DatasetWriter(Protocol):
+    """Computes the variables of a dataset from chunks, which are passed in the order of the batches."""
 
-    def values(self, lines: range, part: Part) -> dict[str, NDArray[Any]]:
-        """Every case variable of these lines: (lines, yield forces, its own dimensions)."""
+    def values(self, batches: range, chunk: Chunk) -> dict[str, NDArray[Any]]:
+        """Every case variable of these batches: (batches, yield forces, its own dimensions)."""
 
     def finish(self) -> Finish:
-        """After the last line."""
+        """Attributes and corrections, to be asked for after the last batch."""
 
 
 class Job(Protocol):
-    """A study that can be worked through."""
+    """A scan that an executor can work through."""
 
-    order: Order
-    lines: int
-    width: int  # cases in a line
-    bytes_a_line: int  # of a part
+    scan_input: ScanInput
+    batches: int  # of the grid
+    width: int  # cases in a batch
+    bytes_per_batch: int  # of its results in a chunk
 
     @property
     def prepared(self) -> str:
-        """Digest of what runs are made of and what is computed before them, by libraries that choose by processor."""
+        """Digest of what runs are made of and of what libraries compute before them in ways that depend on the CPU."""
 
-    def law_at(self, line: int) -> int:
-        """Which of the grid's contact models a line needs, compiled."""
+    def law_at(self, batch: int) -> int:
+        """Index of the contact model that a batch needs compiled."""
 
-    def solve(self, lines: range, stop: Callable[[], bool]) -> Part | None:
-        """What these lines give; None where ``stop`` turned true on the way. Threads may call it at once."""
+    def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
+        """Results of these batches; None where ``stop`` turned true meanwhile. Several threads may call it at once."""
 
     @property
-    def form(self) -> Form:
-        """Of the dataset."""
+    def template(self) -> Template:
+        """The dataset without the values of its cases."""
 
-    def labeller(self) -> Labeller:
-        """A new one, before the first line."""
+    def writer(self) -> DatasetWriter:
+        """A new dataset writer, before the first batch."""
 
 
 def never() -> bool:
-    """What goes on to the end."""
+    """Stop condition that is never true."""
     return False

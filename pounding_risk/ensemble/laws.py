@@ -1,4 +1,4 @@
-"""The contact laws that a scene's grid runs, with their stiffness and its effects."""
+"""The contact laws of the grid of a scene, with their stiffness and the effects of the scene."""
 
 from __future__ import annotations
 
@@ -13,15 +13,12 @@ from pounding_risk.solver.pair.isolated import equal_stiffness
 
 
 def laws_of(study: Study) -> tuple[Any, ...]:
-    """The grid's contact laws with their stiffness; where a k is no β, the one that equal terms lead to."""
+    """The contact laws of the grid; where the unit of the stiffness differs, it follows from equal terms."""
     return tuple(law_of(study, name) for name in study.grid.contact_models)
 
 
 def law_of(study: Study, name: str) -> Any:
-    """One contact law of the scene with its effects; its stiffness by equal terms where the unit differs.
-
-    Raises as `check_reach`.
-    """
+    """One contact law of the scene with its effects; raises as `check_reach`."""
     check_reach(study, (name,))
     return with_effects(_calibrated(study, name), study.effects)
 
@@ -42,13 +39,13 @@ def _calibrated(study: Study, name: str) -> Any:
 
 
 def beyond_reach(study: Study, names: Iterable[str]) -> str:
-    """A sentence for the first law that cannot return the scene's e under its relation, or the least of its e(v)."""
+    """A sentence for the first law that cannot reach the scene's coefficient of restitution, or the least of e(v)."""
     least = least_of(study.restitution)
-    told = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
-    return next(filter(None, told), "")
+    sentences = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)
+    return next(filter(None, sentences), "")
 
 
 def check_reach(study: Study, names: Iterable[str]) -> None:
-    """Raise SceneError for a law that cannot return the scene's e: see `beyond_reach`."""
+    """Raise SceneError for a law that cannot reach the scene's coefficient of restitution."""
     if sentence := beyond_reach(study, names):
         raise SceneError(study.source, [f"interface.restitution: {sentence}"])

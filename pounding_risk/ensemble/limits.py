@@ -1,7 +1,8 @@
-"""What a grid takes of memory and disk, known before any of it is asked for, and what no machine has.
+"""Checks that a scan fits memory and disk, made before anything is allocated.
 
-A response without contact has a state at every node: samples, divided where the fastest mode would turn by more than
-`TURN` between them (`pair.at_rest`, `rows.lay_out`). Its size follows from the record and the fastest period alone.
+A response without contact has a state at every node: at the samples, and between them where the phase of the fastest
+mode would advance by more than `TURN` (`pair.at_rest`, `row.lay_out`). Its size follows from the record and the
+shortest period alone.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Study
 
-TURN = 2.5  # rad between nodes at most, of the fastest mode
+TURN = 2.5  # rad, largest phase between nodes
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
-MOST_BYTES = 1e14  # of a dataset: no disk that a scan is written to holds a hundred terabytes
+MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
 
 def fastest_rate(study: Study) -> float:
-    """A bound on the fastest circular frequency of the scene's buildings [rad/s]; the exact one of single masses.
+    """Upper bound of the circular frequencies of the buildings [rad/s]; exact for single masses.
 
-    Of a chain no mode is faster than sqrt(max_i 2 (k_i + k_{i+1}) / m_i), Gershgorin's bound on M⁻¹ K.
+    For a chain it is sqrt(max_i 2 (k_i + k_{i+1}) / m_i), Gershgorin's bound of M⁻¹ K.
     """
     rates = [0.0]
     for building in study.buildings:
@@ -43,13 +44,13 @@ def fastest_rate(study: Study) -> float:
 
 
 def response_bytes(study: Study, motion: Motion) -> float:
-    """Of the memory that one response without contact to a motion takes."""
+    """Memory of one response without contact to a motion [bytes]."""
     parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
     return BYTES_A_NODE * parts * motion.acceleration.size
 
 
 def check_memory(study: Study, motions: Iterable[Motion]) -> None:
-    """Refuse a scene of which one response would not fit the memory that is free: raises SceneError."""
+    """Raise SceneError where one response would not fit the free memory."""
     free = free_memory()
     for motion in motions:
         size = response_bytes(study, motion)
@@ -66,7 +67,7 @@ def check_memory(study: Study, motions: Iterable[Motion]) -> None:
 
 
 def check_dataset(study: Study, cases: int, size: int) -> None:
-    """Refuse a grid whose dataset no disk holds: raises SceneError."""
+    """Raise SceneError for a grid whose dataset fits no disk."""
     if size > MOST_BYTES:
         raise SceneError(
             study.source,
@@ -78,9 +79,9 @@ def check_dataset(study: Study, cases: int, size: int) -> None:
 
 
 def check_disk(study: Study, size: int, folder: Path) -> None:
-    """Refuse a dataset larger, before compression, than what is free where it is to be kept: raises SceneError.
+    """Raise SceneError where the dataset, before compression, is larger than the free disk space.
 
-    What is solved is kept there uncompressed until the dataset is written.
+    Chunks are kept uncompressed until the dataset is written.
     """
     free = shutil.disk_usage(folder).free
     if size > free:
@@ -94,7 +95,7 @@ def check_disk(study: Study, size: int, folder: Path) -> None:
 
 
 def check_held(study: Study, size: int) -> None:
-    """Refuse a dataset that is to stay in memory and is larger than what is free: raises SceneError."""
+    """Raise SceneError where a dataset that is to stay in memory is larger than the free memory."""
     free = free_memory()
     if free and size > free:
         raise SceneError(
@@ -107,13 +108,12 @@ def check_held(study: Study, size: int) -> None:
 
 
 def free_memory() -> float:
-    """Memory that a process may still ask for [bytes]; 0 where the system does not tell."""
-    found = [size for size in (_available(), _allowed()) if size > 0.0]
-    return min(found, default=0.0)
+    """Memory that this process can still allocate [bytes]; 0 where the system does not tell."""
+    return min((size for size in (_available(), _allowed()) if size > 0.0), default=0.0)
 
 
 def _available() -> float:
-    """What the machine has left; all that it has, where it tells no more."""
+    """Available memory of the machine, or all of it where the system tells no more."""
     try:
         with open("/proc/meminfo", encoding="ascii") as rows:
             kilobytes = [int(row.split()[1]) for row in rows if row.startswith("MemAvailable:")]
@@ -128,7 +128,7 @@ def _available() -> float:
 
 
 def _allowed() -> float:
-    """What a limit on this process's address space leaves; 0 where there is none."""
+    """Memory within the limit on the address space of this process; 0 where there is no limit."""
     try:
         import resource
     except ImportError:

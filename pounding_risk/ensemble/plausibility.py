@@ -1,7 +1,7 @@
-"""Notes on numbers of a scene that are possible but unusual, with the slip that most likely made them.
+"""Notes on numbers of a scene that are possible but unusual, with the mistake that most likely caused them.
 
-Never a refusal. `USUAL` has the ranges; `of_input` holds a scene and its motions against them. What contacts did is
-held against concrete in `contact_notes`.
+Nothing is refused. `USUAL` has the ranges, `of_input` compares a scene and its motions with them. Notes on computed
+contacts are in `results.contact_notes`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Usual(NamedTuple):
-    """A usual range in SI, where it is from, and the slip that most likely made a number below or above it."""
+    """A usual range in SI, its source, and the most likely mistake for a number below or above it."""
 
     quantity: Quantity
     low: float
@@ -49,7 +49,7 @@ USUAL = {
         "kg written for t?",
         "t written for kg?",
     ),
-    # Shorter periods stand for a wall, as 0.007 s of the masonry in Khatiwada et al. (2011), and are no slip.
+    # Shorter periods represent walls, such as 0.007 s of the masonry in Khatiwada et al. (2011), and are no mistake.
     "period": Usual(
         PERIOD,
         0.0,
@@ -71,11 +71,11 @@ USUAL = {
     ),
     "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
 }
-SPEED = 0.5  # m/s, of a usual approach; the time of a Hertz contact goes with its power −0.2
-# Twice the way of sound through 1.75 m of concrete at 3500 m/s: no floor parts sooner.
+SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact varies with its power −0.2
+# The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
 SHORTEST_CONTACT = 1e-3  # s
 HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
-UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another check doubts
+UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another check questions
 
 
 def of_input(study: Study, motions: Iterable[Motion]) -> tuple[str, ...]:
@@ -91,7 +91,7 @@ def of_input(study: Study, motions: Iterable[Motion]) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Which number, the usual range with its source, and the likely slip.
+        The number, the usual range with its source, and the likely mistake.
     """
     return (*_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study), *_of_motions(study, tuple(motions)))
 
@@ -100,7 +100,7 @@ def of_input(study: Study, motions: Iterable[Motion]) -> tuple[str, ...]:
 
 
 def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
-    """A sentence for each value, by the words for it, outside the range of `USUAL`."""
+    """A sentence for each value, given with its name, outside the range of `USUAL`."""
     usual = USUAL[what]
     for whose, value in values.items():
         if not isfinite(value) or usual.low <= value <= usual.high:
@@ -126,7 +126,7 @@ def _of_gaps(study: Study) -> Iterator[str]:
 
 
 def _of_stiffnesses(study: Study) -> Iterator[str]:
-    """Contact durations that the stiffness of each interface leads to."""
+    """Notes on the contact durations that follow from the stiffness of each interface."""
     if all(is_instant(known_law(name)) for name in study.grid.contact_models):
         return
     for place, name in enumerate(study.interfaces):
@@ -152,7 +152,7 @@ def _of_stiffnesses(study: Study) -> Iterator[str]:
 
 
 def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SPEED) -> float:
-    """How long two masses touch that meet without damping and without yielding [s].
+    """Duration of the contact of two masses without damping and without yielding [s].
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SP
     mass : float
         m1 m2 / (m1 + m2) [kg].
     speed : float
-        Of the approach [m/s].
+        Approach speed [m/s].
 
     Returns
     -------
@@ -182,7 +182,7 @@ def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SP
 
 
 def _of_motions(study: Study, motions: tuple[Motion, ...]) -> Iterator[str]:
-    """Peaks of motions that keep the amplitude of their files, and amplitudes that are asked for."""
+    """Notes on the peaks of motions as recorded, and on the amplitudes that the scene asks for."""
     request = study.records
     amplitudes = [pga for pga in (*study.grid.pgas, request.pga) if pga is not None]
     if amplitudes:
@@ -208,5 +208,5 @@ def _above(limit: float) -> Callable[[float], bool]:
 
 
 def _doubted(motion: Motion) -> bool:
-    """True where a flag of the motion doubts its unit already."""
+    """True where a flag of the motion already questions its unit."""
     return any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)

@@ -1,4 +1,4 @@
-"""Whether a file may be replaced by new results: unasked only one of the same command and the same study."""
+"""Protection of existing results: a file is replaced only by results of the same command and the same scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pounding_risk.results.files import head_of
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Study
 
-# A variable or dimension that of all datasets only those of this command have, seen in this order.
+# A variable or dimension by which the datasets of a command are recognised, tried in this order.
 MARKS = {
     "compare": "flips",
     "accuracy": "time_to_reach",
@@ -29,16 +29,16 @@ CHOICE = "to replace it say so (--new, or new=True in Python), or write to anoth
 
 
 class Finished(NamedTuple):
-    """What a file says of how it was made, read without its values."""
+    """How a file was made, from its attributes."""
 
-    command: str  # that wrote it; "" where it is none of this package's
+    command: str  # that wrote it; "" for a file that is not of this package
     attrs: dict[str, Any]
 
 
 def check_replaceable(
     target: Path, command: str, identity: Mapping[str, Any] | None = None, new: bool = False, choice: str = CHOICE
 ) -> None:
-    """Refuse to replace a file that is not of the same command and the same study.
+    """Refuse to replace a file that is not of the same command and the same scene.
 
     Parameters
     ----------
@@ -66,21 +66,21 @@ def check_replaceable(
         raise PoundingError(f"{target}: is there already and holds {what}, not those of {command}; {choice}")
     if identity is None:
         return
-    told = recorded_identity(finished.attrs)
-    asked = {table: value for table, value in _comparable(identity).items() if table in told}
-    if changes := difference(told, asked):
+    recorded = recorded_identity(finished.attrs)
+    asked = {table: value for table, value in _comparable(identity).items() if table in recorded}
+    if changes := difference(recorded, asked):
         listed = "".join(f"\n  - {sentence}" for sentence in changes)
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
 
 
 def check_replaceable_scene(target: Path, command: str, study: Study, new: bool = False) -> None:
-    """As `check_replaceable`, of a command whose results follow from a scene: raises PoundingError for another one."""
+    """Refuse to replace results of another scene or command: raises PoundingError."""
     scene = {key: table for key, table in study.resolved().items() if key != "scene"}
     check_replaceable(target, command, {"scene": scene}, new)
 
 
 def read_finished(target: Path) -> Finished:
-    """The command and the attributes of a dataset on disk; of anything else no command."""
+    """The command and the attributes of a dataset on disk; for any other file the command is ""."""
     try:
         names, attrs = head_of(target)
     except (OSError, RuntimeError, ValueError):  # no netCDF file, or no JSON: nothing of this package
@@ -91,7 +91,7 @@ def read_finished(target: Path) -> Finished:
 
 
 def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """What a dataset's attributes tell of its identity, in tables of `identity.identity`; without those it has not."""
+    """The tables of `identity.identity` that can be read from the attributes of a dataset."""
     tables = {
         "scene": _scene(attrs.get("scene_resolved")),
         "records": _records(attrs),
@@ -103,12 +103,11 @@ def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
-    """An identity with what a dataset tells of the program: the digest of the solver, not that of the package."""
+    """An identity with the digest of the kernels, which datasets have, in place of that of the package."""
     from pounding_risk._jit.compile import source_digest
 
     program = identity.get("program")
-    told = {} if program is None else {"program": {**program, "source": source_digest()}}
-    return {**identity, **told}
+    return {**identity, **({} if program is None else {"program": {**program, "source": source_digest()}})}
 
 
 def _json(text: Any) -> Any:
@@ -119,7 +118,7 @@ def _json(text: Any) -> Any:
 
 
 def _scene(text: Any) -> dict[str, Any] | None:
-    """The scene with every value stated; a title changes no number."""
+    """The resolved scene without its title, which changes no number."""
     try:
         return {key: table for key, table in tomllib.loads(text).items() if key != "scene"}
     except (TypeError, AttributeError, tomllib.TOMLDecodeError):

@@ -1,4 +1,4 @@
-"""The grid of a row's study: the row itself, and laws, gaps and yield forces by contact point."""
+"""The grid of a row: the row itself, and laws, gaps and yield forces by contact point."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 
 
 def row_grid(study: Study) -> RowGrid:
-    """The grid of a study; raises as `chain_of` and as `scene_laws.law_of`."""
+    """The grid of a study; raises as `chain_of` and as `laws.law_of`."""
     model = model_of(study)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
-    # A grid of one yield force leaves every interface its own.
+    # With one yield force in the grid, every interface has its own.
     levels = study.grid.yield_forces if len(study.grid.yield_forces) > 1 else (None,)
     forces = np.array([study.point_yield_forces(level) for level in levels])
     finite = np.unique(forces[np.isfinite(forces)])
@@ -31,12 +31,12 @@ def row_grid(study: Study) -> RowGrid:
 
 
 def model_of(study: Study) -> RowModel:
-    """The buildings of a study and where they meet; raises as `chain_of`."""
+    """The buildings of a scene and their contact points; raises as `chain_of`."""
     return RowModel([chain_of(building, study.effects) for building in study.buildings], study.points)
 
 
 def mechanics_of(study: Study, model: RowModel, name: str, levels: Array) -> Mechanics:
-    """One contact model at every contact point, as its interface has it; ``levels`` [N] as `Mechanics` has them."""
+    """One contact model at every contact point, with the values of its interface; ``levels`` as in `Mechanics` [N]."""
     laws = [law_of(study.at(place), name) for place in range(len(study.neighbours))]
     rules = [neighbour.restitution for neighbour in study.neighbours]
     return Mechanics(

@@ -1,4 +1,4 @@
-"""A scene's whole grid: records × polarities × amplitudes × contact laws × gaps × yield forces → one dataset."""
+"""Scan the grid of a scene: records × polarities × amplitudes × contact models × gaps × yield forces."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk._common.files import sweep
+from pounding_risk._common.files import remove_leftovers
 from pounding_risk._common.progress import Progress
-from pounding_risk.ensemble.chunks import InMemory, Part, merged, without
-from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.chunks import Chunk, ChunksInMemory, merged, without
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.limits import check_dataset, check_disk, check_held, check_memory
 from pounding_risk.ensemble.plan.size import grid_bytes
 from pounding_risk.ensemble.plausibility import of_input
-from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_lines
+from pounding_risk.ensemble.threads import Executor, Keep, Pending, Threads, read_shard, shard_batches
 from pounding_risk.errors import Stopped
 from pounding_risk.results.files import RESULTS, as_text, check_target, open_results, zarr_store
 from pounding_risk.results.layout import blocks
@@ -32,22 +32,22 @@ from pounding_risk.scene.reader import as_study
 from pounding_risk.scene.scene import Study
 
 if TYPE_CHECKING:
-    from pounding_risk.ensemble.checkpoint.folder import StudyFolder
+    from pounding_risk.ensemble.checkpoint.folder import Checkpoint
 
-LAZY = 1e8  # bytes: a larger dataset is not read whole when it has been written
+LAZY = 1e8  # bytes; a larger dataset is returned lazily
 
 
 class ShardDone(NamedTuple):
-    """What a shard has done, and how much of the study is done by all of them."""
+    """Progress of a scan after one of its shards."""
 
     cases: int  # of this shard
-    done: int
-    total: int  # of the study
-    folder: Path
+    done: int  # cases of the scan that are done, by any shard
+    total: int  # cases of the scan
+    folder: Path  # the checkpoint
 
 
 class Scan:
-    """A scan about to be made: its job, what its dataset says of itself, and who works."""
+    """A scan that is ready to run: its job, the attributes of its dataset, and its executor."""
 
     def __init__(
         self,
@@ -61,88 +61,90 @@ class Scan:
     ):
         check_fraction = check_share(check_fraction)
         self.study = as_study(study)
-        found = gathered(self.study)
-        motions = len(found.motions)
+        ensemble = gathered(self.study)
+        motions = len(ensemble.motions)
         shape = (motions, len(self.study.records.polarities), *map(len, self.study.grid))
         self.bytes = grid_bytes(self.study, motions)
         check_dataset(self.study, prod(shape), self.bytes)
-        check_memory(self.study, found.motions)
-        self.job = job_of(Order(self.study, found.motions, screening, check_fraction))
+        check_memory(self.study, ensemble.motions)
+        self.job = job_of(ScanInput(self.study, ensemble.motions, screening, check_fraction))
         self.command, self.executor, self.progress = command, executor, progress
-        self.attrs: dict[str, Any] = provenance(self.study, found.motions, screening, check_fraction)
+        self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
         if command:
             self.attrs["command"] = command
-        if notes := of_input(self.study, found.motions):
+        if notes := of_input(self.study, ensemble.motions):
             self.attrs["notes"] = as_text(list(notes))
-        if found.left_out:
-            self.attrs["left_out"] = as_text(list(found.left_out))
-        if found.copies:
-            self.attrs["copies"] = as_text(list(found.copies))
+        if ensemble.left_out:
+            self.attrs["left_out"] = as_text(list(ensemble.left_out))
+        if ensemble.copies:
+            self.attrs["copies"] = as_text(list(ensemble.copies))
 
     def check_room(self, target: Path) -> None:
-        """Raise SceneError where the disk has no room for what is not begun yet."""
+        """Raise SceneError where the disk has no room for the dataset of a scan that is not begun yet."""
         from pounding_risk.ensemble.checkpoint.folder import folder_of
 
         if not folder_of(target).exists():
             check_disk(self.study, self.bytes, target.parent)
 
     def work(self, wanted: list[range], done: list[range], keep: Keep) -> None:
-        """Solve those of the wanted lines that are not done, and tell the progress among all that are wanted."""
+        """Solve the wanted batches that are not done; the progress is that of all that are wanted."""
         job, width = self.job, self.job.width
-        left = without(wanted, done)
+        missing = without(wanted, done)
         total = width * sum(map(len, wanted))
-        solved = total - width * sum(map(len, left))
+        solved = total - width * sum(map(len, missing))
         if self.progress:
             self.progress(solved, total)
 
-        def kept(lines: range, part: Part, seconds: float) -> None:
+        def keep_and_report(batches: range, chunk: Chunk, seconds: float) -> None:
             nonlocal solved
-            keep(lines, part, seconds)
-            solved += width * len(lines)
+            keep(batches, chunk, seconds)
+            solved += width * len(batches)
             if self.progress:
                 self.progress(solved, total)
 
-        if left:
-            self.executor.run(job, Pending(left, job.law_at, bytes_a_line=job.bytes_a_line), kept)
+        if missing:
+            self.executor.run(job, Pending(missing, job.law_at, bytes_per_batch=job.bytes_per_batch), keep_and_report)
 
-    def assemble(self, parts: Callable[[Iterable[range]], Iterator[Part]], store: Blockwise, begun: str = "") -> None:
-        """Write the dataset, block by block; ``begun`` is when its study was, where that is not now."""
-        job, labeller = self.job, self.job.labeller()
-        spans = list(blocks(job.form))
+    def assemble(self, chunks: Callable[[Iterable[range]], Iterator[Chunk]], store: Blockwise, begun: str = "") -> None:
+        """Write the dataset, block by block; ``begun`` is the time at which the scan was, where that is not now."""
+        job, writer = self.job, self.job.writer()
+        spans = list(blocks(job.template))
         with store:
-            for lines, part in zip(spans, parts(spans), strict=True):
-                store.write(lines, labeller.values(lines, part))
-            finish = labeller.finish()
-            for line, patch in finish.patches:
-                store.write(range(line, line + 1), patch)
+            for batches, chunk in zip(spans, chunks(spans), strict=True):
+                store.write(batches, writer.values(batches, chunk))
+            finish = writer.finish()
+            for batch, patch in finish.patches:
+                store.write(range(batch, batch + 1), patch)
             store.finish(finish.attrs | self.attrs | created(self.command or "pounding_risk.scan", begun))
 
-    def folder(self, target: Path, *, new: bool, shared: bool) -> StudyFolder:
-        """The study's folder beside its results, open."""
-        from pounding_risk.ensemble.checkpoint.folder import About, StudyFolder, folder_of, is_begun
+    def checkpoint(self, target: Path, *, new: bool, shared: bool) -> Checkpoint:
+        """Open the checkpoint beside the results."""
+        from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint, folder_of, is_begun
         from pounding_risk.ensemble.identity import identity
         from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 
-        about = About(self.job.lines, self.job.width, self.study.name, self.command)
-        known, path = identity(self.job.order, self.job.prepared), folder_of(target)
-        # What was begun with leave to replace the file goes on without being asked again.
+        about = About(self.job.batches, self.job.width, self.study.name, self.command)
+        known, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
+        # A scan that was allowed to replace the file when it began need not be allowed again.
         if not is_begun(path, known):
             choice = {"choice": OTHER_NAME} if shared else {}
             check_replaceable(target, "scan", known, new, **choice)
-        return StudyFolder.open(path, known, about, new=new, shared=shared)
+        return Checkpoint.open(path, known, about, new=new, shared=shared)
 
-    def fill(self, folder: StudyFolder, wanted: list[range]) -> None:
-        """Work on what the folder lacks."""
-        self.work(wanted, folder.done(), folder.keep)
+    def fill(self, checkpoint: Checkpoint, wanted: list[range]) -> None:
+        """Solve the wanted batches that are not in the checkpoint."""
+        self.work(wanted, checkpoint.done(), checkpoint.keep)
 
 
 @contextmanager
-def stoppable(folder: StudyFolder) -> Iterator[None]:
-    """While there are parts: Ctrl-C becomes Stopped, which says what is kept and how to go on."""
+def stoppable(checkpoint: Checkpoint) -> Iterator[None]:
+    """Turn Ctrl-C into Stopped, which says what is kept and how to go on."""
     try:
         yield
     except KeyboardInterrupt:
-        raise Stopped(f"{folder.kept()} are kept in {folder.path}; {folder.again} goes on from there") from None
+        raise Stopped(
+            f"{checkpoint.kept()} are kept in {checkpoint.path}; {checkpoint.again} goes on from there"
+        ) from None
 
 
 def scan(
@@ -157,25 +159,49 @@ def scan(
     progress: Progress | None = None,
     command: str = "",
 ) -> xr.Dataset:
-    """Run every case of a scene's grid and return (and write to ``out``) one labelled dataset.
+    """Run every case of the grid of a scene.
 
-    Dimensions: record, polarity, pga (of several), contact_model [name], gap [m],
-    yield_force [N]; see `outputs` for the variables. A row's are by interface, contact_point, building and storey as
-    well; see `row_outputs`. ``screening`` leaves out runs whose answer is known exactly;
-    the answers are the same without it. About ``check_fraction`` of the runs, drawn at random, one at least, are
-    made again at a tighter tolerance: the variables ``sensitive`` and ``change_...`` say how far they move (see
-    `recheck`). ``workers`` threads do the work, or an ``executor`` (see `executors`, `dask_executor`); no bit depends
-    on it.
+    Parameters
+    ----------
+    study : Study, str or Path
+        A scene, or the path of a scene file.
+    out : str or Path, optional
+        File to write, ending in .nc or .zarr. Results are kept in a folder beside it as they are computed (``r.study``
+        for ``r.nc``), and the same call goes on from there after an interruption. A file that is there is replaced
+        where it holds the same scan. Without ``out`` the dataset is in memory only.
+    screening : bool
+        Leave out runs whose result follows exactly from another run; the results are the same without it.
+    check_fraction : float
+        Share of the runs, from 0 to 1, that is repeated at a tighter tolerance, drawn at random, one run at least: the
+        variables ``sensitive`` and ``change_...``.
+    workers : int, optional
+        Number of threads; one per processor by default. Results do not depend on it.
+    executor : Executor, optional
+        What solves the batches instead of threads, such as `ensemble.dask.Dask`.
+    new : bool
+        Discard what is kept of an earlier run, and replace whatever is under the name ``out``.
+    progress : callable, optional
+        Called with the number of cases done and the number of all cases.
+    command : str
+        The command line, for the attributes of the dataset.
 
-    What is solved on the way to an ``out`` (.nc or .zarr) is kept in a folder beside it: a second start goes on from
-    there, unless ``new`` discards it. A file that is there is replaced where it is of the same study, and anything else
-    only with ``new``. A dataset of more than 100 MB comes back lazy. ``command`` is the command
-    line, kept as an attribute. ``progress`` is called with (cases done, cases in all).
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions are record, polarity, pga (where the grid has several) [m/s2], contact_model, gap [m] and yield_force
+        [N]; of a row also interface, contact_point, building and storey. A dataset of more than 100 MB that was written
+        is read lazily.
 
-    Raises SceneError for a faulty scene, RecordError for a record that cannot be used, PoundingError for an
-    ``out`` that cannot be written or holds other results, a study of another scene in its folder or a
-    ``check_fraction`` outside 0 to 1, all of them before the first run. Raises PoundingError where the disk is full,
-    and Stopped, a KeyboardInterrupt, where Ctrl-C ends it.
+    Raises
+    ------
+    SceneError
+        For a scene with faults, or one that needs more memory or disk than there is.
+    RecordError
+        For a record that cannot be used.
+    PoundingError
+        For an ``out`` that cannot be written or holds other results, a checkpoint of another scan, and a full disk.
+    Stopped
+        At Ctrl-C, with what is kept; it is a KeyboardInterrupt.
     """
     target = None if out is None else _target(out)
     one = Scan(
@@ -186,23 +212,23 @@ def scan(
         progress=progress,
         command=command,
     )
-    whole = [range(one.job.lines)]
+    whole = [range(one.job.batches)]
     if target is None:
         check_held(one.study, one.bytes)
-        held, made = InMemory(), Memory(one.job.form)
+        held, made = ChunksInMemory(), Memory(one.job.template)
         one.work(whole, [], held.keep)
-        one.assemble(held.parts, made)
+        one.assemble(held.chunks, made)
         return made.dataset()
     one.check_room(target)
-    with one.folder(target, new=new, shared=False) as folder:
-        for path in sweep(target):  # whoever holds the folder is alone at the target
-            folder.log("removed", file=path.name, why="a process was killed while it wrote this")
-        with stoppable(folder):
-            one.fill(folder, whole)
-            one.assemble(folder.parts, store_of(one.job.form, target), folder.begun)
-        folder.clear()
-    form = one.job.form
-    return open_results(target, lazy=form.bytes_a_case * form.lines * form.width > LAZY)
+    with one.checkpoint(target, new=new, shared=False) as checkpoint:
+        for path in remove_leftovers(target):  # the holder of the checkpoint is alone at the target
+            checkpoint.log("removed", file=path.name, why="a process was killed while it wrote this")
+        with stoppable(checkpoint):
+            one.fill(checkpoint, whole)
+            one.assemble(checkpoint.chunks, store_of(one.job.template, target), checkpoint.begun)
+        checkpoint.clear()
+    template = one.job.template
+    return open_results(target, lazy=template.bytes_per_case * template.batches * template.width > LAZY)
 
 
 def scan_shard(
@@ -217,10 +243,41 @@ def scan_shard(
     progress: Progress | None = None,
     command: str = "",
 ) -> ShardDone:
-    """Work on one ``shard`` of a scan, "2/8" the second of eight, and keep it in the study's folder beside ``out``.
+    """Run one shard of a scan, and keep its results in the folder beside ``out``.
 
-    Any number of processes on machines that share the folder may do so at once. When all have ended, `scan` with the
-    same arguments writes ``out``. Raises as `scan`.
+    Any number of processes, on machines that share the folder, may run shards at once. When all have ended, `scan` with
+    the same arguments writes ``out``.
+
+    Parameters
+    ----------
+    study : Study, str or Path
+        A scene, or the path of a scene file.
+    out : str or Path
+        File of the scan, ending in .nc or .zarr.
+    shard : str
+        Which shard of how many: "2/8" is the second of eight.
+    screening : bool
+        As for `scan`.
+    check_fraction : float
+        As for `scan`.
+    workers : int, optional
+        As for `scan`.
+    executor : Executor, optional
+        As for `scan`.
+    progress : callable, optional
+        Called with the number of cases done and the number of all cases of the shard.
+    command : str
+        As for `scan`.
+
+    Returns
+    -------
+    ShardDone
+        The cases of the shard, and how many of the scan are done.
+
+    Raises
+    ------
+    PoundingError
+        For a shard that does not exist, and as `scan`, which raises other errors too.
     """
     target, which = _target(out), read_shard(shard)
     one = Scan(
@@ -232,18 +289,20 @@ def scan_shard(
         command=command,
     )
     one.check_room(target)
-    wanted = merged(shard_lines(one.job.lines, which))
-    with one.folder(target, new=False, shared=True) as folder:
-        folder.log("shard", shard=shard)
-        with stoppable(folder):
-            one.fill(folder, wanted)
-        done = folder.done()
+    wanted = merged(shard_batches(one.job.batches, which))
+    with one.checkpoint(target, new=False, shared=True) as checkpoint:
+        checkpoint.log("shard", shard=shard)
+        with stoppable(checkpoint):
+            one.fill(checkpoint, wanted)
+        done = checkpoint.done()
     width = one.job.width
-    return ShardDone(width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.lines, folder.path)
+    return ShardDone(
+        width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.batches, checkpoint.path
+    )
 
 
 def _target(out: str | Path) -> Path:
-    """Where the dataset goes; raises PoundingError, before any work, where it could not be written in the end."""
+    """The path to write the dataset to; raises PoundingError where that could not be done in the end."""
     target = check_target(out, RESULTS)
     if target.suffix.lower() == ".zarr":
         zarr_store()

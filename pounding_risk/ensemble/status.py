@@ -1,6 +1,6 @@
-"""The state of a study, from its folder alone: while it runs, after it was stopped, and when it is complete.
+"""The state of a scan, read from its checkpoint: while it runs, after it was stopped, and when it is complete.
 
-Nothing is held up by it: the lock is asked for and not kept, and no part is read.
+The scan is not disturbed: the lock is tested and not kept, and no chunk is read.
 """
 
 from __future__ import annotations
@@ -13,46 +13,67 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from pounding_risk.ensemble.checkpoint.chunks import lines_of
-from pounding_risk.ensemble.checkpoint.folder import LOCK, LOG, PARTS, SUFFIX, check_ours, folder_of, read_study
+from pounding_risk.ensemble.checkpoint.chunks import batches_of
+from pounding_risk.ensemble.checkpoint.folder import (
+    CHUNKS,
+    LOCK,
+    LOG,
+    SUFFIX,
+    check_ours,
+    folder_of,
+    read_lines,
+    read_study,
+)
 from pounding_risk.ensemble.checkpoint.lock import Holder, running
-from pounding_risk.ensemble.checkpoint.log import read_lines
 from pounding_risk.ensemble.chunks import merged
 
 NOT_BEGUN, STOPPED, COMPLETE = "not begun", "stopped", "complete"
-WINDOW = 600.0  # s, of the log, that the speed is taken from
-NAMED = 3  # processes that are named one by one
+WINDOW = 600.0  # s of the log from which the speed is computed
+NAMED = 3  # processes, at most, that are named one by one
 
 
 @dataclass(frozen=True)
 class Status:
-    """How far a study is. Zero, and "", where a thing is not known."""
+    """The state of a scan; 0 and "" where something is not known."""
 
-    path: Path  # as it was asked for
+    path: Path  # that was asked for
     state: str  # "running on HOST (pid N)", "stopped", "complete" or "not begun"
     title: str = ""
     cases: int = 0  # kept so far
     total: int = 0
-    parts: int = 0  # files
-    size: int = 0  # bytes of the parts on disk
+    parts: int = 0  # files of chunks, in the folder ``parts``
+    size: int = 0  # of these files [bytes]
     begun: str = ""  # time, UTC
     last_activity: str = ""
     cases_a_second: float = 0.0  # while it runs
     seconds_left: float = 0.0  # while it runs
     shards: int = 0  # that have worked on it, where there were any
-    go_on: str = ""  # the command that goes on with it
+    go_on: str = ""  # command that continues it
     note: str = ""
 
     @property
     def is_running(self) -> bool:
-        """True while a process has the study open."""
+        """True while a process has the checkpoint open."""
         return self.state.startswith("running")
 
 
 def status(path: str | Path) -> Status:
-    """The state of the study of ``results.nc`` or ``results.zarr``, or of the folder ``results.study`` itself.
+    """The state of a scan, which may be running.
 
-    May be asked while the study runs. Raises PoundingError where the folder is not a study's.
+    Parameters
+    ----------
+    path : str or Path
+        The results file, ``results.nc`` or ``results.zarr``, or the folder ``results.study`` beside it.
+
+    Returns
+    -------
+    Status
+        Cases done and in all, speed and time left while it runs, and the command that continues it.
+
+    Raises
+    ------
+    PoundingError
+        Where the folder is not that of a scan.
     """
     asked = Path(path)
     folder = asked if asked.suffix == SUFFIX else folder_of(asked)
@@ -90,8 +111,8 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
     }
     if holders:
         speed = _speed(log, holders, study["width"])
-        left = (total - cases) / speed if speed else 0.0
-        return Status(asked, _running(holders), cases=cases, cases_a_second=speed, seconds_left=left, **facts)
+        seconds = (total - cases) / speed if speed else 0.0
+        return Status(asked, _running(holders), cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
     if not parts and _is_complete(log):
         gone = f"its results are not beside {folder.name} any more: moved, or removed"
         return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
@@ -102,28 +123,28 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
 
 
 def _parts(folder: Path) -> tuple[list[range], int]:
-    """The lines of the parts on disk, and their bytes; what a run removes meanwhile does not count."""
-    found, size = [], 0
+    """The batches of the chunk files, and the bytes of these; files that a run removes meanwhile do not count."""
+    spans, size = [], 0
     try:
-        entries = list(os.scandir(folder / PARTS))
+        entries = list(os.scandir(folder / CHUNKS))
     except FileNotFoundError:
         return [], 0
     for entry in entries:
-        lines = lines_of(entry.name)
-        if lines is None:
+        batches = batches_of(entry.name)
+        if batches is None:
             continue
         try:
             size += entry.stat().st_size
         except FileNotFoundError:
             continue
-        found.append(lines)
-    return found, size
+        spans.append(batches)
+    return spans, size
 
 
 def _is_complete(log: Sequence[dict[str, Any]]) -> bool:
-    """True where the last thing that happened, beside opening and closing the folder, was that it was completed."""
-    told = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
-    return told[-1:] == ["complete"]
+    """True where the last event, apart from opening and closing the checkpoint, was its completion."""
+    events = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
+    return events[-1:] == ["complete"]
 
 
 def _running(holders: Sequence[Holder]) -> str:
@@ -133,25 +154,25 @@ def _running(holders: Sequence[Holder]) -> str:
 
 
 def _speed(log: Sequence[dict[str, Any]], holders: Sequence[Holder], width: int) -> float:
-    """Cases a second of the processes that run now; zero while too little is known.
+    """Cases per second of the processes that run now; 0 while too little is known.
 
-    Counted from the first part that each run kept: what came before was reading and compiling.
+    Counted from the first chunk that is kept: reading and compiling come before it.
     """
     now = {(holder.host, holder.pid) for holder in holders}
-    kept: list[tuple[float, int]] = []
+    chunks: list[tuple[float, int]] = []
     for line in log:
         if line["event"] == "start" and not line.get("shared"):
-            kept = []
+            chunks = []
         if line["event"] == "kept" and (line.get("host"), line.get("pid")) in now:
             seconds = datetime.fromisoformat(line["time"]).timestamp()
-            kept.append((seconds, (line["stop"] - line["start"]) * width))
-    kept = [each for each in kept if each[0] >= kept[-1][0] - WINDOW]
-    span = kept[-1][0] - kept[0][0] if kept else 0.0
-    return sum(cases for _, cases in kept[1:]) / span if span > 0.0 else 0.0
+            chunks.append((seconds, (line["stop"] - line["start"]) * width))
+    chunks = [chunk for chunk in chunks if chunk[0] >= chunks[-1][0] - WINDOW]
+    span = chunks[-1][0] - chunks[0][0] if chunks else 0.0
+    return sum(cases for _, cases in chunks[1:]) / span if span > 0.0 else 0.0
 
 
 def _shards(log: Sequence[dict[str, Any]]) -> int:
-    """How many shards have worked on the study, by their own names where they have told them."""
+    """Number of shards that have worked on the scan, by their names where the log has them."""
     named = {str(line["shard"]) for line in log if "shard" in line}
     return len(
         named or {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
@@ -159,7 +180,7 @@ def _shards(log: Sequence[dict[str, Any]]) -> int:
 
 
 def _command(study: dict[str, Any], folder: Path) -> str:
-    """The command that goes on with a study; from another folder, where it was typed is told too."""
+    """The command that continues a scan, with the folder in which it was typed where that is another one."""
     if not study["command"]:
         return f"scan the same scene again, with out={str(folder.with_suffix('.nc'))!r}"
     place = study.get("working_folder", "")

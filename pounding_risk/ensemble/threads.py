@@ -1,232 +1,218 @@
-"""Who does the work of a study: lines handed out in chunks of some tenths of a second, and threads that solve them.
+"""Executors of a scan: who solves the batches of a grid, in chunks of about half a second.
 
-What a line gives depends on nothing but the line, so neither chunks nor whoever solves them can change a number.
+The result of a batch depends on its number alone, so neither the boundaries of the chunks nor the thread that solves
+them change any bit of a dataset. `concurrent.futures` is not used: the interpreter waits for its threads at exit, and
+Ctrl-C would wait for kernels that may run for minutes.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
-from itertools import groupby
-from math import ceil, inf
+from collections.abc import Callable, Iterable, Iterator
+from itertools import groupby, islice
+from math import ceil
 from queue import Empty, SimpleQueue
 from threading import Condition, Event, Semaphore, Thread
 from time import perf_counter
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk, joined
 from pounding_risk.errors import PoundingError
 
-Keep = Callable[[range, Part, float], None]  # lines, what they give, seconds it took
+if TYPE_CHECKING:
+    from pounding_risk.ensemble.job import Job
 
-SECONDS = 0.5  # a chunk's: little is lost where a run is killed, and what surrounds a chunk costs nothing beside it
-LONGEST = 2.0  # s, of a chunk, whatever is asked for: Ctrl-C and a lost worker cost no more
-LEAST = 0.1  # of a chunk's seconds: no smaller towards the end, where chunks shrink so that workers end together
-PART_BYTES = 16e6  # at most: parts wait in memory for the disk
-GROWTH = 4  # a chunk has at most so many times the lines of those before: costs are told by few lines at first
-MEMORY = 0.9  # weight of the chunks before the last in what a line takes: small gaps cost more than large ones
+Keep = Callable[[range, Chunk, float], None]  # batches, their results, seconds it took
+
+SECONDS = 0.5  # of work in a chunk: what a kill loses; keeping a chunk takes little beside it
+PIECE = 0.1  # s, of the pieces of a chunk, between which its time is looked at
+GROWTH = 4  # ratio of the lengths of a piece and the one before, at most: batches differ in cost by orders of magnitude
+UNTIMED = 1000  # batches of a range, at most, before any batch is timed
+CHUNK_BYTES = 16e6  # of a chunk at most: chunks wait in memory for the disk
 WORKER = "pounding-worker-"  # begins the name of every thread that solves
-TICK = 0.1  # s, between looks at whether to go on
-ROUNDS = 16  # blocks a shard: many, as lines differ in cost, and few, as no chunk is longer than a block
-
-
-class Solver(Protocol):
-    """What solves lines: a job, see `jobs`."""
-
-    order: Any  # what it is made of, for another process to make the same
-
-    def law_at(self, line: int) -> int:
-        """Which law a line needs, compiled."""
-
-    def solve(self, lines: range, stop: Callable[[], bool]) -> Part | None:
-        """What these lines give; None where ``stop`` turned true on the way. Threads may call it at once."""
+TICK = 0.1  # s, between checks of whether to go on
+ROUNDS = 16  # blocks per shard: many, as batches differ in cost, and few, as no chunk is longer than a block
 
 
 class Executor(Protocol):
-    """Works through what is pending."""
+    """Solves all pending batches of a job."""
 
-    def run(self, job: Solver, pending: Pending, keep: Keep) -> None:
-        """Solve every pending line and hand each part to ``keep``, on this very thread, in the order they end.
+    def run(self, job: Job, pending: Pending, keep: Keep) -> None:
+        """Solve every pending batch and pass each chunk to ``keep``, on the calling thread, as the chunks are finished.
 
-        KeyboardInterrupt, and what the job raises, come out at once: parts that are finished are kept before, and
-        nobody waits for those under way. What ``keep`` raises comes out too.
+        KeyboardInterrupt and errors of the job are raised at once: chunks that are finished are kept before, and
+        chunks under way are not waited for. Errors of ``keep`` are raised too.
         """
 
 
+class Solved(NamedTuple):
+    """A finished chunk."""
+
+    batches: range
+    chunk: Chunk
+    seconds: float
+
+
+def solve_for(job: Job, batches: range, stop: Callable[[], bool], mean: float = 0.0) -> Solved | None:
+    """Solve batches, from the first on, until about `SECONDS` are over; None where ``stop`` turned true meanwhile.
+
+    At least one batch is solved. Batches are solved in pieces of `PIECE` seconds or less, each timed to size the next;
+    ``mean`` is what a batch took so far [s], as cheap batches are followed by costly ones.
+    """
+    start, elapsed, done, length = perf_counter(), 0.0, batches.start, 1
+    pieces: list[Chunk] = []
+    while True:
+        piece = job.solve(range(done, min(done + length, batches.stop)), stop)
+        if piece is None:
+            return None
+        pieces.append(piece)
+        solved, now = min(length, batches.stop - done), perf_counter() - start
+        done += solved
+        cost, elapsed = max((now - elapsed) / solved, mean), now
+        if done == batches.stop or elapsed + cost > SECONDS:
+            return Solved(range(batches.start, done), joined(pieces) if len(pieces) > 1 else piece, elapsed)
+        fitting = int(min(PIECE, SECONDS - elapsed) / cost) if cost > 0.0 else GROWTH * solved
+        length = max(1, min(GROWTH * solved, fitting))
+
+
 class Run(NamedTuple):
-    """Lines side by side that need one law."""
+    """Successive batches of one contact model."""
 
     start: int
     stop: int
     law: int
 
 
-class Pace:
-    """How fast lines of one law are solved, from the chunks that came back."""
-
-    def __init__(self) -> None:
-        self.seconds, self.lines = 0.0, 0.0
-        self.most = 0  # lines of the next chunk; none before the law's first line is back
-
-    @property
-    def a_line(self) -> float:
-        """Seconds, expected."""
-        return self.seconds / self.lines if self.lines else 0.0
-
-    def learn(self, lines: int, seconds: float) -> None:
-        """Lines of a chunk took so long."""
-        self.seconds = MEMORY * self.seconds + seconds
-        self.lines = MEMORY * self.lines + lines
-        self.most = max(self.most, GROWTH * lines)
-
-
 class Pending:
-    """Lines to do, handed out in chunks; threads may ask at once.
+    """Batches still to be solved, handed out as ranges. Several threads may use it at once.
 
-    The first line of each law goes alone, as it compiles, and other lines of the law wait for it; the others go in
-    chunks of about ``seconds``, from what those before took, or of exactly ``length`` lines where that is given.
-    ``law_at`` tells the law that a line needs, ``bytes_a_line`` what a line's part takes.
+    The first batch of each contact model is handed out alone, as solving it compiles; the others of that model wait for
+    it. Whoever solves only the beginning of a range gives the rest back. ``law_at`` tells the contact model of a batch,
+    ``bytes_per_batch`` the size of its results; ``length`` fixes the length of the ranges.
     """
 
     def __init__(
         self,
-        lines: Iterable[range],
+        batches: Iterable[range],
         law_at: Callable[[int], int],
         *,
-        bytes_a_line: int = 0,
-        seconds: float = SECONDS,
+        bytes_per_batch: int = 0,
         length: int | None = None,
     ):
-        self._runs, self._firsts = _runs(lines, law_at)
-        self._paces = {first.law: Pace() for first in self._firsts}
-        self._left = len(self._firsts) + sum(run.stop - run.start for run in self._runs)
-        self._seconds = min(seconds, LONGEST)
+        self._runs: list[Run] = []
+        self._firsts: dict[int, int] = {}  # first batch of each contact model that nobody has begun
+        for span in sorted(batches, key=lambda span: span.start):
+            for run in _by_law(span, law_at):
+                is_first = self._firsts.setdefault(run.law, run.start) == run.start
+                if run.start + is_first < run.stop:
+                    self._runs.append(run._replace(start=run.start + is_first))
+        self.left = len(self._firsts) + sum(run.stop - run.start for run in self._runs)  # not handed out
         self._length = length
-        self._most = max(1, int(PART_BYTES // bytes_a_line)) if bytes_a_line else inf
+        self._longest = max(1, int(CHUNK_BYTES // bytes_per_batch)) if bytes_per_batch else self.left
         self._workers = self._compilers = 1
+        self._compiled: set[int] = set()
         self._compiling = 0
-        self._out: dict[int, dict[int, int]] = {}  # of the chunks handed out: lines by law
+        self._handed_out: dict[int, list[Run]] = {}  # by first batch
+        self._solved, self._seconds = 0, 0.0
         self._changed = Condition()
 
     @property
-    def left(self) -> int:
-        """Lines not handed out yet."""
-        return self._left
+    def is_done(self) -> bool:
+        """True where every batch has been solved."""
+        with self._changed:
+            return not (self.left or self._handed_out)
+
+    @property
+    def mean(self) -> float:
+        """Seconds that a batch took so far, without those that compiled; 0 before any is solved."""
+        return self._seconds / self._solved if self._solved else 0.0
 
     def shared_by(self, workers: int, compilers: int = 1) -> None:
-        """So many workers take chunks; of them, this many can compile at a time."""
+        """Set how many workers take ranges, and how many of them can compile at a time."""
         with self._changed:
             self._workers, self._compilers = max(1, workers), max(1, compilers)
 
     def next(self, wait: float = 0.0) -> range | None:
-        """A chunk; None where no line is left, or where for ``wait`` seconds all that are wait for a first one."""
+        """A range to solve; None where there is none now, nor within ``wait`` seconds."""
         with self._changed:
-            chunk = self._chunk()
-            if chunk is None and self._left and wait > 0.0:
+            batches = self._next()
+            if batches is None and wait > 0.0 and (self.left or self._handed_out):
                 self._changed.wait(wait)
-                chunk = self._chunk()
-            return chunk
+                batches = self._next()
+            return batches
 
-    def took(self, lines: range, seconds: float | None) -> None:
-        """A chunk is back after so many seconds; None where they say nothing of other lines, as it compiled."""
+    def took(self, handed: range, solved: range, seconds: float) -> None:
+        """Report which batches, from the first on, of a range were solved, and in how many seconds."""
         with self._changed:
-            laws = [(self._paces[law], count) for law, count in self._out.pop(lines.start).items()]
-            if not laws[0][0].most:
+            runs = self._handed_out.pop(handed.start)
+            if runs[0].law not in self._compiled:
+                self._compiled.add(runs[0].law)
                 self._compiling -= 1
-                laws[0][0].most = 1
-            elif seconds is not None:
-                expected = [pace.a_line * count for pace, count in laws]
-                if not all(expected):
-                    expected = [float(count) for _, count in laws]
-                for (pace, count), share in zip(laws, expected, strict=True):
-                    pace.learn(count, seconds * share / sum(expected))
+            else:
+                self._solved, self._seconds = self._solved + len(solved), self._seconds + seconds
+            self._runs[:0] = [run._replace(start=max(run.start, solved.stop)) for run in runs if run.stop > solved.stop]
+            self.left += handed.stop - solved.stop
             self._changed.notify_all()
 
-    def _chunk(self) -> range | None:
-        if self._firsts and self._compiling < self._compilers:
-            return self._first()
-        for place, run in enumerate(self._runs):
-            if self._paces[run.law].most:
-                return self._cut(place)
-        return self._first() if self._firsts else None
+    def _next(self) -> range | None:
+        position = next((at for at, run in enumerate(self._runs) if run.law in self._compiled), None)
+        if self._firsts and (self._compiling < self._compilers or position is None):
+            law = next(iter(self._firsts))
+            first = self._firsts.pop(law)
+            self._compiling += 1
+            return self._hand_out([Run(first, first + 1, law)])
+        return None if position is None else self._cut(position)
 
-    def _first(self) -> range:
-        first = self._firsts.pop(0)
-        self._compiling += 1
-        return self._handed(first.start, {first.law: 1})
-
-    def _cut(self, place: int) -> range:
-        """A chunk from the start of a run on, over as many runs as follow without a hole and can be solved now."""
-        start = stop = self._runs[place].start
-        laws: dict[int, int] = {}
-        while place < len(self._runs) and self._runs[place].start == stop:
-            run = self._runs[place]
-            count = min(run.stop - run.start, self._fitting(run.law, laws))
-            if count <= 0:
+    def _cut(self, position: int) -> range:
+        """A range from the start of a run, over as many further runs as follow without a hole and are compiled."""
+        stop = self._runs[position].start
+        limit = stop + (self._length or self._share())
+        runs: list[Run] = []
+        for run in islice(self._runs, position, None):
+            if stop == limit or run.start != stop or run.law not in self._compiled:
                 break
-            laws[run.law] = laws.get(run.law, 0) + count
-            stop += count
-            if stop < run.stop:
-                self._runs[place] = run._replace(start=stop)
-                break
-            del self._runs[place]
-        return self._handed(start, laws)
+            stop = min(run.stop, limit)
+            runs.append(run._replace(stop=stop))
+        rest = self._runs[position + len(runs) - 1]._replace(start=stop)
+        self._runs[position : position + len(runs)] = [rest] if rest.start < rest.stop else []
+        return self._hand_out(runs)
 
-    def _fitting(self, law: int, laws: dict[int, int]) -> int:
-        """Lines of a law that can be added to a chunk of so many lines by law."""
-        pace, taken = self._paces[law], sum(laws.values())
-        if not pace.most:
-            return 0
-        if self._length is not None:
-            return self._length - taken
-        expected = sum(count * self._paces[each].a_line for each, count in laws.items())
+    def _share(self) -> int:
+        """Batches of a range: of four chunks at most; towards the end fewer, so that workers end together."""
+        of_a_piece = int(PIECE / self.mean) if self.mean else 1
+        of_chunks = int(4.0 * SECONDS / self.mean) if self.mean else UNTIMED
+        return max(1, min(self._longest, of_chunks, max(ceil(self.left / (2 * self._workers)), of_a_piece)))
 
-        def lines_in(seconds: float) -> float:
-            return (seconds - expected) / pace.a_line if pace.a_line else inf
-
-        growing = pace.most - laws.get(law, 0)
-        even = ceil(self._left / (2 * self._workers)) - taken
-        share = max(even, min(lines_in(LEAST * self._seconds), growing))
-        fitting = int(min(growing, self._most - taken, lines_in(self._seconds), share))
-        return fitting if taken else max(1, fitting)
-
-    def _handed(self, start: int, laws: dict[int, int]) -> range:
-        lines = range(start, start + sum(laws.values()))
-        self._left -= len(lines)
-        self._out[start] = laws
-        return lines
+    def _hand_out(self, runs: list[Run]) -> range:
+        batches = range(runs[0].start, runs[-1].stop)
+        self._handed_out[batches.start] = runs
+        self.left -= len(batches)
+        return batches
 
 
-def _runs(lines: Iterable[range], law_at: Callable[[int], int]) -> tuple[list[Run], list[Run]]:
-    """Runs of lines that need one law, in order, and, taken out of them, the first line of each law."""
-    runs: list[Run] = []
-    firsts: dict[int, Run] = {}
-    for piece in sorted(lines, key=lambda piece: piece.start):
-        start = piece.start
-        for law, alike in groupby(map(law_at, piece)):
-            stop = start + sum(1 for _ in alike)
-            if law not in firsts:
-                firsts[law] = Run(start, start + 1, law)
-                start += 1
-            if start < stop:
-                runs.append(Run(start, stop, law))
-            start = stop
-    return runs, list(firsts.values())
-
-
-class Solved(NamedTuple):
-    """A chunk that is done."""
-
-    lines: range
-    part: Part
-    seconds: float
+def _by_law(batches: range, law_at: Callable[[int], int]) -> Iterator[Run]:
+    start = batches.start
+    for law, alike in groupby(map(law_at, batches)):
+        stop = start + sum(1 for _ in alike)
+        yield Run(start, stop, law)
+        start = stop
 
 
 class Threads:
-    """Threads of this process; the kernels release the interpreter.
+    """Executor with threads of this process; the compiled kernels release the interpreter.
 
-    One more than the machine has processors gains nothing. An interrupt leaves threads behind that are in a kernel:
-    they are daemons, so that the process can end.
+    More threads than the machine has processors gain nothing. After an interrupt, threads that are in a kernel are left
+    behind: they are daemon threads, so that the process can end.
+
+    Parameters
+    ----------
+    workers : int
+        Number of threads.
+
+    Raises
+    ------
+    PoundingError
+        Where ``workers`` is not a whole number of 1 or more.
     """
 
     def __init__(self, workers: int = 1):
@@ -234,99 +220,93 @@ class Threads:
             raise PoundingError(f"workers is {workers}; it is a number of threads, 1 or more")
         self.workers = workers
 
-    def run(self, job: Solver, pending: Pending, keep: Keep) -> None:
-        """As `Executor.run`."""
+    def run(self, job: Job, pending: Pending, keep: Keep) -> None:
+        """Solve every pending batch; see `Executor.run`."""
         pending.shared_by(self.workers)
-        crew = Crew(job, pending, self.workers)
+        run = ThreadedRun(job, pending, self.workers)
         try:
-            crew.start()
-            crew.hand_over(keep)
+            run.start()
+            run.hand_over(keep)
         except KeyboardInterrupt:
-            crew.stopped.set()
-            crew.hand_over_finished(keep)
+            run.stopped.set()
+            run.hand_over_finished(keep)
             raise
         finally:
-            crew.stopped.set()
+            run.stopped.set()
 
 
-class Crew:
-    """Threads that solve chunks, and the desk at which their parts are handed over."""
+class ThreadedRun:
+    """The threads of one run, and the queue through which the calling thread receives their chunks."""
 
-    def __init__(self, job: Solver, pending: Pending, workers: int):
+    def __init__(self, job: Job, pending: Pending, workers: int):
         self.job, self.pending, self.workers = job, pending, workers
-        self.expected = pending.left  # lines
+        self.expected = pending.left  # batches whose results have not been kept
         self.stopped = Event()
         self.finished: SimpleQueue[Solved | BaseException] = SimpleQueue()
-        self.in_hand: Solved | None = None
-        # Of chunks being solved or waiting for the disk: parts do not pile up in memory where it is slow.
+        self.being_kept: Solved | None = None
+        # Chunks that are being solved or wait for the disk: they do not pile up in memory where the disk is slow.
         self.room = Semaphore(2 * workers + 1)
 
     def start(self) -> None:
-        """Set the threads to work."""
+        """Start the threads."""
         for number in range(min(self.workers, self.expected)):
             Thread(target=self._work, name=f"{WORKER}{number + 1}", daemon=True).start()
 
     def hand_over(self, keep: Keep) -> None:
-        """Give every part to ``keep`` as it comes, until all are there; raises what a thread raised."""
+        """Pass every chunk to ``keep`` as it is finished, until all are; raises what a thread raised."""
         while self.expected:
             try:
-                # With a limit, as a wait without one cannot be interrupted everywhere.
-                found = self.finished.get(timeout=TICK)
+                # With a limit, as a wait without one cannot be interrupted on every system.
+                solved = self.finished.get(timeout=TICK)
             except Empty:
                 continue
-            if isinstance(found, BaseException):
+            if isinstance(solved, BaseException):
                 self.stopped.set()
                 self.hand_over_finished(keep)
-                raise found
-            self._give(found, keep)
+                raise solved
+            self._keep(solved, keep)
 
     def hand_over_finished(self, keep: Keep) -> None:
-        """Give the parts that are there to ``keep``; that whose keeping was interrupted once more."""
-        if self.in_hand is not None:
-            self._give(self.in_hand, keep)
+        """Pass the chunks that are finished to ``keep``; also, once more, the chunk that it was interrupted at."""
+        if self.being_kept is not None:
+            self._keep(self.being_kept, keep)
         while not self.finished.empty():
-            found = self.finished.get()
-            if not isinstance(found, BaseException):
-                self._give(found, keep)
+            solved = self.finished.get()
+            if not isinstance(solved, BaseException):
+                self._keep(solved, keep)
 
-    def _give(self, found: Solved, keep: Keep) -> None:
-        self.in_hand = found
-        keep(*found)
-        self.in_hand = None
-        self.expected -= len(found.lines)
+    def _keep(self, solved: Solved, keep: Keep) -> None:
+        self.being_kept = solved
+        keep(*solved)
+        self.being_kept = None
+        self.expected -= len(solved.batches)
         self.room.release()
 
     def _work(self) -> None:
-        """A thread's day."""
+        """Solve ranges of the pending batches until all are solved or the run is stopped."""
         try:
-            while self.pending.left and not self.stopped.is_set():
+            while not (self.stopped.is_set() or self.pending.is_done):
                 if not self.room.acquire(timeout=TICK):
                     continue
-                lines = self.pending.next(TICK)
-                if lines is None:
+                batches = self.pending.next(TICK)
+                if batches is None:
                     self.room.release()
-                elif not self._solve(lines):
+                    continue
+                solved = solve_for(self.job, batches, self.stopped.is_set, self.pending.mean)
+                if solved is None:
                     return
-        except BaseException as error:  # told where the others are waited for
+                self.pending.took(batches, solved.batches, solved.seconds)
+                self.finished.put(solved)
+        except BaseException as error:  # raised again on the calling thread
             self.finished.put(error)
-
-    def _solve(self, lines: range) -> bool:
-        start = perf_counter()
-        part = self.job.solve(lines, self.stopped.is_set)
-        if part is None:
-            return False
-        seconds = perf_counter() - start
-        self.pending.took(lines, seconds)
-        self.finished.put(Solved(lines, part, seconds))
-        return True
 
 
 def read_shard(text: str) -> tuple[int, int]:
-    """Which shard of how many ``i/n`` names, counted from one; raises PoundingError for anything else."""
-    found = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", text)
-    if not found:
+    """Read a shard ``i/n``, the i-th of n counted from one; raises PoundingError for anything else."""
+    numbers = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", text)
+    if not numbers:
         raise PoundingError(f'"{text}" is no shard; write which of how many, such as 2/8')
-    shard = int(found[1]), int(found[2])
+    shard = int(numbers[1]), int(numbers[2])
     _check_shard(shard)
     return shard
 
@@ -337,22 +317,23 @@ def _check_shard(shard: tuple[int, int]) -> None:
         raise PoundingError(f"there is no shard {number}/{count}; shards are counted from 1/{count} to {count}/{count}")
 
 
-def shard_lines(lines: int, shard: tuple[int, int]) -> list[range]:
-    """The lines of one shard, ``(2, 8)`` the second of eight, of so many in all: blocks from all over the grid.
+def shard_batches(batches: int, shard: tuple[int, int]) -> list[range]:
+    """The batches of one shard of a grid of so many batches; ``(2, 8)`` is the second of eight shards.
 
-    Together the shards are the grid, and no two share a line. The order of the shards turns from round to round, so
-    that a shard does not get the small gaps each time. Raises PoundingError for a shard that there is not.
+    The shards have no batch in common and make up the grid. A shard is blocks from all over the grid, and the order of
+    the shards rotates from round to round, so that no shard gets the small gaps each time. Raises PoundingError for a
+    shard that does not exist.
     """
     _check_shard(shard)
     number, count = shard
-    length = max(1, ceil(lines / (count * ROUNDS)))
-    found: list[range] = []
-    for turn in range(ceil(lines / (count * length))):
+    length = max(1, ceil(batches / (count * ROUNDS)))
+    spans: list[range] = []
+    for turn in range(ceil(batches / (count * length))):
         start = (turn * count + (number - 1 + turn) % count) * length
-        stop = min(start + length, lines)
+        stop = min(start + length, batches)
         if start >= stop:
             continue
-        if found and found[-1].stop == start:
-            start = found.pop().start
-        found.append(range(start, stop))
-    return found
+        if spans and spans[-1].stop == start:
+            start = spans.pop().start
+        spans.append(range(start, stop))
+    return spans

@@ -1,7 +1,7 @@
-"""Error measured, not assumed: some of a scan's runs made again at a tighter tolerance, and how far they move.
+"""The tolerance check: a sample of a scan's runs is repeated at a tighter tolerance, and the changes are recorded.
 
-A run is sensitive where its peak relative displacement or peak force moves by more than the scan's own rtol, where
-its impact count or yield exceedance changes, or where one of the two runs fails. Nearly always that is physics: a
+A run is sensitive where its peak relative displacement or peak force changes by more than the scan's rtol, where its
+impact count or yield exceedance changes, or where one of the two runs fails. The cause is nearly always physical: a
 grazing touch, a force that just reaches F_E, the late history of a lossless pair with a closed gap.
 """
 
@@ -14,37 +14,38 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.chunks import Part
+from pounding_risk.ensemble.chunks import Chunk
+from pounding_risk.ensemble.job import never
 from pounding_risk.results.layout import CaseVariable
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS, tighter
 from pounding_risk.solver.counters import COMPLETE, STATUS
 from pounding_risk.solver.pair.outputs import run_outputs
 
 SENSITIVE, CHANGE = "sensitive", "change_"
-SEED = 20110314  # of the sample: the same cases for the same grid on any day
+SEED = 20110314  # of the sample: a grid always has the same
 
 
-def draws(lines: range, width: int) -> NDArray[np.float64]:
-    """A number from 0 to 1 for each case (lines, width), of its place in the grid alone.
+def draws(batches: range, width: int) -> NDArray[np.float64]:
+    """A pseudo-random number from 0 to 1 for each case (batches, width), from its place in the grid alone.
 
-    Whether a case is made again does not depend on which cases are solved with it. The numbers are those of splitmix64
-    (Steele, Lea and Flood 2014), whose outputs for neighbouring places are unrelated.
+    So whether a run is repeated does not depend on the runs that are solved with it. The generator is splitmix64
+    (Steele, Lea and Flood 2014), whose outputs for successive places are independent.
     """
-    places = np.arange(lines.start * width, lines.stop * width, dtype=np.uint64)
+    places = np.arange(batches.start * width, batches.stop * width, dtype=np.uint64)
     mixed = (places + np.uint64(SEED)) * np.uint64(0x9E3779B97F4A7C15)
     mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     mixed ^= mixed >> np.uint64(31)
-    return np.multiply(mixed >> np.uint64(11), 2.0**-53, dtype=np.float64).reshape(len(lines), width)
+    return np.multiply(mixed >> np.uint64(11), 2.0**-53, dtype=np.float64).reshape(len(batches), width)
 
 
-def drawn(lines: range, made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
-    """Which of the runs that were ``made`` (lines, width) are made again."""
-    return made & (draws(lines, made.shape[1]) < fraction)
+def drawn(batches: range, made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
+    """Which of the runs that were ``made`` (batches, width) are repeated."""
+    return made & (draws(batches, made.shape[1]) < fraction)
 
 
 def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> dict[str, np.ndarray]:
-    """How far each output of `WORDS` moves from the first run to the second; NaN where either failed."""
+    """Change of each output of `WORDS` from the first run to the second; NaN where either failed."""
     before, after = (run_outputs(raw, yield_forces) for raw in (first, second))
     return differences(before, after, (first[:, STATUS] != COMPLETE) | (second[:, STATUS] != COMPLETE))
 
@@ -52,32 +53,32 @@ def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> 
 def differences(
     before: Mapping[str, Any], after: Mapping[str, Any], failed: NDArray[np.bool_]
 ) -> dict[str, np.ndarray]:
-    """As `changes`, from the outputs of both runs by name."""
-    found = {}
+    """The same as `changes`, from the outputs of both runs by name."""
+    moves = {}
     for name in (*RELATIVE, *COUNTED):
         difference = np.abs(after[name] - before[name])
         scale = np.where(after[name] != 0.0, np.abs(after[name]), 1.0) if name in RELATIVE else 1.0
         # What is not defined in either run, such as the force of an instant jump, has not moved.
         undefined = np.isnan(before[name]) & np.isnan(after[name])
-        found[name] = np.where(failed, np.nan, np.where(undefined, 0.0, difference / scale))
-    return found
+        moves[name] = np.where(failed, np.nan, np.where(undefined, 0.0, difference / scale))
+    return moves
 
 
-def is_sensitive(found: Mapping[str, np.ndarray], rtol: float) -> NDArray[np.bool_]:
-    """True for the runs whose answers move by more than the tolerance, or fail once; see the module's head."""
+def is_sensitive(moves: Mapping[str, np.ndarray], rtol: float) -> NDArray[np.bool_]:
+    """True for the runs that are sensitive, see the module docstring, from the changes of their outputs."""
     # Written so that NaN, a failed run, is never within its limit.
-    within = [found[name] <= rtol for name in RELATIVE] + [found[name] <= 0.0 for name in COUNTED]
+    within = [moves[name] <= rtol for name in RELATIVE] + [moves[name] <= 0.0 for name in COUNTED]
     return ~np.logical_and.reduce(within)
 
 
 def check_variables(rtol: float) -> dict[str, CaseVariable]:
-    """Variables of the dataset: ``sensitive``, and a ``change_`` per output. Cases not made again are −1, or NaN."""
-    told = {
+    """Variables of the dataset: ``sensitive``, and a ``change_`` per output. Cases not repeated are −1, or NaN."""
+    attrs = {
         "long_name": f"1 where the answer moves by more than rtol when the run is made again at {tighter(rtol):g}",
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "not_made_again steady sensitive",
     }
-    variables = {SENSITIVE: CaseVariable((), np.dtype(np.int8), told)}
+    variables = {SENSITIVE: CaseVariable((), np.dtype(np.int8), attrs)}
     for name in (*RELATIVE, *COUNTED):
         kind = "relative change" if name in RELATIVE else "change"
         attrs = {"units": "1", "long_name": f"{kind} of the {WORDS[name]}, made again"}
@@ -85,41 +86,52 @@ def check_variables(rtol: float) -> dict[str, CaseVariable]:
     return variables
 
 
-def not_made_again(shape: tuple[int, int]) -> Part:
-    """The variables of `check_variables` for so many (lines, yield forces), none of them made again."""
+def not_made_again(shape: tuple[int, int]) -> Chunk:
+    """The variables of `check_variables` for so many (batches, yield forces), none of them repeated."""
     return {
         SENSITIVE: np.full(shape, -1, dtype=np.int8),
         **{f"{CHANGE}{name}": np.full(shape, np.nan) for name in (*RELATIVE, *COUNTED)},
     }
 
 
-def made_again(places: NDArray[np.bool_], found: Mapping[str, np.ndarray], rtol: float) -> Part:
-    """The variables of `check_variables` (lines, yield forces), from how far the answers at ``places`` move."""
-    part = not_made_again((places.shape[0], places.shape[1]))
-    part[SENSITIVE][places] = is_sensitive(found, rtol)
-    for name, values in found.items():
-        part[f"{CHANGE}{name}"][places] = values
-    return part
+def made_again(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol: float) -> Chunk:
+    """The variables of `check_variables` (batches, yield forces), from the changes of the runs at ``places``."""
+    chunk = not_made_again((places.shape[0], places.shape[1]))
+    chunk[SENSITIVE][places] = is_sensitive(moves, rtol)
+    for name, values in moves.items():
+        chunk[f"{CHANGE}{name}"][places] = values
+    return chunk
 
 
 class AtLeastOne:
-    """Watches the cases go by in order, so that of a study with any run at all one at least is made again."""
+    """Finds, batch after batch in order, the run to repeat in a scan in which no run was drawn."""
 
     def __init__(self) -> None:
-        self._none_yet = True
+        self._none_drawn = True
         self._least = inf
         self._next = (0, 0)
 
-    def see(self, lines: range, made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
-        """Some lines: which of their runs were made and complete, and what was found of those made again."""
-        self._none_yet = self._none_yet and not (sensitive >= 0).any()
-        if self._none_yet and made.any():
-            lots = np.where(made, draws(lines, made.shape[1]), inf)
-            line, place = np.unravel_index(lots.argmin(), lots.shape)
-            if lots[line, place] < self._least:
-                self._least, self._next = float(lots[line, place]), (lines.start + int(line), int(place))
+    def see(self, batches: range, made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
+        """Look at batches: which runs were made and are complete, and which of them were repeated."""
+        self._none_drawn = self._none_drawn and not (sensitive >= 0).any()
+        if self._none_drawn and made.any():
+            lots = np.where(made, draws(batches, made.shape[1]), inf)
+            batch, place = np.unravel_index(lots.argmin(), lots.shape)
+            if lots[batch, place] < self._least:
+                self._least, self._next = float(lots[batch, place]), (batches.start + int(batch), int(place))
 
     @property
     def missing(self) -> tuple[int, int] | None:
-        """The line and place of the run to make again where none was; None where there is none to make."""
-        return self._next if self._none_yet and self._least < inf else None
+        """Batch and index in it of the run to repeat; None where a run was drawn, or there is none."""
+        return self._next if self._none_drawn and self._least < inf else None
+
+    def patches(self, job: Any) -> tuple[tuple[int, Chunk], ...]:
+        """The variables of `check_variables` for the batch of that run, which the pair or row ``job`` repeats."""
+        if self.missing is None:
+            return ()
+        batch, place = self.missing
+        batches = range(batch, batch + 1)
+        chunk = job.solve(batches, never)
+        checked = job.checked(batches, chunk or {}, np.arange(job.width)[None, :] == place, never)
+        assert checked is not None, "nothing stops it"
+        return ((batch, checked),)

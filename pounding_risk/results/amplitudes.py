@@ -1,7 +1,7 @@
-"""How strong the motions of a dataset are, in words, and the intensity that they are scaled to.
+"""Amplitude of the motions of a dataset, in words, and the intensity that they are scaled to.
 
-The one home of these words: a dataset carries its scene, and its table [records] says how the motions are scaled, the
-coordinate ``pga`` to which amplitudes of the grid.
+The scene in the attributes of a dataset says in its table [records] how the motions are scaled; the coordinate ``pga``
+has the amplitudes of the grid.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pounding_risk.units import DAMPING, PERIOD, PGA, SCALE, QuantityError, pars
 if TYPE_CHECKING:
     import xarray as xr
 
-DIGITS = 6  # of what a user has asked for, so that 0.125 g stays 0.125 g
-USUAL_DAMPING = 0.05  # of a spectral acceleration that names none
-SAME = 1e-9  # by which two periods may differ that are one
+DIGITS = 6  # of values that a user has stated, so that 0.125 g stays 0.125 g
+USUAL_DAMPING = 0.05  # of a spectral acceleration without a stated one
+SAME = 1e-9  # relative difference up to which two periods are equal
 
 
 class Spectral(NamedTuple):
@@ -29,12 +29,12 @@ class Spectral(NamedTuple):
 
     @property
     def intensity(self) -> str:
-        """As an assessment takes it: "sa(0.62 s)", with another damping than 5 % "sa(0.62 s, 2 %)"."""
+        """The name that an assessment takes: "sa(0.62 s)", or "sa(0.62 s, 2 %)" for a damping other than 5 %."""
         return f"sa({self._at})"
 
     @property
     def words(self) -> str:
-        """As text: "Sa(0.62 s)"."""
+        """The name in sentences: "Sa(0.62 s)"."""
         return f"Sa({self._at})"
 
     @property
@@ -43,25 +43,30 @@ class Spectral(NamedTuple):
         return f"{self.period:.{DIGITS}g} s" + ("" if usual else f", {100.0 * self.damping:.{DIGITS}g} %")
 
     def is_at(self, other: Spectral) -> bool:
-        """True where both are at one period and damping."""
+        """True where both have the same period and damping."""
         alike = isclose(self.period, other.period, rel_tol=SAME)
         return alike and isclose(self.damping, other.damping, rel_tol=SAME)
 
 
 def own(value: float, quantity: Any) -> str:
-    """What a user has asked for, with the digits that it was asked with."""
+    """A value that a user has stated, with all its digits."""
     return say(value, quantity, DIGITS)
 
 
 def amplitude_words(results: xr.Dataset, pga: float | None = None) -> str:
-    """How strong the motions are, as it follows "motions": "as recorded", "at Sa(0.62 s) = 0.7 g", "times 1.5".
+    """The amplitude in words that follow "motions": "as recorded", "at Sa(0.62 s) = 0.7 g", "times 1.5".
 
     Parameters
     ----------
     results : xarray.Dataset
-        What `scan` writes.
+        A dataset of `scan`.
     pga : float, optional
-        The amplitude of the grid that is meant [m/s2], of a dataset that has several; all of them by default.
+        One amplitude of a grid that has several [m/s2]; all of them by default.
+
+    Returns
+    -------
+    str
+        The words.
     """
     if pga is None and "pga" in results.coords and "pga" not in results.dims:
         pga = float(results["pga"].values)
@@ -78,7 +83,7 @@ def amplitude_words(results: xr.Dataset, pga: float | None = None) -> str:
 
 
 def _aim(asked: dict[str, Any]) -> str:
-    """What a table [records] scales its motions to; "" where to nothing."""
+    """What a table [records] scales the motions to; "" where they are not scaled."""
     if "manifest" in asked:
         return f"with the factors of {asked['manifest']}"
     if "to_median" in asked:
@@ -100,9 +105,9 @@ def scaled_to(results: xr.Dataset) -> Spectral | None:
 
 
 def usual_intensity(results: xr.Dataset) -> str:
-    """The intensity that the motions are scaled by, which fragilities are against unless told otherwise.
+    """The intensity that the motions are scaled to: the default intensity of fragilities.
 
-    That is Sa at a period where the scene scales to it, or to the ensemble's median of it and the dataset has such a
+    It is Sa at a period where the scene scales to it, or to the ensemble's median of it and the dataset has such a
     spectrum; PGA elsewhere.
     """
     one = scaled_to(results)
@@ -116,7 +121,7 @@ def usual_intensity(results: xr.Dataset) -> str:
 
 
 def spectral_range(results: xr.Dataset) -> tuple[float, float] | None:
-    """The shortest and the longest period [s] at which the dataset has Sa of every record; None where it has none."""
+    """The range of periods [s] in which the dataset has Sa of every record; None where there is none."""
     if "record_spectral_acceleration" not in results:
         return None
     spectra = results["record_spectral_acceleration"].transpose("record", "period").values
@@ -125,20 +130,19 @@ def spectral_range(results: xr.Dataset) -> tuple[float, float] | None:
 
 
 def has_spectrum_at(results: xr.Dataset, asked: Spectral) -> bool:
-    """True where Sa at a period and damping can be read from the dataset's spectra, which are of 5 % damping."""
+    """True where the spectra of the dataset, which have 5 % damping, include this period and damping."""
     span = spectral_range(results)
     usual = isclose(asked.damping, USUAL_DAMPING, rel_tol=SAME)
     return span is not None and usual and span[0] <= asked.period <= span[1]
 
 
 def spectral(text: str) -> Spectral | None:
-    """What is between the brackets of "sa(0.62 s)" or "sa(0.62 s, 2 %)"; None where it is no period."""
+    """Read the argument of "sa(0.62 s)" or "sa(0.62 s, 2 %)"; None where it is not a period."""
     period, _, damping = text.partition(",")
     try:
-        found = Spectral(parse(period.strip(), PERIOD), parse(damping.strip() or USUAL_DAMPING, DAMPING))
+        return Spectral(parse(period.strip(), PERIOD), parse(damping.strip() or USUAL_DAMPING, DAMPING))
     except QuantityError:
         return None
-    return found
 
 
 def intensity_words(intensity: str) -> str:
@@ -147,8 +151,7 @@ def intensity_words(intensity: str) -> str:
 
 
 def _records(results: xr.Dataset) -> dict[str, Any]:
-    found = tomllib.loads(str(results.attrs.get("scene_resolved", ""))).get("records", {})
-    return dict(found)
+    return dict(tomllib.loads(str(results.attrs.get("scene_resolved", ""))).get("records", {}))
 
 
 def _spectral(table: dict[str, Any]) -> Spectral:

@@ -1,8 +1,8 @@
-"""What a dataset of `scan` must be like, declared once, and the check of it before anybody reads one.
+"""Declaration of the datasets of `scan`, and their check before they are used.
 
-A file may have been damaged or changed since it was written. What is declared here is the dimensions, units and kinds
-of the variables that commands read, the labels of the axes, and the shapes of the attributes; what each command cannot
-do without it names itself. Nothing here solves.
+A file may have been damaged or changed since it was written. Declared are dimensions, units and types of the variables
+that commands read, the labels of the axes, and the types of the attributes. Each command names the variables that it
+needs. No solver is imported.
 """
 
 from __future__ import annotations
@@ -39,103 +39,75 @@ class Declared(NamedTuple):
     kinds: str = NUMBER
 
 
-def _declared(dims: tuple[str, ...], units: Mapping[str, str], prefix: str = "", suffix: str = "") -> dict[str, Any]:
-    return {f"{prefix}{name}{suffix}": Declared(dims, unit) for name, unit in units.items()}
+def _declared(dims: tuple[str, ...], names: Mapping[str, str], kinds: str = NUMBER, wrap: str = "{}") -> Any:
+    """Declarations of variables with the same dimensions, from their names by unit; "" is no unit."""
+    listed = ((unit, name) for unit, text in names.items() for name in text.split())
+    return {wrap.format(name): Declared(dims, unit or None, kinds) for unit, name in listed}
 
 
-# Of each run of a pair, and of each interface of a row.
-RUN_UNITS = {
-    "peak_relative_displacement": "m",
-    "peak_closing": "m",
-    "peak_opening": "m",
-    "peak_penetration": "m",
-    "impact_count": "1",
-    "first_impact_time": "s",
-    "contact_time": "s",
-    "peak_approach_speed": "m/s",
-    "peak_contact_force": "N",
-    "lowest_contact_force": "N",
-    "impulse": "N s",
-    "yield_exceedance": "1",
-    "yield_demand": "1",
-    "yield_count": "1",
-    "first_yield_time": "s",
-    "energy_viscous": "J",
-    "energy_plastic": "J",
-    "permanent_set": "m",
-    "energy_residual": "1",
-    "restitution_held": "1",
-}
-BUILDING_UNITS = {
-    "peak_displacement": "m",
-    "peak_drift": "m",
-    "peak_storey_shear": "N",
-    "peak_floor_acceleration": "m/s2",
-}
-STOREY_UNITS = {
-    "storey_displacement": "m",
-    "storey_drift": "m",
-    "storey_shear": "N",
-    "storey_acceleration": "m/s2",
-    "storey_ductility": "1",
-    "storey_residual_drift": "m",
-}
-ROW_UNITS = {"row_impulse": "N s", "row_energy_lost": "J"}
 STOREYS = ("building", "storey")
-# In a row those of `RUN_UNITS` and the closing without contact are by interface as well.
-BY_INTERFACE = {*RUN_UNITS, "peak_closing_free"}
+# Outputs of each run of a pair, and of each interface and contact point of a row, by unit.
+OF_RUNS = {
+    "m": "peak_relative_displacement peak_closing peak_opening peak_penetration permanent_set",
+    "s": "first_impact_time contact_time first_yield_time",
+    "m/s": "peak_approach_speed",
+    "N": "peak_contact_force lowest_contact_force",
+    "N s": "impulse",
+    "J": "energy_viscous energy_plastic",
+    "1": "impact_count yield_exceedance yield_demand yield_count energy_residual restitution_held",
+}
+OF_BUILDINGS = {"m": "peak_displacement peak_drift", "N": "peak_storey_shear", "m/s2": "peak_floor_acceleration"}
+OF_STOREYS = {
+    "m": "storey_displacement storey_drift storey_residual_drift",
+    "N": "storey_shear",
+    "m/s2": "storey_acceleration",
+    "1": "storey_ductility",
+}
+# In a row the outputs of runs and the closing without contact are by interface as well.
+BY_INTERFACE = {*" ".join(OF_RUNS.values()).split(), "peak_closing_free"}
+CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))
 
 VARIABLES: dict[str, Declared] = {
-    **_declared(AXES, RUN_UNITS),
-    **_declared((*AXES, "contact_point"), RUN_UNITS, prefix="contact_point_"),
-    **_declared((*AXES, "building"), BUILDING_UNITS),
-    **_declared((*MOTION, "building"), BUILDING_UNITS, suffix="_free"),
-    **_declared((*AXES, *STOREYS), STOREY_UNITS),
-    **_declared((*MOTION, *STOREYS), STOREY_UNITS, suffix="_free"),
-    **_declared(AXES, ROW_UNITS),
-    "peak_closing_free": Declared(MOTION, "m"),
-    "contact_point_peak_closing_free": Declared((*MOTION, "contact_point"), "m"),
-    "record_spectral_acceleration": Declared(("record", "period"), "m/s2"),
-    "status": Declared(AXES, None, WHOLE),
-    "simulated": Declared(AXES, None, WHOLE),
-    "sensitive": Declared(AXES, None, WHOLE),
-    **{f"change_{name}": Declared(AXES, "1") for name in (*RELATIVE, *COUNTED)},
+    **_declared(AXES, OF_RUNS),
+    **_declared((*AXES, "contact_point"), OF_RUNS, wrap="contact_point_{}"),
+    **_declared((*AXES, "building"), OF_BUILDINGS),
+    **_declared((*MOTION, "building"), OF_BUILDINGS, wrap="{}_free"),
+    **_declared((*AXES, *STOREYS), OF_STOREYS),
+    **_declared((*MOTION, *STOREYS), OF_STOREYS, wrap="{}_free"),
+    **_declared(AXES, {"N s": "row_impulse", "J": "row_energy_lost", "1": " ".join(CHANGES)}),
+    **_declared(MOTION, {"m": "peak_closing_free"}),
+    **_declared((*MOTION, "contact_point"), {"m": "contact_point_peak_closing_free"}),
+    **_declared(("record", "period"), {"m/s2": "record_spectral_acceleration"}),
+    **_declared(AXES, {"": "status simulated sensitive"}, WHOLE),
 }
 COORDINATES: dict[str, Declared] = {
-    "record": Declared(("record",), None, TEXT),
-    "polarity": Declared(("polarity",), None, TEXT),
-    "pga": Declared(("pga",), "m/s2"),
-    "contact_model": Declared(("contact_model",), None, TEXT),
-    "gap": Declared(("gap",), "m"),
-    "yield_force": Declared(("yield_force",), "N"),
-    "building": Declared(("building",), None, TEXT),
-    "period": Declared(("period",), "s"),
-    "record_event": Declared(("record",), None, TEXT),
-    "record_sha256": Declared(("record",), None, TEXT),
-    "record_pga": Declared(("record",), "m/s2"),
-    "record_pga_felt": Declared(("record", "pga"), "m/s2"),
-    "record_scale_factor": Declared(("record", "pga"), "1"),
-    "record_magnitude": Declared(("record",), "1"),
-    "record_distance": Declared(("record",), "km"),
-    "record_vs30": Declared(("record",), "m/s"),
-    "record_recording": Declared(("record",), "1", WHOLE),
-    "building_mass": Declared(("building",), "kg"),
-    "building_period": Declared(("building",), "s"),
-    "building_damping": Declared(("building",), "1"),
-    "building_height": Declared(("building",), "m"),
-    "building_storeys": Declared(("building",), "1", WHOLE),
-    "building_position": Declared(("building",), None, TEXT),
-    "interface": Declared(("interface",), None, TEXT),
-    "interface_gap": Declared(("gap", "interface"), "m"),
-    "contact_point": Declared(("contact_point",), None, TEXT),
-    "contact_point_interface": Declared(("contact_point",), None, WHOLE),
-    "contact_point_level": Declared(("contact_point",), "m"),
-    "contact_point_kind": Declared(("contact_point",), None, TEXT),
-    "contact_point_left_floor": Declared(("contact_point",), "1"),
-    "contact_point_right_floor": Declared(("contact_point",), "1"),
-    "contact_point_yield_force": Declared(("yield_force", "contact_point"), "N"),
+    axis: Declared((axis,), None, TEXT)
+    for axis in ("record", "polarity", "contact_model", "building", "interface", "contact_point")
+}
+COORDINATES |= {
+    axis: Declared((axis,), unit)
+    for axis, unit in {"pga": "m/s2", "gap": "m", "yield_force": "N", "period": "s"}.items()
+}
+COORDINATES |= {
     "storey": Declared(("storey",), "1", WHOLE),
-    "floor_level": Declared(STOREYS, "m"),
+    **_declared(("record",), {"": "record_event record_sha256"}, TEXT),
+    **_declared(
+        ("record",), {"m/s2": "record_pga", "1": "record_magnitude", "km": "record_distance", "m/s": "record_vs30"}
+    ),
+    **_declared(("record",), {"1": "record_recording"}, WHOLE),
+    **_declared(("record", "pga"), {"m/s2": "record_pga_felt", "1": "record_scale_factor"}),
+    **_declared(
+        ("building",), {"kg": "building_mass", "s": "building_period", "1": "building_damping", "m": "building_height"}
+    ),
+    **_declared(("building",), {"1": "building_storeys"}, WHOLE),
+    **_declared(("building",), {"": "building_position"}, TEXT),
+    **_declared(("gap", "interface"), {"m": "interface_gap"}),
+    **_declared(("contact_point",), {"": "contact_point_interface"}, WHOLE),
+    **_declared(("contact_point",), {"m": "contact_point_level"}),
+    **_declared(("contact_point",), {"": "contact_point_kind"}, TEXT),
+    **_declared(("contact_point",), {"1": "contact_point_left_floor contact_point_right_floor"}),
+    **_declared(("yield_force", "contact_point"), {"N": "contact_point_yield_force"}),
+    **_declared(STOREYS, {"m": "floor_level"}),
 }
 # Attributes that hold JSON, and of what kind: a table, or a list.
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "level_notes")
@@ -178,7 +150,7 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     Raises
     ------
     PoundingError
-        With a sentence for each fault.
+        With a sentence for fault fault.
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
@@ -186,7 +158,9 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     if faults:
         if len(faults) == 1:
             raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
-        raise PoundingError("\n".join([f"{whose}: {len(faults)} faults", *(f"  - {each}" for each in faults), REPAIR]))
+        raise PoundingError(
+            "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), REPAIR])
+        )
 
 
 def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) -> Iterator[str]:
@@ -195,8 +169,7 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
     axes = [dim for dim in dataset.dims if dim in COORDINATES and dim not in dataset.coords]
     yield from (f"the axis {axis} has no labels" for axis in axes)
     if "sensitive" in dataset.variables:
-        changes = [f"change_{name}" for name in (*RELATIVE, *COUNTED)]
-        yield from (f"the variable {name} is missing" for name in changes if name not in dataset.variables)
+        yield from (f"the variable {name} is missing" for name in CHANGES if name not in dataset.variables)
     if "contact_point" in dataset.dims:
         lost = [name for name in OF_CONTACT_POINTS if name not in dataset.variables]
         yield from (f"the variable {name} is missing" for name in lost)
@@ -215,21 +188,21 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
         if set(variable.dims) != set(expected):
             yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
         if variable.dtype.kind not in declared.kinds:
-            asked = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]
-            yield f"the variable {name} holds values of type {variable.dtype}, not {asked}"
+            expected_kind = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]
+            yield f"the variable {name} holds values of type {variable.dtype}, not {expected_kind}"
         unit = variable.attrs.get("units")
         if declared.unit is not None and unit is not None and not (isinstance(unit, str) and unit == declared.unit):
             yield f"the variable {name} is in {unit!r}, not in {declared.unit!r}"
 
 
 def _dims(dataset: xr.Dataset, name: str, declared: Declared) -> tuple[str, ...]:
-    """The dimensions that a variable must have; of an axis with one value selected a label is left, or nothing."""
+    """The dimensions that a variable must have; an axis with one value selected is none."""
     interface = ("interface",) if name in BY_INTERFACE and "interface" in dataset.dims else ()
     return tuple(dim for dim in (*declared.dims, *interface) if not _is_selected(dataset, dim))
 
 
 def _is_selected(dataset: xr.Dataset, dim: str) -> bool:
-    """Whether an axis is there no more: a label tells its value, or there is one value only."""
+    """True where one value of an axis was selected: a label has its value, or the scan had one value only."""
     return dim not in dataset.dims and (dim == "pga" or dim in dataset.coords)
 
 
@@ -251,7 +224,7 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _json(text: Any) -> Any:
-    """What a text holds as JSON; None where it cannot be read."""
+    """The value of a text in JSON; None where it cannot be read."""
     try:
         return json.loads(text)
     except (TypeError, ValueError, RecursionError):
@@ -259,7 +232,7 @@ def _json(text: Any) -> Any:
 
 
 def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Faults in what the tables hold."""
+    """Faults of the entries of JSON attributes."""
     records = _json(dataset.attrs.get("records", "[]"))
     if isinstance(records, list):
         if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
@@ -276,7 +249,7 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Labels of axes that cannot be those of a grid."""
+    """Faults of the labels of axes."""
     for name in ("record", "polarity", "contact_model", "building", "interface", "contact_point"):
         if name in dataset.coords:
             labels = [str(label) for label in np.atleast_1d(dataset[name].values)]
@@ -317,7 +290,7 @@ def _row_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Whether the dataset says what its codes of how a run ended mean."""
+    """Faults of the attributes that explain the codes of the variable ``status``."""
     if "status" not in dataset.variables:
         return
     attrs = dataset["status"].attrs
@@ -335,12 +308,12 @@ def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Whether the scene in the attributes is whole, and that of this dataset."""
+    """Faults of the scene in the attributes: it must be whole, and that of this dataset."""
     text = dataset.attrs.get("scene_resolved")
     if text is None:
         return
-    told = dataset.attrs.get("scene_sha256")
-    if not isinstance(text, str) or (told is not None and str(told) != sha256(text.encode()).hexdigest()):
+    digest = dataset.attrs.get("scene_sha256")
+    if not isinstance(text, str) or (digest is not None and str(digest) != sha256(text.encode()).hexdigest()):
         yield "the attribute scene_resolved is not the one that scene_sha256 was taken of"
         return
     try:
@@ -356,7 +329,7 @@ def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _is_interface(table: Any) -> bool:
-    """Whether an interface of a resolved scene states what is read of it."""
+    """True where an interface of a resolved scene has the values that are read from it."""
     if not isinstance(table, dict) or not isinstance(table.get("contact_model", ""), str):
         return False
     try:

@@ -1,4 +1,4 @@
-"""Notes on what contacts did and concrete floors do not do, from a dataset alone: no solver is needed."""
+"""Notes on contacts that are implausible for concrete floors, from a dataset alone. No solver is imported."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7): what is stiffer stands for a wall
-LONGEST_CONTACT = 0.5  # of a building's period: by then its own spring has turned it round
+WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7): stiffer buildings represent walls
+LONGEST_CONTACT = 0.5  # of the period of a building, by when its own stiffness reverses it
 CRUSHED = 0.0035  # strain at which concrete crushes (EN 1992-1-1, table 3.1, to C50/60)
 USUAL_FLOOR = 15.0  # m, of a floor whose length is not given
 PUSHING = "floors push rather than collide; a stiffness too small?"
 
 
 def of_results(results: xr.Dataset) -> tuple[str, ...]:
-    """A sentence for each thing that contacts of a scan did and concrete floors do not, after those on its input.
+    """The notes on the input of a scan, and a sentence for each way in which its contacts are implausible.
 
-    Raises PoundingError where the attributes with the latter, or with the scene, are damaged.
+    Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
     """
-    kept = told(results, "notes", [])
-    if not isinstance(kept, list):
+    notes = told(results, "notes", [])
+    if not isinstance(notes, list):
         raise _damaged("notes")
-    return (*map(str, kept), *_of_contacts(results))
+    return (*map(str, notes), *_of_contacts(results))
 
 
 def _damaged(attribute: str) -> PoundingError:
@@ -48,29 +48,29 @@ def _damaged(attribute: str) -> PoundingError:
 
 
 def of_run(run: xr.Dataset, study: Study) -> tuple[str, ...]:
-    """A sentence for each thing that contacts of one run did and concrete floors do not."""
+    """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
     if "interface" in run.dims:
         depth, lasting = run["peak_penetration"].values, _durations(run)
     else:
         depth = run["contact_peak_penetration"].values
         lasting = [(run["contact_end"] - run["contact_start"]).values]
-    found = [_depth_words(float(np.nanmax(depth, initial=0.0)), lengths)]
-    for sides, each in zip(pairwise(study.buildings), lasting, strict=True):
+    notes = [_depth_words(float(np.nanmax(depth, initial=0.0)), lengths)]
+    for sides, durations in zip(pairwise(study.buildings), lasting, strict=True):
         short = shortest({building.name: building.period for building in sides if not building.is_rigid})
-        if short and each.size and (middle := float(np.median(each))) >= LONGEST_CONTACT * short[1]:
-            found.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
-    return tuple(filter(None, found))
+        if short and durations.size and (middle := float(np.median(durations))) >= LONGEST_CONTACT * short[1]:
+            notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
+    return tuple(filter(None, notes))
 
 
 def _durations(run: xr.Dataset) -> list[Array]:
-    """The mean duration of the contacts of a row's run [s], interface by interface; empty where there is none."""
+    """Mean duration of the contacts of a run of a row [s], by interface; empty where there is none."""
     times, counts = run["contact_time"].values, run["impact_count"].values
     return [np.array([time / count]) if count > 0 else np.empty(0) for time, count in zip(times, counts, strict=True)]
 
 
 def _of_contacts(results: xr.Dataset) -> Iterator[str]:
-    """On the deepest contact of a scan, and on contacts that mostly last half of a period."""
+    """Notes on the deepest contact of a scan, and on contacts that mostly last half of a period."""
     names = ("peak_penetration", "contact_time", "impact_count", "building_period")
     of_row = "interface" in results.dims
     if any(name not in results.variables for name in names) or not (of_row or results["building"].size == 2):
@@ -85,7 +85,7 @@ def _of_contacts(results: xr.Dataset) -> Iterator[str]:
 
 
 def _floor_lengths(results: xr.Dataset) -> list[float]:
-    """The length of each building's floors as its scene gives it [m]; 0 where it gives none."""
+    """Length of the floors of each building [m]; 0 where the scene gives none."""
     try:
         tables = tomllib.loads(results.attrs.get("scene_resolved", "")).get("building", [])
         return [parse(table.get("floor_length", "0 m"), FLOOR_LENGTH._replace(open_low=False)) for table in tables]
@@ -94,7 +94,7 @@ def _floor_lengths(results: xr.Dataset) -> list[float]:
 
 
 def _depth_words(depth: float, lengths: Iterable[float]) -> str:
-    """On a penetration that crushes the two longest floors through their whole length; "" for a smaller one."""
+    """Note on a penetration that crushes the two longest floors through their whole length; "" for a smaller one."""
     longest = sorted((length or USUAL_FLOOR for length in lengths), reverse=True)[:2] or [USUAL_FLOOR] * 2
     limit = CRUSHED * sum(longest)
     if not depth > limit:
@@ -108,7 +108,7 @@ def _depth_words(depth: float, lengths: Iterable[float]) -> str:
 
 
 class _Lasting:
-    """How many cases have contacts that last half of a period on average, interface by interface."""
+    """Counts, by interface, the cases whose contacts last half of a period on average."""
 
     def __init__(self, results: xr.Dataset) -> None:
         names = [str(name) for name in results["building"].values]
@@ -121,7 +121,7 @@ class _Lasting:
         self.touching: Any = np.zeros(len(limits), dtype=int)
 
     def add(self, time: Array, count: NDArray[np.int64]) -> None:
-        """Count a piece; the last axis is that of interfaces, where there is one."""
+        """Count a block of cases; the last axis is that of interfaces, where there is one."""
         touching = (count > 0) & (time > 0.0)
         long = touching & (time >= self.limits * count)
         over = tuple(range(touching.ndim - (np.ndim(self.limits) > 0)))
@@ -129,7 +129,7 @@ class _Lasting:
         self.long = self.long + long.sum(axis=over)
 
     def words(self) -> Iterator[str]:
-        """Where more than half of the cases with contact are such."""
+        """A note for each interface at which more than half of the cases with contact are such."""
         for long, touching, short in zip(self.long, self.touching, self.shortest, strict=True):
             if short and 2 * long > touching:
                 name, period = short
@@ -140,11 +140,11 @@ class _Lasting:
 
 
 def shortest(periods: Mapping[str, float]) -> tuple[str, float] | None:
-    """The building of the shortest period [s] that does not stand for a wall; None where all do."""
+    """Name and period [s] of the building of the shortest period that is not a wall; None where all are walls."""
     swinging = {name: period for name, period in periods.items() if period >= WALL}
     return min(swinging.items(), key=lambda item: item[1]) if swinging else None
 
 
 def share_of(lasts: float, name: str, period: float) -> str:
-    """How much of the period of the building ``name`` [s] a contact lasts [s], in words."""
+    """The duration of a contact [s] as a multiple of the period [s] of the building ``name``, in words."""
     return f"{lasts / period:.2g} times the period of {name} ({say(period, PERIOD)})"

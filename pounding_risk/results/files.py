@@ -1,7 +1,7 @@
-"""Datasets on disk: netCDF-4 or Zarr that is whole or not there, and the provenance that goes with it.
+"""Datasets on disk: reading and atomic writing of netCDF-4 and Zarr.
 
-One thread of a process may touch netCDF at a time: the libraries below crash otherwise. Nothing here is called
-from a worker; a user may call from several threads.
+One thread of a process may use netCDF at a time, as its library is not thread-safe. A user may call from several
+threads; workers of a scan call nothing here.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from pounding_risk._common.files import discard, move_into_place, moved_away, no
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.zarr_metadata import ZARR_MARK, is_zarr_of_ours
 
-RESULTS = (".nc", ".zarr")  # how a dataset's name may end
-NETCDF = RLock()  # held by whoever touches it
-ONCE = 1 << 20  # bytes of each variable
+RESULTS = (".nc", ".zarr")  # suffixes of a dataset
+NETCDF = RLock()  # held while netCDF is used
+CHUNK_CACHE = 1 << 20  # bytes per variable
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
 def versions() -> dict[str, str]:
-    """Versions of what computed a result."""
-    found = {"python": platform.python_version()}
+    """Versions of Python and of the libraries that numbers depend on."""
+    installed = {"python": platform.python_version()}
     for name in LIBRARIES:
         try:
-            found[name] = metadata.version(name)
+            installed[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            installed[name] = "not installed"
+    return installed
 
 
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
@@ -52,7 +52,7 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
 
 
 def zarr_store() -> Any:
-    """The module that reads and writes Zarr; raises PoundingError where what it needs is not installed."""
+    """The module that reads and writes Zarr; raises PoundingError where a library that it needs is not installed."""
     try:
         return import_module("pounding_risk.results.zarr")
     except ModuleNotFoundError as error:
@@ -92,10 +92,24 @@ def netcdf_encoding(dataset: xr.Dataset) -> dict[Any, dict[str, Any]]:
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
-    """Write a dataset as netCDF-4 under a temporary name, sync it, and move it into place.
+    """Write a dataset as netCDF-4, atomically: under a temporary name, synced, and moved into place.
 
-    Whoever has the old file open keeps it; a run that is killed leaves no file under the final name. Raises
-    PoundingError where the file cannot be written.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What to write.
+    path : str or Path
+        File, ending in .nc. A process that has an older file of this name open keeps it.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    PoundingError
+        Where the file cannot be written.
     """
     target = check_target(path)
     partial = partial_of(target)
@@ -112,11 +126,26 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
 
 
 def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
-    """A dataset from disk, netCDF or Zarr, read whole and closed, so that the file can be written again.
+    """Read a dataset from netCDF or Zarr.
 
-    ``lazy`` reads values when they are asked for: those of a Zarr store are Dask arrays, one piece a block; those of
-    a netCDF file are xarray's own, without Dask, as only one thread may read them. Close it at the end.
-    Raises PoundingError where the file is missing or is none of these.
+    Parameters
+    ----------
+    path : str or Path
+        File ending in .nc, or folder ending in .zarr.
+    lazy : bool
+        Read values only when they are used, and close the dataset afterwards. Those of a Zarr store are Dask arrays;
+        those of a netCDF file are not, as only one thread may read them. By default all values are read and the file
+        is closed, so that it can be written again.
+
+    Returns
+    -------
+    xarray.Dataset
+        As it was written.
+
+    Raises
+    ------
+    PoundingError
+        Where the file is missing, damaged, or of another kind.
     """
     if not lazy:
         with NETCDF, reading(path), _opened(Path(path), None) as dataset:
@@ -126,11 +155,11 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
 
 
 def stream_results(path: str | Path) -> xr.Dataset:
-    """As `open_results`, lazily and without Dask: for what reads block by block. Close it at the end."""
+    """Open a dataset lazily and without Dask, to be read block by block and closed."""
     with NETCDF:
         usual = netCDF4.get_chunk_cache()
-        # Each piece of a variable is read once; the library would keep 16 MB of every variable.
-        netCDF4.set_chunk_cache(ONCE, *usual[1:])
+        # Each chunk of a variable is read once; by default the library would keep 16 MB of every variable.
+        netCDF4.set_chunk_cache(CHUNK_CACHE, *usual[1:])
         try:
             return _opened(Path(path), None)
         finally:
@@ -153,9 +182,9 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
 
 @contextmanager
 def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
-    """While a dataset is read from disk: what its libraries raise of a damaged one becomes a PoundingError.
+    """Turn errors of these kinds while a dataset is read into PoundingError.
 
-    ``kinds`` of errors, all by default: what is damaged in a file may raise anything in the libraries that read it.
+    All kinds by default: the libraries may raise anything for a damaged file.
     """
     try:
         yield
@@ -169,7 +198,7 @@ def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,
 
 
 def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
-    """What an attribute written by `as_text` holds, ``default`` where there is none.
+    """The value of an attribute that was written by `as_text`, ``default`` where there is none.
 
     Raises PoundingError where the attribute is damaged.
     """
@@ -182,5 +211,5 @@ def told(dataset: xr.Dataset, name: str, default: Any) -> Any:
 
 
 def as_text(value: Any) -> str:
-    """JSON for an attribute: netCDF attributes hold no tables."""
+    """A value as JSON, for an attribute: netCDF attributes hold no tables."""
     return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

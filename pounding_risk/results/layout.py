@@ -1,7 +1,7 @@
-"""The form of a study's dataset, known before any case is: axes, variables, and the blocks in which it is written.
+"""Layout of the dataset of a scan: axes, variables, batches, and the blocks in which it is written.
 
-A *line* is the smallest piece of a grid: one record, polarity, amplitude, contact model and gap, with all yield forces.
-Lines are numbered in the order of the axes.
+A *batch* is the smallest piece of a grid that is solved: one record, polarity, amplitude, contact model and gap, with
+all yield forces. Batches are numbered in the order of the axes.
 """
 
 from __future__ import annotations
@@ -20,110 +20,110 @@ BLOCK_BYTES = 16e6  # of all variables of a block together: what writing keeps i
 
 
 class CaseVariable(NamedTuple):
-    """A variable that every case has."""
+    """A variable of the cases of a scan."""
 
-    dims: tuple[str, ...]  # beside those of the cases
+    dims: tuple[str, ...]  # besides those of the cases
     dtype: np.dtype[Any]
     attrs: Mapping[str, Any]
 
 
-def bytes_a_case(variables: Mapping[str, CaseVariable], sizes: Mapping[Any, int]) -> int:
-    """Of a case with these variables, before compression; ``sizes`` are those of their own dimensions."""
-    return sum(found.dtype.itemsize * prod(sizes[dim] for dim in found.dims) for found in variables.values())
+def bytes_per_case(variables: Mapping[str, CaseVariable], sizes: Mapping[Any, int]) -> int:
+    """Size of a case with these variables, before compression; ``sizes`` are those of their own dimensions."""
+    return sum(variable.dtype.itemsize * prod(sizes[dim] for dim in variable.dims) for variable in variables.values())
 
 
-class Form(NamedTuple):
-    """A dataset without the values of its cases."""
+class Template(NamedTuple):
+    """A dataset without the values of its cases: dimensions, coordinates, attributes and variables."""
 
     skeleton: xr.Dataset  # coordinates, attributes, and every variable that does not depend on cases
     cases: Mapping[str, CaseVariable]
     shape: tuple[int, ...]  # along `AXES`; an axis that the dataset does not have counts one
 
     @property
-    def lines(self) -> int:
-        """Lines of the grid."""
+    def batches(self) -> int:
+        """Number of batches of the grid."""
         return prod(self.shape[:-1])
 
     @property
     def width(self) -> int:
-        """Cases in a line."""
+        """Number of cases in a batch: yield forces of the grid."""
         return self.shape[-1]
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Those of `AXES` that the dataset has: a study of one amplitude has no axis of amplitudes."""
+        """The axes of `AXES` that the dataset has: a scan of one amplitude has no axis ``pga``."""
         return tuple(axis for axis in AXES if axis in self.skeleton.sizes)
 
     def extra(self, name: str) -> tuple[int, ...]:
-        """Sizes of a case variable beside those of the cases."""
+        """Sizes of a case variable along its own dimensions."""
         return tuple(self.skeleton.sizes[dim] for dim in self.cases[name].dims)
 
     @property
-    def bytes_a_case(self) -> int:
-        """Of all variables, before compression."""
-        return bytes_a_case(self.cases, self.skeleton.sizes)
+    def bytes_per_case(self) -> int:
+        """Size of all variables of a case, before compression."""
+        return bytes_per_case(self.cases, self.skeleton.sizes)
 
 
-def block_shape(form: Form) -> tuple[int, ...]:
-    """Sizes along `AXES` of the blocks in which a dataset is written: whole trailing axes, then a part of one.
+def block_shape(template: Template) -> tuple[int, ...]:
+    """Sizes along `AXES` of the blocks in which a dataset is written: whole trailing axes, and a part of one before.
 
-    From the form alone, so that a file's bytes do not depend on the chunks in which it was worked out.
+    They follow from the template alone, so that the bytes of a file do not depend on the chunks of the scan.
     """
-    most = max(1, int(BLOCK_BYTES // max(1, form.bytes_a_case * form.width)))  # lines
-    shape = [1] * len(form.shape)
-    shape[-1] = form.width
-    for axis in reversed(range(len(form.shape) - 1)):
-        shape[axis] = min(form.shape[axis], most)
-        if shape[axis] < form.shape[axis]:
+    most = max(1, int(BLOCK_BYTES // max(1, template.bytes_per_case * template.width)))  # batches
+    shape = [1] * len(template.shape)
+    shape[-1] = template.width
+    for axis in reversed(range(len(template.shape) - 1)):
+        shape[axis] = min(template.shape[axis], most)
+        if shape[axis] < template.shape[axis]:
             break
         most //= shape[axis]
     return tuple(shape)
 
 
-def blocks(form: Form) -> Iterator[range]:
-    """The lines of each block, in order."""
-    sizes = block_shape(form)[:-1]
+def blocks(template: Template) -> Iterator[range]:
+    """The batches of each block, in order."""
+    sizes = block_shape(template)[:-1]
     broken = next((axis for axis, size in enumerate(sizes) if size > 1), len(sizes) - 1)
-    below = prod(form.shape[broken + 1 : -1])
-    run = form.shape[broken] * below  # lines of one index of the axes before
-    for first in range(0, form.lines, run):
+    below = prod(template.shape[broken + 1 : -1])
+    run = template.shape[broken] * below  # batches of one index of the axes before
+    for first in range(0, template.batches, run):
         for start in range(first, first + run, sizes[broken] * below):
             yield range(start, min(start + sizes[broken] * below, first + run))
 
 
-class Stretch(NamedTuple):
-    """Neighbouring lines of one motion and one contact model."""
+class Slab(NamedTuple):
+    """Successive batches of one motion and one contact model."""
 
     motion: tuple[int, ...]  # record, polarity, amplitude
     law: int
     gaps: slice
-    lines: slice  # among the lines asked for
+    batches: slice  # among the batches that were asked for
 
 
-def stretches(lines: range, shape: tuple[int, ...], most: int) -> Iterator[Stretch]:
-    """The lines in stretches of ``most`` at most, in order; ``shape`` is a form's."""
+def slabs(batches: range, shape: tuple[int, ...], most: int) -> Iterator[Slab]:
+    """The batches in slabs of ``most`` at most, in order; ``shape`` is a template's."""
     gaps = shape[-2]
-    start = lines.start
-    while start < lines.stop:
+    start = batches.start
+    while start < batches.stop:
         *motion, law, gap = (int(place) for place in np.unravel_index(start, shape[:-1]))
-        count = min(most, gaps - gap, lines.stop - start)
-        first = start - lines.start
-        yield Stretch(tuple(motion), law, slice(gap, gap + count), slice(first, first + count))
+        count = min(most, gaps - gap, batches.stop - start)
+        first = start - batches.start
+        yield Slab(tuple(motion), law, slice(gap, gap + count), slice(first, first + count))
         start += count
 
 
-def place(form: Form, block: range) -> dict[str, slice]:
-    """Where a block of `blocks` lies along `Form.dims`."""
-    starts = np.unravel_index(block.start, form.shape[:-1]) if form.lines else ()
-    sizes = block_shape(form)
-    found = {AXES[-1]: slice(0, form.width)}
-    for axis, start, size, whole in zip(AXES, starts, sizes, form.shape, strict=False):
-        found[axis] = slice(int(start), min(int(start) + size, whole))
-    return {axis: found[axis] for axis in form.dims}
+def place(template: Template, block: range) -> dict[str, slice]:
+    """Where a block of `blocks` lies along `Template.dims`."""
+    starts = np.unravel_index(block.start, template.shape[:-1]) if template.batches else ()
+    sizes = block_shape(template)
+    slices = {AXES[-1]: slice(0, template.width)}
+    for axis, start, size, whole in zip(AXES, starts, sizes, template.shape, strict=False):
+        slices[axis] = slice(int(start), min(int(start) + size, whole))
+    return {axis: slices[axis] for axis in template.dims}
 
 
-def form_of(dataset: xr.Dataset) -> Form:
-    """The form of a dataset that is there; what does not depend on cases is read, the cases are not.
+def template_of(dataset: xr.Dataset) -> Template:
+    """The template of an existing dataset; the values of its cases are not read.
 
     A dataset without the axes of a scan has no case variables: all of it is the skeleton.
     """
@@ -136,20 +136,23 @@ def form_of(dataset: xr.Dataset) -> Form:
         if dims and variable.dims[: len(dims)] == dims and variable.dtype.kind in "if"
     }
     shape = tuple(dataset.sizes.get(axis, 1) for axis in AXES)
-    return Form(dataset.drop_vars(cases).load(), cases, shape)
+    return Template(dataset.drop_vars(cases).load(), cases, shape)
 
 
-def values_at(dataset: xr.Dataset, form: Form, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Case variables of a dataset in a block of its form: (lines, cases in a line, extra sizes)."""
-    where = place(form, block)
-    return {name: dataset[name].isel(where).values.reshape(len(block), form.width, *form.extra(name)) for name in names}
+def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Case variables of a dataset in a block of its template: (batches, cases in a batch, extra sizes)."""
+    where = place(template, block)
+    return {
+        name: dataset[name].isel(where).values.reshape(len(block), template.width, *template.extra(name))
+        for name in names
+    }
 
 
 def streamed(dataset: xr.Dataset, names: Iterable[str]) -> Iterator[dict[str, np.ndarray]]:
-    """Variables of equal dimensions piece by piece: those of a scan's cases by block, of anything else at once."""
-    form, wanted = form_of(dataset), list(names)
-    if set(wanted) <= set(form.cases):
-        for block in blocks(form):
-            yield values_at(dataset, form, block, wanted)
+    """Values of variables of equal dimensions, piece by piece: of case variables by block, of others at once."""
+    template, wanted = template_of(dataset), list(names)
+    if set(wanted) <= set(template.cases):
+        for block in blocks(template):
+            yield values_at(dataset, template, block, wanted)
     else:
         yield {name: dataset[name].values for name in wanted}

@@ -1,4 +1,4 @@
-"""The case of a grid that is the scene's own: its gap, yield force, contact model and amplitude."""
+"""The case of a grid that the scene itself describes: its gap, yield force, contact model and amplitude."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from pounding_risk.units import GAP, PGA, YIELD_FORCE, parse
 if TYPE_CHECKING:
     import xarray as xr
 
-SAME = 1e-9  # relative difference of two amplitudes that are one; files keep all digits
+SAME = 1e-9  # relative difference up to which two amplitudes are equal
 
 
 def own_gaps(results: xr.Dataset) -> xr.DataArray:
-    """The gap [m] of each interface of a row at each gap of the grid, which may vary one interface's alone."""
+    """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only."""
     if "interface_gap" in results.variables:
         return results["interface_gap"].transpose("gap", "interface")
     return results["gap"].expand_dims(interface=results["interface"].values).transpose("gap", "interface")
 
 
 def scene_place(results: xr.Dataset) -> int:
-    """The place along the grid's gaps that is nearest to the scene's own gap; of a row, where that varies."""
+    """Index of the gap of the grid that is nearest to the scene's own, at the interface whose gap varies."""
     if "interface" not in results.dims:
         return int(np.abs(results["gap"].values - scene_gap(results, 0)).argmin())
     gaps = own_gaps(results).values
@@ -33,7 +33,7 @@ def scene_place(results: xr.Dataset) -> int:
 
 
 def scene_gap(results: xr.Dataset, place: int) -> float:
-    """The gap [m] of the scene's interface at this place, as `[[interface]]` states it: one for all, or one each."""
+    """The scene's own gap [m] at an interface; `[[interface]]` stands once for all or once for each."""
     tables = _tables(results)["interface"]
     return parse(tables[min(place, len(tables) - 1)]["gap"], GAP)
 
@@ -62,7 +62,7 @@ def own_amplitude(results: xr.Dataset) -> float | None:
         return None
     wanted = parse(own, PGA)
     amplitudes = np.atleast_1d(results["pga"].values)
-    return next((float(each) for each in amplitudes if abs(each - wanted) <= SAME * wanted), None)
+    return next((float(pga) for pga in amplitudes if abs(pga - wanted) <= SAME * wanted), None)
 
 
 def own_level(results: xr.Dataset) -> int:
@@ -74,22 +74,22 @@ def own_level(results: xr.Dataset) -> int:
 
 
 def own_case(results: xr.Dataset) -> dict[str, int]:
-    """Index along each axis of the scene's own case; the nearest value where the grid has not the very same.
+    """Index of the scene's own case along each axis, or of the nearest value where the grid does not have it.
 
-    Without the scene's text there is no such case and no index.
+    Empty for a dataset without the text of its scene.
     """
     if not _tables(results).get("interface"):
         return {}
-    place: dict[str, int] = {}
+    index: dict[str, int] = {}
     if "gap" in results.dims:
-        place["gap"] = scene_place(results)
+        index["gap"] = scene_place(results)
     if "yield_force" in results.dims:
-        place["yield_force"] = int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0])
+        index["yield_force"] = int(np.flatnonzero(results["yield_force"].values == scene_force(results))[0])
     if "contact_model" in results.dims:
-        place["contact_model"] = list(map(str, results["contact_model"].values)).index(scene_model(results))
+        index["contact_model"] = list(map(str, results["contact_model"].values)).index(scene_model(results))
     if "pga" in results.dims:
-        place["pga"] = own_level(results)
-    return place
+        index["pga"] = own_level(results)
+    return index
 
 
 def _tables(results: xr.Dataset) -> dict[str, Any]:

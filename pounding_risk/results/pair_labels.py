@@ -1,4 +1,4 @@
-"""What a scan's dataset says: variables, coordinates, and where everything is from."""
+"""Variables, coordinates and attributes of the dataset of a pair, and those that pairs and rows share."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from pounding_risk.solver.pair.outputs import BUILDING, HIGH, RUN, building_outp
 
 MOTIONS = AXES[:3]
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
-CONVENTIONS = "CF-1.11"  # that the datasets keep to
+CONVENTIONS = "CF-1.11"  # that the datasets follow
 
 
 def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, laws: tuple[Any, ...]) -> xr.Dataset:
-    """Everything of a pair's dataset but its cases.
+    """The dataset of a pair without its cases.
 
     ``alone`` (record, polarity, amplitude, outputs.COLUMNS) are raw columns of the responses without contact.
     """
@@ -38,51 +38,51 @@ def pair_skeleton(study: Study, motions: tuple[Motion, ...], alone: np.ndarray, 
     needed = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
     variables["peak_closing_free"] = (MOTIONS, alone[..., HIGH], described("m", needed))
     variables |= motion_spectra(motions)
-    coords = case_coordinates(study, motions) | _building_coordinates(study)
+    coords = case_coordinates(study, motions) | building_coordinates(study)
     return one_amplitude(xr.Dataset(variables, coords=coords, attrs=attributes(study, motions, laws)), study)
 
 
 def amplitudes(study: Study, motions: tuple[Motion, ...]) -> np.ndarray:
     """PGA of each motion of the grid (record, polarity, amplitude) [m/s²]."""
     polarities, pgas = study.records.polarities, study.grid.pgas
-    found = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
-    return np.array(found)
+    peaks = [[[driven(motion, sense, pga).pga for pga in pgas] for sense in polarities] for motion in motions]
+    return np.array(peaks)
 
 
 def pair_variables() -> dict[str, CaseVariable]:
-    """Every variable of a pair's case, but those of `recheck`."""
-    found = {
+    """Every case variable of a pair, except those of the tolerance check."""
+    pair = {
         name: CaseVariable((), kept_as(output.whole), described(output.unit, output.words))
         for name, output in RUN.items()
     }
     for name, (unit, words, _) in BUILDING.items():
-        found[name] = CaseVariable(("building",), np.dtype(np.float64), described(unit, words))
-    return found | OUTCOME
+        pair[name] = CaseVariable(("building",), np.dtype(np.float64), described(unit, words))
+    return pair | OUTCOME
 
 
 def pair_values(study: Study, raw: np.ndarray, pgas: np.ndarray) -> dict[str, np.ndarray]:
-    """The variables of `pair_variables` but ``simulated``, from raw columns (lines, yield forces, outputs.COLUMNS).
+    """The variables of `pair_variables` but ``simulated``, from raw columns (batches, yield forces, outputs.COLUMNS).
 
-    ``pgas`` [m/s²] is by line.
+    ``pgas`` [m/s²] is by batch.
     """
-    found = run_outputs(raw, np.array(study.grid.yield_forces))
-    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in found.items()}
+    outputs = run_outputs(raw, np.array(study.grid.yield_forces))
+    values = {name: array.astype(kept_as(RUN[name].whole), copy=False) for name, array in outputs.items()}
     values |= building_outputs(raw, study.pair, pgas[:, None])
     return values | {"status": raw[..., STATUS].astype(np.int8)}
 
 
 def one_amplitude(dataset: xr.Dataset, study: Study) -> xr.Dataset:
-    """A study of one amplitude has no axis of amplitudes; the amplitude stays as a label, where there is one."""
+    """Remove the axis ``pga`` of a scan of one amplitude; the amplitude stays as a label, where there is one."""
     return dataset.squeeze("pga", drop=study.grid.pgas == (None,)) if len(study.grid.pgas) == 1 else dataset
 
 
 def kept_as(whole: bool) -> np.dtype[Any]:
-    """How a variable is stored."""
+    """The type in which a variable is stored."""
     return np.dtype(np.int32) if whole else np.dtype(np.float64)
 
 
 def described(unit: str, words: str) -> dict[str, str]:
-    """Attributes of a variable or coordinate."""
+    """Attributes of a variable or coordinate: unit and long name."""
     return {"units": unit, "long_name": words}
 
 
@@ -90,7 +90,7 @@ def _slug(sentence: str) -> str:
     return "_".join("".join(letter if letter.isalnum() else " " for letter in sentence).split())
 
 
-# How each case ended and was answered.
+# How the run of each case ended, and whether the case was simulated.
 OUTCOME = {
     "status": CaseVariable(
         (),
@@ -111,7 +111,7 @@ OUTCOME = {
 
 
 def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
-    """The spectra of the records; NaN at periods that a record's step is too coarse for."""
+    """Spectra of the records; NaN at periods that are too short for the time step of a record."""
     known = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
     spectra = np.full((len(motions), PERIODS.size), np.nan)
     spectra[:, known] = response_spectra(
@@ -125,7 +125,7 @@ def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
 
 
 def case_coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
-    """The axes of the cases and what is known of records; the buildings' names, and periods of the spectra."""
+    """The axes of the cases, facts on the records, names of the buildings, and periods of the spectra."""
 
     def about(key: str) -> list[str]:
         return [str(motion.record.get(key, "")) for motion in motions]
@@ -156,7 +156,7 @@ def case_coordinates(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
 
 
 def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
-    """What is known of each record's earthquake and site; NaN where nothing is."""
+    """Magnitude, distance, vs30 and recording of each record; NaN where not known."""
     facts = {
         "magnitude": ("magnitude", described("1", "magnitude of the earthquake that the record is of")),
         "distance": (
@@ -165,13 +165,13 @@ def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
         ),
         "vs30": ("vs30", described("m/s", "mean shear-wave velocity of the upper 30 m under the record's station")),
     }
-    found: dict[str, Any] = {
+    coords: dict[str, Any] = {
         f"record_{name}": ("record", [_number(motion.record.get(key)) for motion in motions], attrs)
         for name, (key, attrs) in facts.items()
     }
     numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
     words = "number of the recording that the record is a component or a copy of, from 0"
-    return found | {"record_recording": ("record", numbers, described("1", words))}
+    return coords | {"record_recording": ("record", numbers, described("1", words))}
 
 
 def _number(value: Any) -> float:
@@ -179,7 +179,7 @@ def _number(value: Any) -> float:
 
 
 def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any]:
-    """The PGA of each record before and after the grid's amplitude, and what it was multiplied by in all."""
+    """PGA of each record before and after scaling to the grid's amplitude, and the factor of all scaling together."""
     pgas = np.array([np.nan if pga is None else pga for pga in study.grid.pgas])
     peaks = np.array([motion.pga for motion in motions])
     factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
@@ -199,24 +199,24 @@ def _amplitudes_felt(study: Study, motions: tuple[Motion, ...]) -> dict[str, Any
     }
 
 
-def _building_coordinates(study: Study) -> dict[str, Any]:
-    """Mass, period and damping of each building; NaN for a rigid one, which has none."""
-    facts = {"mass": ("kg", "mass"), "period": ("s", "period of vibration"), "damping": ("1", "damping ratio")}
-    found = {}
+def building_coordinates(study: Study, period: str = "period of vibration") -> dict[str, Any]:
+    """Mass, period and damping of each building; NaN for a rigid one."""
+    facts = {"mass": ("kg", "mass"), "period": ("s", period), "damping": ("1", "damping ratio")}
+    coords = {}
     for name, (unit, words) in facts.items():
         values = [np.nan if building.is_rigid else getattr(building, name) for building in study.buildings]
-        found[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
-    return found
+        coords[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
+    return coords
 
 
 def sources_of(study: Study, laws: Iterable[Any]) -> list[str]:
-    """Where these laws and the scene's effects are from."""
+    """References of these laws and of the effects of the scene."""
     others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
     return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))
 
 
 def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...]) -> dict[str, Any]:
-    """What it takes to run the study again, and where its laws are from."""
+    """Attributes of a scan: all that it takes to repeat it, and the references of its laws."""
     return {
         "Conventions": CONVENTIONS,
         "title": study.name,
@@ -237,7 +237,7 @@ def attributes(study: Study, motions: tuple[Motion, ...], laws: tuple[Any, ...])
 
 
 def made_from(study: Study, motions: Iterable[Motion]) -> dict[str, Any]:
-    """What every dataset of a scene says of its origin: the scene, its motions, and the versions of what computed."""
+    """Attributes of every dataset of a scene: the scene, its motions, and the versions of the libraries."""
     unused = unused_keys(study)
     return {
         "scene": study.text or study.to_toml(),

@@ -1,4 +1,4 @@
-"""What a results file carries of how it was made, written and read: its scene, options, and digests of its records."""
+"""Provenance in the attributes of a results file, written and read: scene, options, and digests of the records."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SHOWN = 12  # digits of a checksum
 
 
 class Recorded(NamedTuple):
-    """What a results file was made from."""
+    """The scene and the options that a results file was made from."""
 
     study: Study
     screening: bool
@@ -36,10 +36,9 @@ class Recorded(NamedTuple):
 
 
 def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_fraction: float) -> dict[str, str]:
-    """Attributes of a dataset: scene file, digest of the resolved scene, options, digests of motions and kernels,
-    and of the code of contact laws of the user's own.
+    """Attributes of a dataset: the scene file, options, and digests of the scene, motions, kernels and own laws.
 
-    Together with ``scene_resolved``, ``records`` and ``versions`` they are what `recorded` reads.
+    `recorded` reads them together with ``scene_resolved``, ``records`` and ``versions``.
     """
     return {
         "scene_file": study.source.encode(errors="backslashreplace").decode(),  # a name need not be text
@@ -52,12 +51,12 @@ def provenance(study: Study, motions: Iterable[Motion], screening: bool, check_f
 
 
 def text_digest(text: str) -> str:
-    """sha256 of a text in UTF-8."""
+    """SHA-256 of a text in UTF-8."""
     return sha256(text.encode()).hexdigest()
 
 
 def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) -> Recorded:
-    """The study and the options of a scan's results that were read from ``path``.
+    """The scene and the options of results of a scan that were read from ``path``.
 
     Record files that the scene names relative to itself are looked for in ``folder``; without one in the folder of the
     scene file, then beside the results. Raises PoundingError for results without what it takes, attributes that were
@@ -88,9 +87,9 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
 
 
 def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
-    found = told(results, "options", {})
+    options = told(results, "options", {})
     screening, fraction = (
-        found.get(key) if isinstance(found, dict) else None for key in ("screening", "check_fraction")
+        options.get(key) if isinstance(options, dict) else None for key in ("screening", "check_fraction")
     )
     if not isinstance(screening, bool) or isinstance(fraction, bool) or not isinstance(fraction, int | float):
         raise PoundingError(
@@ -102,7 +101,7 @@ def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
 
 
 def _check_laws(raw: Mapping[str, Any], path: Path) -> None:
-    """Refuse contact laws that nobody has registered."""
+    """Refuse contact laws that are not registered."""
     asked = [element.get("contact_model") for _, element in tables(raw, "interface")]
     asked += as_list(table(raw, "grid").get("contact_model"))
     unknown = [name for name in dict.fromkeys(asked) if name is not None and name not in CONTACT_MODELS]
@@ -114,7 +113,7 @@ def _check_laws(raw: Mapping[str, Any], path: Path) -> None:
 
 
 def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder: str | Path | None) -> Path:
-    """Where the records that the scene names as files are."""
+    """The folder of the records that the scene names as files."""
     if folder is not None:
         places = [Path(folder)]
     else:
@@ -134,16 +133,16 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
 
 
 def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
-    """A sentence for each motion that is another one after its processing, though its record is the same.
+    """A sentence for fault motion whose record is the same, but whose processed samples are not.
 
-    Raises PoundingError, with a sentence for each, where records are not those that the results name.
+    Raises PoundingError, with a sentence for fault, where records are not those that the results name.
     """
     before = _checksums(results)
     after = {motion.name: str(motion.record.get("sha256", "")) for motion in motions}
     faults = list(_changes(before, after))
     if faults:
         raise PoundingError(
-            "\n".join(["the records are not those of the results", *(f"  - {each}" for each in faults)])
+            "\n".join(["the records are not those of the results", *(f"  - {fault}" for fault in faults)])
         )
     processed = told(results, "motions_sha256", {})
     return [
@@ -155,9 +154,9 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
 
 
 def _checksums(results: xr.Dataset) -> dict[str, str]:
-    """sha256 of each record's file by the record's name, as the results tell them."""
+    """SHA-256 of the file of each record, by the name of the record."""
     try:
-        return {str(each["name"]): str(each["sha256"]) for each in told(results, "records", [])}
+        return {str(record["name"]): str(record["sha256"]) for record in told(results, "records", [])}
     except (TypeError, KeyError):
         raise PoundingError(
             "the attribute records of the results holds no names and checksums: the file was changed since; run its "

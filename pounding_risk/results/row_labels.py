@@ -1,4 +1,4 @@
-"""What the dataset of a row's scan says beside its cases."""
+"""Variables, coordinates and attributes of the dataset of a row."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from pounding_risk.results.pair_labels import (
     MOTIONS,
     OUTCOME,
     attributes,
+    building_coordinates,
     case_coordinates,
     described,
     kept_as,
@@ -40,50 +41,51 @@ from pounding_risk.solver.row.outputs import (
 
 
 def row_skeleton(study: Study, motions: tuple[Motion, ...], driven: np.ndarray, grid: RowGrid) -> xr.Dataset:
-    """Everything of a row's dataset but its cases; ``driven`` of `row_cases.Driven`, by record, polarity, amplitude."""
-    found = _free(driven, grid) | motion_spectra(motions)
+    """The dataset of a row without its cases; ``driven`` holds `cases.Driven` by record, polarity and amplitude."""
+    free = _free(driven, grid) | motion_spectra(motions)
     laws = tuple(mechanics.laws[0] for mechanics in grid.mechanics)
     attrs = attributes(study, motions, laws) | {
         "source": "pounding_risk: event-driven row solver",
         "stiffness": as_text(_stiffnesses(study, grid)),
-        "restitution": _told([neighbour.restitution_words for neighbour in study.neighbours]),
+        "restitution": _listed([neighbour.restitution_words for neighbour in study.neighbours]),
     }
     if notes := level_notes(study):
         attrs["level_notes"] = as_text(notes)
     coords = case_coordinates(study, motions) | row_coordinates(study, grid)
-    return one_amplitude(xr.Dataset(found, coords=coords, attrs=attrs), study)
+    return one_amplitude(xr.Dataset(free, coords=coords, attrs=attrs), study)
 
 
 def row_variables(frame: Frame) -> dict[str, CaseVariable]:
-    """Every variable of a row's case, but those of `recheck`."""
+    """Every case variable of a row, except those of the tolerance check."""
     return case_variables(variables(frame)) | OUTCOME
 
 
-def case_variables(found: Mapping[str, Variable]) -> dict[str, CaseVariable]:
-    """As the dataset has them."""
+def case_variables(outputs: Mapping[str, Variable]) -> dict[str, CaseVariable]:
+    """Outputs of a row as variables of a dataset."""
     return {
-        name: CaseVariable(one.dims, kept_as(one.whole), described(one.unit, one.words)) for name, one in found.items()
+        name: CaseVariable(one.dims, kept_as(one.whole), described(one.unit, one.words))
+        for name, one in outputs.items()
     }
 
 
 def _free(driven: np.ndarray, grid: RowGrid) -> dict[str, Any]:
-    """Everything that moves, without contact."""
+    """Peaks of buildings and storeys, and closing of the gaps, without contact."""
     frame = grid.frame
     moving = [moving_outputs(one.free, one.pga, frame) for one in driven.flat]
     gaps = [closing(one.free, frame.model) for one in driven.flat]
-    found = {}
+    responses = {}
     for name, variable in moving_variables(frame).items():
-        values = np.array([each[name] for each in moving])
-        found[f"{name}_free"] = _by_motion(
+        values = np.array([outputs[name] for outputs in moving])
+        responses[f"{name}_free"] = _by_motion(
             values, driven.shape, variable.dims, variable.unit, f"{variable.words}; without contact"
         )
     words = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
     for place, (name, dim) in enumerate(
         (("contact_point_peak_closing", "contact_point"), ("peak_closing", "interface"))
     ):
-        values = np.array([each[place] for each in gaps])
-        found[f"{name}_free"] = _by_motion(values, driven.shape, (dim,), "m", words)
-    return found
+        values = np.array([closings[place] for closings in gaps])
+        responses[f"{name}_free"] = _by_motion(values, driven.shape, (dim,), "m", words)
+    return responses
 
 
 def _by_motion(values: np.ndarray, shape: tuple[int, ...], dims: tuple[str, ...], unit: str, words: str) -> Any:
@@ -91,7 +93,7 @@ def _by_motion(values: np.ndarray, shape: tuple[int, ...], dims: tuple[str, ...]
 
 
 def row_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
-    """Interfaces, contact points, buildings and storeys, and what each is."""
+    """Interfaces, contact points, buildings and storeys, with facts on each."""
     points = grid.model.points
     names = [building.name for building in study.buildings]
     return {
@@ -127,31 +129,22 @@ def _point_coordinates(points: tuple[Point, ...], grid: RowGrid) -> dict[str, An
         "left_floor": ([point.left_floor for point in points], described("1", "floor of the left building")),
         "right_floor": ([point.right_floor for point in points], described("1", "floor of the right building")),
     }
-    found: dict[str, Any] = {f"{POINT}{name}": ("contact_point", *fact) for name, fact in facts.items()}
+    coords: dict[str, Any] = {f"{POINT}{name}": ("contact_point", *fact) for name, fact in facts.items()}
     forces = described("N", "yield force F_E at the contact point; inf never yields")
-    found["contact_point_yield_force"] = (("yield_force", "contact_point"), grid.yield_forces, forces)
-    return found
+    coords["contact_point_yield_force"] = (("yield_force", "contact_point"), grid.yield_forces, forces)
+    return coords
 
 
 def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
-    """What each building is; NaN for what a rigid one, or one without storeys of its own, does not have."""
+    """Facts on each building; NaN where a rigid one, or one without storeys, has no such value."""
     buildings = study.buildings
     levels = np.full(grid.frame.storeys.shape, np.nan)
     for place, building in enumerate(buildings):
         given = list(accumulate(building.heights))
         levels[place, : len(given)] = given
-    facts = {"mass": ("kg", "mass"), "period": ("s", "first period of vibration"), "damping": ("1", "damping ratio")}
-    found: dict[str, Any] = {
-        f"building_{name}": (
-            "building",
-            [np.nan if building.is_rigid else getattr(building, name) for building in buildings],
-            described(unit, f"{words} of the building"),
-        )
-        for name, (unit, words) in facts.items()
-    }
     heights = [building.height if building.height > 0.0 else np.nan for building in buildings]
     storeys = (grid.frame.storeys >= 0).sum(axis=1)
-    return found | {
+    return building_coordinates(study, "first period of vibration") | {
         "building_height": ("building", heights, described("m", "level of the roof; NaN where not given")),
         "building_storeys": ("building", storeys, described("1", "storeys; a rigid building has none")),
         "building_position": (
@@ -165,12 +158,12 @@ def _building_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
 
 
 def positions(count: int) -> list[str]:
-    """Of so many buildings in a row, which are its ends."""
+    """Position of each of so many buildings: end or interior, or alone."""
     return ["alone"] if count == 1 else ["end", *["interior"] * (count - 2), "end"]
 
 
 def _gap_coordinates(study: Study, grid: RowGrid) -> dict[str, Any]:
-    """The gap of each interface, where it is not that of the grid at all of them."""
+    """The gap of each interface, where it is not the gap of the grid at all of them."""
     if (grid.gaps == np.array(study.grid.gaps)[:, None]).all():
         return {}
     words = "clear distance at rest of each interface; the axis gap is that of "
@@ -186,6 +179,6 @@ def _stiffnesses(study: Study, grid: RowGrid) -> dict[str, list[float]]:
     }
 
 
-def _told(words: list[str]) -> str:
-    """Once where all are the same, otherwise one after the other."""
+def _listed(words: list[str]) -> str:
+    """The words once where all are equal, otherwise one after the other."""
     return words[0] if len(set(words)) == 1 else "; ".join(words)

@@ -1,7 +1,7 @@
-"""A scan's dataset of which a reader selected one value along an axis: the axis is put back, with that one value.
+"""Restoring the axes of a dataset of `scan` in which one value along an axis was selected.
 
-``dataset.sel(polarity="reversed")`` leaves the polarity as a label without an axis. Whatever reads a dataset of `scan`
-counts on the axes of its cases, so that every such reader calls `with_axes` first.
+``dataset.sel(polarity="reversed")`` leaves the polarity as a label without an axis. Functions that read a dataset of
+`scan` rely on all axes of its cases, and call `with_axes` first.
 """
 
 from __future__ import annotations
@@ -15,20 +15,25 @@ from pounding_risk.units import shown
 if TYPE_CHECKING:
     import xarray as xr
 
-MARK = "impact_count"  # what every dataset of a scan has, by case
-MAY_LACK = ("pga",)  # a study of one amplitude has no axis of amplitudes
+MARK = "impact_count"  # a case variable of every dataset of a scan
+MAY_LACK = ("pga",)  # a scan of one amplitude has no such axis
 OF_COORDINATES = {"interface_gap": ("gap",), "contact_point_yield_force": ("yield_force",)}
 
 
 def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
-    """The dataset with every axis of its cases; itself where none is missing or where it is none of `scan`.
+    """The dataset with every axis of its cases; unchanged where none is missing, or where it is not of `scan`.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         A dataset of `scan`, or what ``sel`` or ``isel`` left of one.
     source : str
-        How an error calls it.
+        The name of the dataset in error messages.
+
+    Returns
+    -------
+    xarray.Dataset
+        With axes of length 1 where values were selected.
 
     Raises
     ------
@@ -64,7 +69,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
 
 
 def axes_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
-    """The axes of the cases that a variable of a scan's dataset has, by its name."""
+    """The axes of cases that a variable of this name has."""
     if name.startswith("record_"):
         return AXES[:1]
     if is_coordinate:
@@ -73,7 +78,7 @@ def axes_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
 
 
 def _expanded(variable: xr.Variable, axes: list[str]) -> xr.Variable:
-    """The variable with these axes of length one, all axes in their order."""
+    """The variable with these axes added, of length 1, and all axes in order."""
     sizes: dict[Any, int] = dict.fromkeys(axes, 1) | dict(variable.sizes)
     first = [axis for axis in AXES if axis in sizes]
     own = [dim for dim in variable.dims if dim not in AXES]
@@ -81,7 +86,7 @@ def _expanded(variable: xr.Variable, axes: list[str]) -> xr.Variable:
 
 
 def _check_buildings(dataset: xr.Dataset, source: str) -> None:
-    """Refuse a part of a dataset of which it could not be said who meets whom."""
+    """Refuse a selection of buildings and interfaces that do not stand side by side."""
     count = dataset.sizes.get("building", 1)
     if count < 2:
         raise PoundingError(

@@ -1,10 +1,10 @@
-"""How a dataset comes to disk piece by piece: in memory, as netCDF, or as Zarr, from the same calls.
+"""Stores that a dataset is written to block by block: in memory, as netCDF, or as Zarr, by the same calls.
 
-A store is made of a dataset's form and takes the values of its lines; whole blocks of `layout.blocks` are written as
-they come, parts of a block are gathered until another block is touched. Blocks are written whole and in chunks of their
-own, so that the bytes on disk follow from the values and from the order of the calls alone.
+A store is made from a dataset's template and takes the values of its batches. Whole blocks (`layout.blocks`) are
+written at once; parts of a block are collected until another block is begun. Each block is written whole and is one
+chunk of the file, so the bytes on disk depend only on the values and on the order of the calls.
 
-One thread of a process may touch netCDF, the caller's, and one at a time where several call.
+netCDF is used from the calling thread, by one thread of a process at a time.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import wraps
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import netCDF4
 import numpy as np
@@ -23,67 +23,55 @@ import xarray as xr
 from pounding_risk._common.files import discard, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import NETCDF, RESULTS, check_target, netcdf_encoding, zarr_store
-from pounding_risk.results.layout import Form, blocks, place
+from pounding_risk.results.layout import Template, blocks, place
 
-KEPT = "free space and run the same command again, without --new: the parts are kept"
-
-
-class Store(Protocol):
-    """Where a dataset goes; leaving its ``with`` before it is finished abandons it."""
-
-    def write(self, lines: range, values: Mapping[str, np.ndarray]) -> None:
-        """Values of a run of lines, each (lines, cases in a line, extra sizes); some of the variables or all."""
-
-    def finish(self, attrs: Mapping[str, Any]) -> None:
-        """Attributes known at the end; then the dataset is whole, and in its place."""
-
-    def abandon(self) -> None:
-        """Leave nothing under any name."""
-
-    def __enter__(self) -> Store:
-        """Begin."""
-
-    def __exit__(self, *error: object) -> None:
-        """End: abandon what is not finished."""
+AGAIN = "free space and run the same command again, without --new: the chunks are kept"
 
 
 class Blockwise(ABC):
-    """What the stores share: lines become blocks, and nothing is finished that has holes."""
+    """A store: collects batches in blocks, and refuses to be finished while batches are missing.
 
-    def __init__(self, form: Form):
-        self.form = form
-        self._blocks = list(blocks(form))
-        self._written = {name: np.zeros(form.lines, dtype=bool) for name in form.cases}
-        self._block = range(0)  # of which parts are held
+    Use it as a context manager: leaving it before it is finished abandons it.
+    """
+
+    def __init__(self, template: Template):
+        self.template = template
+        self._blocks = list(blocks(template))
+        self._written = {name: np.zeros(template.batches, dtype=bool) for name in template.cases}
+        self._block = range(0)  # of which parts are collected in `_held`
         self._held: dict[str, np.ndarray] = {}
         self._open = True
 
-    def write(self, lines: range, values: Mapping[str, np.ndarray]) -> None:
-        """As `Store.write`; lines that were written before are written over.
+    def write(self, batches: range, values: Mapping[str, np.ndarray]) -> None:
+        """Write values of batches, each (batches, cases in a batch, extra sizes), of some of the variables or all.
 
-        Raises PoundingError where the disk is full; nothing is left then.
+        Batches that were written before are overwritten. Raises PoundingError where the disk is full; nothing is left
+        then.
         """
         with self._guarded():
-            for block in self._touched(lines):
-                part = range(max(lines.start, block.start), min(lines.stop, block.stop))
+            for block in self._touched(batches):
+                part = range(max(batches.start, block.start), min(batches.stop, block.stop))
                 if block != self._block:
                     self._settle(block)
                 for name, given in values.items():
-                    of_part = np.asarray(given)[part.start - lines.start : part.stop - lines.start]
+                    of_part = np.asarray(given)[part.start - batches.start : part.stop - batches.start]
                     self._take(block, part, name, of_part)
 
     def finish(self, attrs: Mapping[str, Any]) -> None:
-        """As `Store.finish`. Raises PoundingError where the disk is full, ValueError where lines were not written."""
+        """Add attributes that are known at the end; the dataset is then complete, and under its final name.
+
+        Raises PoundingError where the disk is full, ValueError where batches were not written.
+        """
         with self._guarded():
             self._settle(range(0))
             holes = [name for name, written in self._written.items() if not written.all()]
             if holes:
-                raise ValueError(f"lines of {', '.join(holes)} were never written")
+                raise ValueError(f"batches of {', '.join(holes)} were never written")
             self._complete(attrs)
             self._open = False
 
     def abandon(self) -> None:
-        """As `Store.abandon`; a store that is finished stays."""
+        """Remove what was written, unless the store is finished."""
         if self._open:
             self._open = False
             self._remove()
@@ -94,18 +82,18 @@ class Blockwise(ABC):
     def __exit__(self, *_: object) -> None:
         self.abandon()
 
-    def _touched(self, lines: range) -> Iterator[range]:
-        first = np.searchsorted([block.stop for block in self._blocks], lines.start, side="right")
+    def _touched(self, batches: range) -> Iterator[range]:
+        first = np.searchsorted([block.stop for block in self._blocks], batches.start, side="right")
         for block in self._blocks[first:]:
-            if block.start >= lines.stop:
+            if block.start >= batches.stop:
                 return
             yield block
 
     def _take(self, block: range, part: range, name: str, values: np.ndarray) -> None:
-        whole = (len(block), self.form.width, *self.form.extra(name))
-        dtype = self.form.cases[name].dtype
+        whole = (len(block), self.template.width, *self.template.extra(name))
+        dtype = self.template.cases[name].dtype
         if values.shape != (len(part), *whole[1:]):
-            raise ValueError(f"{name} is {values.shape} for {len(part)} lines of {whole[1:]}")
+            raise ValueError(f"{name} is {values.shape} for {len(part)} batches of {whole[1:]}")
         if part == block:
             self._held.pop(name, None)
             self._put(block, name, values.astype(dtype, casting="same_kind", copy=False))
@@ -120,7 +108,7 @@ class Blockwise(ABC):
         self._written[name][part.start : part.stop] = True
 
     def _settle(self, block: range) -> None:
-        """Write what is held, before parts of another ``block`` are gathered."""
+        """Write the block that is collected, before another ``block`` is."""
         for name, values in self._held.items():
             self._put(self._block, name, values)
         self._block, self._held = block, {}
@@ -130,21 +118,21 @@ class Blockwise(ABC):
         try:
             yield
         except BaseException as error:
-            told = self._told(error)  # first: it says how much space is left
+            translated = self._translated(error)  # before anything is removed: it says how much space is left
             self.abandon()
-            if told is None:
+            if translated is None:
                 raise
-            raise told from None
+            raise translated from None
 
-    def _told(self, error: BaseException) -> PoundingError | None:
-        """What to raise in place of an error; None where it stays as it is."""
+    def _translated(self, error: BaseException) -> PoundingError | None:
+        """The error to raise in place of ``error``; None where it stays as it is."""
         return None
 
     def _where(self, block: range, name: str) -> tuple[tuple[slice, ...], tuple[int, ...]]:
-        """Where a block of a variable lies along its own axes, and its sizes along them."""
-        extra = self.form.extra(name)
-        slices = tuple(place(self.form, block).values())
-        return (*slices, *(slice(None) for _ in extra)), (*(each.stop - each.start for each in slices), *extra)
+        """Slices of a block along the axes of a variable, and its sizes along them."""
+        extra = self.template.extra(name)
+        slices = tuple(place(self.template, block).values())
+        return (*slices, *(slice(None) for _ in extra)), (*(part.stop - part.start for part in slices), *extra)
 
     @abstractmethod
     def _put(self, block: range, name: str, values: np.ndarray) -> None: ...
@@ -160,25 +148,24 @@ class Blockwise(ABC):
 
 
 class Memory(Blockwise):
-    """The dataset in memory."""
+    """Store that keeps the dataset in memory."""
 
-    def __init__(self, form: Form):
-        super().__init__(form)
+    def __init__(self, template: Template):
+        super().__init__(template)
         self._arrays = {
-            name: np.zeros((form.lines, form.width, *form.extra(name)), variable.dtype)
-            for name, variable in form.cases.items()
+            name: np.zeros((template.batches, template.width, *template.extra(name)), variable.dtype)
+            for name, variable in template.cases.items()
         }
         self._attrs: Mapping[str, Any] = {}
 
     def dataset(self) -> xr.Dataset:
-        """What was written, labelled."""
-        sizes = tuple(self.form.skeleton.sizes[dim] for dim in self.form.dims)
-        variables = {
-            name: ((*self.form.dims, *found.dims), self._arrays[name].reshape(*sizes, *self.form.extra(name)))
-            for name, found in self.form.cases.items()
-        }
-        told = {name: (*variable, dict(self.form.cases[name].attrs)) for name, variable in variables.items()}
-        return self.form.skeleton.assign(told).assign_attrs(self._attrs)
+        """The dataset that was written, with its labels."""
+        sizes = tuple(self.template.skeleton.sizes[dim] for dim in self.template.dims)
+        variables = {}
+        for name, variable in self.template.cases.items():
+            values = self._arrays[name].reshape(*sizes, *self.template.extra(name))
+            variables[name] = ((*self.template.dims, *variable.dims), values, dict(variable.attrs))
+        return self.template.skeleton.assign(variables).assign_attrs(self._attrs)
 
     def _put(self, block: range, name: str, values: np.ndarray) -> None:
         self._arrays[name][block.start : block.stop] = values
@@ -194,17 +181,17 @@ class Memory(Blockwise):
 
 
 class OnDisk(Blockwise):
-    """A store aside of its target, moved into place when it is whole; ``repair`` ends the sentence of a full disk."""
+    """Store that writes beside its target and moves it into place; ``repair`` ends the sentence of a full disk."""
 
-    def __init__(self, form: Form, target: str | Path, repair: str = KEPT):
-        super().__init__(form)
+    def __init__(self, template: Template, target: str | Path, repair: str = AGAIN):
+        super().__init__(template)
         self.target = check_target(target, RESULTS)
         self.partial, self._repair = partial_of(self.target), repair
         with self._guarded():
-            discard(self.partial)  # of a process of this number that was killed; of a link only the link
+            discard(self.partial)  # left by a killed process of the same number; of a link only the link
             self._begin()
 
-    def _told(self, error: BaseException) -> PoundingError | None:
+    def _translated(self, error: BaseException) -> PoundingError | None:
         # netCDF raises both where the disk is full.
         is_of_disk = isinstance(error, OSError | RuntimeError)
         return not_written(self.target, error, self._repair) if is_of_disk else None
@@ -217,7 +204,7 @@ Act = TypeVar("Act", bound=Callable[..., Any])
 
 
 def _one_at_a_time(act: Act) -> Act:
-    """What touches netCDF waits for other threads that do."""
+    """Decorator of functions that use netCDF: they wait for other threads that do."""
 
     @wraps(act)
     def alone(*args: Any) -> Any:
@@ -234,54 +221,56 @@ class Netcdf(OnDisk):
 
     @_one_at_a_time
     def _begin(self) -> None:
-        skeleton = self.form.skeleton
+        skeleton = self.template.skeleton
         skeleton.to_netcdf(self.partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(skeleton))
         self._file = netCDF4.Dataset(self.partial, "a")
         self._file.set_auto_maskandscale(False)
-        for name in self.form.cases:
+        for name in self.template.cases:
             self._create(name)
         self._unattached()
 
     def _create(self, name: str) -> None:
-        """The variable with the attributes that xarray would give it."""
-        found = self.form.cases[name]
-        dims = (*self.form.dims, *found.dims)
+        """Create a variable with the attributes that xarray would give it."""
+        declared = self.template.cases[name]
+        dims = (*self.template.dims, *declared.dims)
         sizes = dict(
-            zip(self.form.dims, (part.stop for part in place(self.form, self._blocks[0]).values()), strict=True)
+            zip(self.template.dims, (part.stop for part in place(self.template, self._blocks[0]).values()), strict=True)
         )
-        chunk = tuple(sizes.get(dim, self.form.skeleton.sizes[dim]) for dim in dims)
+        chunk = tuple(sizes.get(dim, self.template.skeleton.sizes[dim]) for dim in dims)
         variable = self._file.createVariable(
             name,
-            found.dtype,
+            declared.dtype,
             dims,
-            fill_value=np.nan if found.dtype.kind == "f" else None,
+            fill_value=np.nan if declared.dtype.kind == "f" else None,
             zlib=True,
             complevel=1,
             shuffle=True,
             chunksizes=chunk,
         )
-        # A block is written once: a cache of one chunk is enough, where the library would keep many of each variable.
-        variable.set_var_chunk_cache(int(np.prod(chunk)) * found.dtype.itemsize, 7, 1.0)
+        # A block is written once: a cache of one chunk suffices, where the library would keep many of each variable.
+        variable.set_var_chunk_cache(int(np.prod(chunk)) * declared.dtype.itemsize, 7, 1.0)
         labels = self._labels(dims)
-        variable.setncatts(dict(found.attrs) | ({"coordinates": " ".join(labels)} if labels else {}))
+        variable.setncatts(dict(declared.attrs) | ({"coordinates": " ".join(labels)} if labels else {}))
 
     def _labels(self, dims: tuple[str, ...]) -> list[str]:
-        """The coordinates beside the axes that a variable of these dimensions has."""
-        skeleton = self.form.skeleton
+        """Coordinates, other than axes, of a variable of these dimensions."""
+        skeleton = self.template.skeleton
         return sorted(
             str(name) for name in set(skeleton.coords) - set(skeleton.dims) if set(skeleton[name].dims) <= set(dims)
         )
 
     def _unattached(self) -> None:
-        """Coordinates that no variable has are told by the file; xarray told those of the skeleton's variables."""
+        """List in the file's attribute only coordinates that no variable has; xarray listed those of the skeleton's."""
         if "coordinates" not in self._file.ncattrs():
             return
         attached = {
-            label for name, found in self.form.cases.items() for label in self._labels((*self.form.dims, *found.dims))
+            label
+            for name, declared in self.template.cases.items()
+            for label in self._labels((*self.template.dims, *declared.dims))
         }
-        left = [name for name in self._file.coordinates.split() if name not in attached]
-        if left:
-            self._file.coordinates = " ".join(left)
+        others = [name for name in self._file.coordinates.split() if name not in attached]
+        if others:
+            self._file.coordinates = " ".join(others)
         else:
             del self._file.coordinates
 
@@ -293,7 +282,7 @@ class Netcdf(OnDisk):
     @_one_at_a_time
     def _get(self, block: range, name: str) -> np.ndarray:
         slices, _ = self._where(block, name)
-        return np.asarray(self._file[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
+        return np.asarray(self._file[name][slices]).reshape(len(block), self.template.width, *self.template.extra(name))
 
     @_one_at_a_time
     def _complete(self, attrs: Mapping[str, Any]) -> None:
@@ -305,11 +294,13 @@ class Netcdf(OnDisk):
     def _remove(self) -> None:
         discard(self.partial)  # before closing, which on a full disk cannot succeed until it is
         if self._file is not None and self._file.isopen():
-            with suppress(OSError, RuntimeError):  # the file is gone, there is nothing to say of it
+            with suppress(OSError, RuntimeError):  # the file has been removed
                 self._file.close()
 
 
-def store_of(form: Form, target: str | Path, repair: str = KEPT) -> OnDisk:
+def store_of(template: Template, target: str | Path, repair: str = AGAIN) -> OnDisk:
     """The store of a target by its suffix, ``.nc`` or ``.zarr``; raises PoundingError as `check_target`."""
     path = check_target(target, RESULTS)
-    return zarr_store().Zarr(form, path, repair) if path.suffix.lower() == ".zarr" else Netcdf(form, path, repair)
+    return (
+        zarr_store().Zarr(template, path, repair) if path.suffix.lower() == ".zarr" else Netcdf(template, path, repair)
+    )

@@ -1,6 +1,6 @@
-"""What a dataset holds, in a few numbers: read block by block, so that it need not fit into memory.
+"""Summary of a dataset in a few numbers, read block by block, so that it need not fit into memory.
 
-Nothing here solves: results can be summed up where no solver can be compiled.
+No solver is imported: results can be summed up where none can be compiled.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
-from pounding_risk.results.layout import AXES, Form, blocks, form_of, streamed, values_at
+from pounding_risk.results.layout import AXES, Template, blocks, streamed, template_of, values_at
 from pounding_risk.results.selected_axes import with_axes
 from pounding_risk.results.tolerance_check import findings
 
@@ -30,29 +30,42 @@ OUTCOMES = ("status", "simulated", "sensitive")  # counted, not averaged
 
 
 class Spread(NamedTuple):
-    """The values of a variable under one contact model: of complete cases, those that are not missing."""
+    """Spread of a variable under one contact model, over the complete cases in which it has a value."""
 
-    values: int
-    least: float  # NaN, as all below, where there is no value
+    values: int  # how many
+    least: float  # NaN, as the others, where there is no value
     mean: float
     largest: float
 
 
 class Summary(NamedTuple):
-    """Of a scan's dataset."""
+    """Summary of the dataset of a scan."""
 
     title: str
     counts: dict[str, int]  # see `counted`
-    rechecks: dict[str, str]  # see `recheck_findings.findings`
+    rechecks: dict[str, str]  # see `tolerance_check.findings`
     units: dict[str, str]  # by variable
     spreads: dict[str, dict[str, Spread]]  # by variable and contact model
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
 
 
 def summary(results: xr.Dataset | str | Path) -> Summary:
-    """Counts of cases and the spread of every variable, from a dataset or a file (``.nc``, ``.zarr``) of `scan`.
+    """Count the cases of a scan, and compute the spread of every variable.
 
-    Raises PoundingError for a file that cannot be read and for what is no scan's dataset.
+    Parameters
+    ----------
+    results : xarray.Dataset, str or Path
+        A dataset of `scan`, or its file (``.nc``, ``.zarr``).
+
+    Returns
+    -------
+    Summary
+        Counts of cases, findings of the tolerance check, spreads in SI units, and notes on unusual numbers.
+
+    Raises
+    ------
+    PoundingError
+        For a file that cannot be read, and for anything that is not the dataset of a scan.
     """
     if isinstance(results, str | Path):
         with stream_results(results) as dataset, reading(results, (OSError, RuntimeError)):
@@ -61,22 +74,22 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
 
 
 def _summary(dataset: xr.Dataset, whose: str) -> Summary:
-    form = form_of(dataset)
-    if "status" not in form.cases or "contact_model" not in form.dims:
+    template = template_of(dataset)
+    if "status" not in template.cases or "contact_model" not in template.dims:
         raise PoundingError(
             f"{whose}: is no dataset of a scan; name what `pounding-risk scan SCENE -o results.nc` wrote"
         )
     if "rtol" not in dataset.attrs:
         raise PoundingError(f"{whose}: its attributes are lost; name the file that the scan wrote, before any change")
     check_scan(dataset, whose, names=(*AXES_OF_CASES, "simulated"))
-    spreads = _spreads(dataset, form)
-    units = {name: str(form.cases[name].attrs.get("units", "1")) for name in spreads}
+    spreads = _spreads(dataset, template)
+    units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
     return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, of_results(dataset))
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:
-    """Cases in all, those simulated, those known without a run, those found sensitive, those failed by sentence."""
+    """Number of cases: all, simulated, known without a run, sensitive, and failed, these by sentence."""
     names = [name for name in OUTCOMES if name in dataset]
     cases, simulated, again, sensitive = 0, 0, 0, 0
     for piece in streamed(dataset, names):
@@ -92,25 +105,25 @@ def counted(dataset: xr.Dataset) -> dict[str, int]:
 
 
 def failures(dataset: xr.Dataset) -> dict[str, int]:
-    """How many cases failed, by the sentence that says why."""
-    found: Counter[int] = Counter()
+    """Number of failed cases by the sentence that says why."""
+    number: Counter[int] = Counter()
     for piece in streamed(dataset, ("status",)):
         codes, counts = np.unique(piece["status"], return_counts=True)
-        found.update(dict(zip(map(int, codes), map(int, counts), strict=True)))
+        number.update(dict(zip(map(int, codes), map(int, counts), strict=True)))
     sentences = _sentences(dataset["status"].attrs)
-    return {sentences.get(code, f"status {code}"): found[code] for code in sorted(found) if code != COMPLETE}
+    return {sentences.get(code, f"status {code}"): number[code] for code in sorted(number) if code != COMPLETE}
 
 
 def _sentences(attrs: Mapping[str, Any]) -> dict[int, str]:
-    """What each status means, as the dataset itself says."""
+    """The sentence of each status, from the attributes of the variable."""
     if "sentences" in attrs:
         return {int(code): sentence for code, sentence in json.loads(attrs["sentences"]).items()}
     meanings = str(attrs.get("flag_meanings", "")).split()
     return {int(code): word for code, word in zip(np.atleast_1d(attrs.get("flag_values", ())), meanings, strict=False)}
 
 
-class _Gathered:
-    """What is known of a variable's values so far."""
+class _Accumulator:
+    """Count, extremes and sums of a variable over the blocks read so far."""
 
     def __init__(self) -> None:
         self.values, self.least, self.largest = 0, inf, -inf
@@ -129,19 +142,19 @@ class _Gathered:
         return Spread(self.values, self.least, fsum(self.sums) / self.values, self.largest)
 
 
-def _spreads(dataset: xr.Dataset, form: Form) -> dict[str, dict[str, Spread]]:
+def _spreads(dataset: xr.Dataset, template: Template) -> dict[str, dict[str, Spread]]:
     laws = [str(name) for name in dataset["contact_model"].values]
-    names = [name for name in form.cases if name not in OUTCOMES]
-    gathered = {name: [_Gathered() for _ in laws] for name in names}
-    for block in blocks(form):
-        piece = values_at(dataset, form, block, ("status", *names))
+    names = [name for name in template.cases if name not in OUTCOMES]
+    accumulators = {name: [_Accumulator() for _ in laws] for name in names}
+    for block in blocks(template):
+        piece = values_at(dataset, template, block, ("status", *names))
         complete = piece["status"] == COMPLETE
-        law_of = np.unravel_index(np.array(block), form.shape[:-1])[AXES.index("contact_model")]
+        law_of = np.unravel_index(np.array(block), template.shape[:-1])[AXES.index("contact_model")]
         for place in range(len(laws)):
             chosen = complete & (law_of == place)[:, None]
             for name in names:
-                gathered[name][place].add(piece[name][chosen])
+                accumulators[name][place].add(piece[name][chosen])
     return {
-        name: {law: found.spread() for law, found in zip(laws, by_law, strict=True)}
-        for name, by_law in gathered.items()
+        name: {law: accumulator.spread() for law, accumulator in zip(laws, by_law, strict=True)}
+        for name, by_law in accumulators.items()
     }

@@ -1,4 +1,4 @@
-"""What the runs that were made again tell, from a dataset; see `recheck` for how they are made."""
+"""Findings of the tolerance check, from a dataset; `ensemble.tolerance_check` makes it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pounding_risk.units import Quantity, si
 if TYPE_CHECKING:
     import xarray as xr
 
-TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of the second run: so many times smaller, but never below
-# Relative changes, and plain differences of counts and flags.
+TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of a repeated run: so many times smaller, but not below
+# Outputs of which relative changes are recorded, and those of which differences are: counts and flags.
 RELATIVE, COUNTED = ("peak_relative_displacement", "peak_contact_force"), ("impact_count", "yield_exceedance")
 WORDS = {
     "peak_relative_displacement": "peak relative displacement",
@@ -27,19 +27,19 @@ SHARE = Quantity("1", 0.0, 1.0, "share of the runs", example="0.01")
 
 
 def check_share(fraction: float | str) -> float:
-    """The share as a number; raises PoundingError for what is none from 0 to 1."""
+    """A share of runs as a number; raises PoundingError for anything that is not a number from 0 to 1."""
     return si(fraction, SHARE, "check_fraction")
 
 
 def tighter(rtol: float) -> float:
-    """The tolerance of the second run."""
+    """The relative tolerance of a repeated run."""
     return max(rtol / TIGHTER, TIGHTEST)
 
 
 def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """What was made again and what is sensitive, each with a sentence: how many, and how far the answers move.
+    """Sentences on the runs that were repeated and on those that are sensitive: (what, sentence).
 
-    Read piece by piece: what memory holds is the relative changes of the runs made again.
+    Read block by block; only the relative changes of the repeated runs are held in memory.
     """
     if "sensitive" not in dataset:
         return
@@ -51,9 +51,9 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         made += int((piece["simulated"] == 1).sum())
         checked += int(again.sum())
         sensitive += int((piece["sensitive"] == 1).sum())
-        for name, found in changes.items():
+        for name, finite in changes.items():
             values = piece[f"change_{name}"][again]
-            found.append(values[np.isfinite(values)])
+            finite.append(values[np.isfinite(values)])
         for name in COUNTED:
             moved[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
     if not checked:
@@ -70,7 +70,7 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 
 def _moves(changes: dict[str, list[np.ndarray]]) -> Iterator[str]:
-    for name, found in changes.items():
-        values = np.concatenate(found)
+    for name, finite in changes.items():
+        values = np.concatenate(finite)
         if values.size:
             yield f"{WORDS[name]} moves by {np.median(values):.0e} (median), {values.max():.0e} (largest)"

@@ -1,7 +1,7 @@
-"""Datasets as Zarr: a folder of one small file a block and variable, for what memory does not hold. Extra ``cluster``.
+"""Datasets as Zarr: a folder with one file per block and variable, for larger than memory. Needs the extra ``cluster``.
 
-Zarr's second format, which every reader knows and whose texts have a fixed meaning. Every chunk is written, empty or
-not, so that one that is lost is found missing, not read as fill values.
+The second format of Zarr is used, which every reader knows and in which texts have a fixed representation. Every chunk
+is written, empty or not, so that a lost one is found missing instead of being read as fill values.
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 class Zarr(OnDisk):
     """A Zarr store. Raises PoundingError where it cannot be written.
 
-    A store that stands under the target's name is replaced in two steps, see `whole_files`.
+    An older store of the same name is replaced in two steps, see `_common.files`.
     """
 
     _group: Any = None
 
     def _begin(self) -> None:
-        form = self.form
-        block = {axis: part.stop for axis, part in place(form, self._blocks[0]).items()} if form.cases else {}
-        skeleton = form.skeleton.drop_encoding()
-        template, encoding = skeleton, {}
-        for name, found in form.cases.items():
-            dims = (*form.dims, *found.dims)
+        template = self.template
+        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
+        skeleton = template.skeleton.drop_encoding()
+        dataset, encoding = skeleton, {}
+        for name, variable in template.cases.items():
+            dims = (*template.dims, *variable.dims)
             chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
-            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=found.dtype, chunks=chunk)
-            template = template.assign({name: (dims, empty, dict(found.attrs))})
+            empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=variable.dtype, chunks=chunk)
+            dataset = dataset.assign({name: (dims, empty, dict(variable.attrs))})
             encoding[name] = {"chunks": chunk}
-        template = fixed_texts(template).assign_attrs({ZARR_MARK: [str(name) for name in template.variables]})
+        dataset = fixed_texts(dataset).assign_attrs({ZARR_MARK: [str(name) for name in dataset.variables]})
         with zarr.config.set(EVERY_CHUNK):
             # Metadata and the skeleton; the cases' own values come block by block.
-            template.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
+            dataset.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
             self._group = zarr.open_group(self.partial, mode="r+", zarr_format=2)
-            self._arrays = {name: self._group[name] for name in form.cases}
+            self._arrays = {name: self._group[name] for name in template.cases}
 
     def _put(self, block: range, name: str, values: np.ndarray) -> None:
         slices, sizes = self._where(block, name)
@@ -56,7 +56,9 @@ class Zarr(OnDisk):
 
     def _get(self, block: range, name: str) -> np.ndarray:
         slices, _ = self._where(block, name)
-        return np.asarray(self._arrays[name][slices]).reshape(len(block), self.form.width, *self.form.extra(name))
+        return np.asarray(self._arrays[name][slices]).reshape(
+            len(block), self.template.width, *self.template.extra(name)
+        )
 
     def _complete(self, attrs: Mapping[str, Any]) -> None:
         self._group.attrs.update({name: _plain(value) for name, value in attrs.items()})
@@ -68,21 +70,21 @@ class Zarr(OnDisk):
 
 
 def fixed_texts(dataset: xr.Dataset) -> xr.Dataset:
-    """Texts as arrays of a fixed width: netCDF gives them as objects, which a Zarr store would keep otherwise."""
+    """The dataset with texts of a fixed width; netCDF gives them as objects, which Zarr would write otherwise."""
     texts = {name: variable.astype(str) for name, variable in dataset.variables.items() if variable.dtype.kind in "OT"}
     coords = {name: text for name, text in texts.items() if name in dataset.coords}
     return dataset.assign_coords(coords).assign({name: text for name, text in texts.items() if name not in coords})
 
 
 def _plain(value: Any) -> Any:
-    """An attribute as JSON has it."""
+    """An attribute as a type that JSON has."""
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
-    """A store, lazily: with Dask arrays where ``chunks`` is not None.
+    """Open a store lazily, with Dask arrays where ``chunks`` is not None.
 
-    Raises PoundingError where it is none of this package, names a codec or a type that could run code (see
+    Raises PoundingError where it was not written by this package, names a codec or a type that could run code (see
     `zarr_metadata`), or where pieces of it are missing.
     """
     check_store(path)
@@ -99,7 +101,7 @@ def opened(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
 
 
 def _missing_pieces(path: Path) -> list[str]:
-    """How many pieces of which variables are not there, a few words each."""
+    """Variables of which chunks are missing, and how many."""
     group = zarr.open_consolidated(path, mode="r", zarr_format=2)
     counts = {name: array.nchunks - array.nchunks_initialized for name, array in group.arrays()}
     return [f"{name} lacks {count}" for name, count in counts.items() if count > 0]

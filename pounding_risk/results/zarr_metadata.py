@@ -1,8 +1,8 @@
-"""What a Zarr store says of itself, read as plain JSON and checked before a library opens it.
+"""Security check of the metadata of a Zarr store, read as plain JSON before a library opens the store.
 
-A store names the codecs that its pieces pass through and the types of its values, and some of them run whatever code
-the store holds: a value of type object is a pickle. Only what `zarr_store` writes, and what other versions of the
-library write in its place, is let through.
+A store names the codecs of its chunks and the types of its values, and some of these run code that the store contains:
+a value of type object is a pickle. Only what `results.zarr` writes, and its equivalent in other versions of the
+library, is accepted.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def is_zarr_of_ours(path: Path) -> bool:
 
 
 def check_store(path: Path) -> None:
-    """Check everything that a store's metadata could make a library do; no piece of it is read.
+    """Check everything that the metadata of a store could make a library do; no chunk is read.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def check_store(path: Path) -> None:
 
 
 def _check_files(path: Path) -> None:
-    """Refuse links, devices, and folders in folders: a store's pieces are plain files."""
+    """Refuse links, devices, and folders in folders: the chunks of a store are plain files."""
     for folder, entries in _entries(path):
         for entry in entries:
             mode = entry.stat(follow_symlinks=False).st_mode
@@ -79,7 +79,7 @@ def _check_files(path: Path) -> None:
 
 
 def _entries(path: Path) -> Iterator[tuple[Path, list[os.DirEntry[str]]]]:
-    """What the store's folder and each folder directly in it hold."""
+    """The entries of the folder of a store, and of each folder directly in it."""
     try:
         top = list(os.scandir(path))
         yield path, top
@@ -101,15 +101,15 @@ def _json(file: Path) -> Any:
 
 def _consolidated(path: Path) -> dict[str, dict[str, Any]]:
     """The metadata of all variables that stand in one file, from which the library reads them."""
-    found = _json(path / CONSOLIDATED)
-    documents = found.get("metadata") if isinstance(found, dict) else None
+    content = _json(path / CONSOLIDATED)
+    documents = content.get("metadata") if isinstance(content, dict) else None
     if not isinstance(documents, dict) or not all(isinstance(document, dict) for document in documents.values()):
         raise PoundingError(f"{path / CONSOLIDATED}: holds no table of metadata; run the scan again")
     return documents
 
 
 def _check_document(path: Path, name: str, document: Any) -> None:
-    """Check one entry, such as "impact_count/.zarray"."""
+    """Check one entry of the metadata, such as "impact_count/.zarray"."""
     variable, _, kind = name.rpartition("/")
     if kind not in (".zgroup", ".zattrs", ".zarray") or (variable and not NAME.fullmatch(variable)):
         raise PoundingError(f"{path}: its metadata hold {name!r}, which is no entry of such a store: {SOURCE}")
@@ -124,14 +124,14 @@ def _check_document(path: Path, name: str, document: Any) -> None:
 
 
 def _array_fault(document: Any) -> str:
-    """What is wrong with a variable's metadata; "" where nothing is."""
+    """The fault of the metadata of a variable; "" where there is none."""
     if not isinstance(document, dict):
         return "its metadata are no table"
     dtype, compressor, filters = (document.get(key) for key in ("dtype", "compressor", "filters"))
     if not isinstance(dtype, str) or not DTYPE.fullmatch(dtype):
         return f"values of type {dtype!r} can hold code; allowed are numbers and texts of a fixed width"
     listed = filters if isinstance(filters, list) else [filters] if filters else []
-    if unknown := [_codec(told) for told in listed if not ("U" in dtype and _codec(told) == TEXT_FILTER)]:
+    if unknown := [_codec(entry) for entry in listed if not ("U" in dtype and _codec(entry) == TEXT_FILTER)]:
         return f"the filter {unknown[0]} is not allowed; {f'{TEXT_FILTER} is' if 'U' in dtype else 'none is'}"
     if compressor is not None and _codec(compressor) not in COMPRESSORS:
         return f"the codec {_codec(compressor)} is not allowed; one of {', '.join(COMPRESSORS)} is"
@@ -144,18 +144,18 @@ def _array_fault(document: Any) -> str:
     return ""
 
 
-def _codec(told: Any) -> str:
+def _codec(entry: Any) -> str:
     """The name of a codec, shortened where it is no name."""
-    name = told.get("id") if isinstance(told, dict) else told
+    name = entry.get("id") if isinstance(entry, dict) else entry
     return name if isinstance(name, str) and len(name) < 40 else repr(name)[:40]
 
 
-def _sizes(told: Any, least: int) -> bool:
-    return isinstance(told, list) and all(type(size) is int and size >= least for size in told)
+def _sizes(entry: Any, least: int) -> bool:
+    return isinstance(entry, list) and all(type(size) is int and size >= least for size in entry)
 
 
 def _check_names(path: Path, documents: dict[str, dict[str, Any]]) -> None:
-    """The variables of the metadata are those that the store was marked with when it was written."""
+    """Check that the variables are those that the store was marked with when it was written."""
     marked = documents.get(".zattrs", {}).get(ZARR_MARK)
     there = {name.rpartition("/")[0] for name in documents if name.endswith("/.zarray")}
     if not isinstance(marked, list) or not all(isinstance(name, str) for name in marked):

@@ -8,7 +8,7 @@ from pounding_risk._common.files import AGAIN
 from pounding_risk.ensemble.replacing import OTHER_NAME, read_finished, recorded_identity
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import RESULTS, check_target, stream_results
-from pounding_risk.results.layout import blocks, form_of, values_at
+from pounding_risk.results.layout import blocks, template_of, values_at
 from pounding_risk.results.store import store_of
 
 
@@ -41,10 +41,10 @@ def convert(source: str | Path, target: str | Path) -> Path:
         raise PoundingError(f"{target}: is the source itself; name another target")
     _check_replaceable(path, Path(source))
     with stream_results(source) as dataset:
-        form = form_of(dataset.drop_encoding())
-        with store_of(form, path, AGAIN) as store:
-            for block in blocks(form):
-                store.write(block, values_at(dataset, form, block, form.cases))
+        template = template_of(dataset.drop_encoding())
+        with store_of(template, path, AGAIN) as store:
+            for block in blocks(template):
+                store.write(block, values_at(dataset, template, block, template.cases))
             store.finish({})
     return path
 

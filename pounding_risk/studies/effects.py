@@ -14,7 +14,7 @@ import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.dates import created
-from pounding_risk.ensemble.plan.row_cost import row_bench
+from pounding_risk.ensemble.plan.cost import row_bench
 from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError

@@ -30,7 +30,7 @@ from pounding_risk.motions.motion import Motion, driven
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results
-from pounding_risk.results.layout import AXES, CaseVariable, Form, blocks
+from pounding_risk.results.layout import AXES, CaseVariable, Template, blocks
 from pounding_risk.results.pair_labels import (
     CONVENTIONS,
     OUTCOME,
@@ -206,11 +206,11 @@ def histories(
             f"{count} cases are chosen, and at most {most} are written; choose some of the records, polarities, "
             "amplitudes, contact models, gaps or yield forces, or allow more (--most)"
         )
-    form = form_of(cases)
+    template = template_of(cases)
     if say is not None:
-        size = f"{max(form.bytes_a_case * count / 1e6, 0.1):.1f} MB"
+        size = f"{max(template.bytes_per_case * count / 1e6, 0.1):.1f} MB"
         say(f"{count:,} case{'s' * (count != 1)}, {cases.samples:,} samples: about {size} before compression")
-    _write(cases, form, target, workers or cpu_count() or 1, progress)
+    _write(cases, template, target, workers or cpu_count() or 1, progress)
     return target
 
 
@@ -236,8 +236,8 @@ def _chosen_cases(source: Study | str | Path, wanted: Asked, output: str | None,
     return Cases(study, motions, choice, laws)
 
 
-def form_of(cases: Cases) -> Form:
-    """The form of the dataset. One case of each contact model is run for it, on one thread: it compiles."""
+def template_of(cases: Cases) -> Template:
+    """The template of the dataset. One case of each contact model is run for it, on one thread: it compiles."""
     choice = cases.choice
     first = [choice.places[choice.places[:, LAW] == law][0] for law in dict.fromkeys(choice.places[:, LAW].tolist())]
     run, *_ = [cases.run(case) for case in first]
@@ -247,7 +247,7 @@ def form_of(cases: Cases) -> Form:
         )
         for name, dims in (OF_A_ROW if cases.study.is_row else OF_A_PAIR).items()
     }
-    return Form(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
+    return Template(_skeleton(cases), {**variables, "status": OUTCOME["status"]}, choice.shape)
 
 
 def _skeleton(cases: Cases) -> xr.Dataset:
@@ -312,15 +312,15 @@ def _nearest(times: Samples, wanted: Samples) -> NDArray[np.int64]:
     return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after).astype(np.int64)
 
 
-def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progress | None) -> None:
+def _write(cases: Cases, template: Template, target: Path, workers: int, progress: Progress | None) -> None:
     """Run every case and write it; only this thread touches the file."""
-    width, total, done = form.width, len(cases.choice.places), 0
-    with store_of(form, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
-        for block in blocks(form):
+    width, total, done = template.width, len(cases.choice.places), 0
+    with store_of(template, target, AGAIN) as store, ThreadPoolExecutor(workers) as pool:
+        for block in blocks(template):
             indices = cases.choice.places[block.start * width : block.stop * width]
             values = {
-                name: np.empty((len(indices), *form.extra(name)), variable.dtype)
-                for name, variable in form.cases.items()
+                name: np.empty((len(indices), *template.extra(name)), variable.dtype)
+                for name, variable in template.cases.items()
             }
             for row, variables in enumerate(pool.map(cases.at_samples, indices)):
                 for name, array in variables.items():
@@ -328,7 +328,7 @@ def _write(cases: Cases, form: Form, target: Path, workers: int, progress: Progr
                 done += 1
                 if progress is not None:
                     progress(done, total)
-            shaped = {name: array.reshape(len(block), width, *form.extra(name)) for name, array in values.items()}
+            shaped = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in values.items()}
             store.write(block, shaped)
         store.finish(created("pounding_risk.histories"))
 

@@ -25,10 +25,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pounding_risk
-from pounding_risk.ensemble.checkpoint.chunks import Damaged, lines_of, part_name, read_part, write_part
-from pounding_risk.ensemble.checkpoint.folder import About, StudyFolder, folder_of, read_study
+from pounding_risk.ensemble.checkpoint.chunks import Damaged, batches_of, chunk_name, read_chunk, write_chunk
+from pounding_risk.ensemble.checkpoint.folder import (
+    About,
+    Checkpoint,
+    folder_of,
+    read_lines,
+    read_study,
+    write_line,
+)
 from pounding_risk.ensemble.checkpoint.lock import Lock
-from pounding_risk.ensemble.checkpoint.log import read_lines, write_line
 from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.status import STOPPED, status
 from pounding_risk.errors import PoundingError
@@ -42,16 +48,16 @@ IDENTITY = {
     "laws": {},
 }
 OTHER = {**IDENTITY, "scene": {"interface": [{"gap": "25 mm"}]}, "options": {"screening": False}}
-ABOUT = About(lines=100, width=3, title="A pair", command="pounding-risk scan scene.toml")
+ABOUT = About(batches=100, width=3, title="A pair", command="pounding-risk scan scene.toml")
 
 
-def part_of(lines: range, longest: int | None = None) -> dict[str, np.ndarray]:
-    """What these lines give: every number says its line, and its place in the line."""
-    start = np.array(lines)[:, None, None]
-    answers = 2 + max(line % 4 for line in lines) if longest is None else longest
-    ragged = np.zeros((len(lines), 3, answers))
-    for row, line in enumerate(lines):
-        ragged[row, :, : 2 + line % 4] = line + 1.0
+def chunk_of(batches: range, longest: int | None = None) -> dict[str, np.ndarray]:
+    """What these batches give: every number says its batch, and its place in the batch."""
+    start = np.array(batches)[:, None, None]
+    answers = 2 + max(batch % 4 for batch in batches) if longest is None else longest
+    ragged = np.zeros((len(batches), 3, answers))
+    for row, batch in enumerate(batches):
+        ragged[row, :, : 2 + batch % 4] = batch + 1.0
     return {
         "raw": start + np.arange(12.0).reshape(3, 4) / 16.0,
         "how": (start[:, 0] + np.arange(3)).astype(np.int8),
@@ -59,15 +65,15 @@ def part_of(lines: range, longest: int | None = None) -> dict[str, np.ndarray]:
     }
 
 
-def opened(path: Path, identity: dict = IDENTITY, **choices: bool) -> StudyFolder:
+def opened(path: Path, identity: dict = IDENTITY, **choices: bool) -> Checkpoint:
     """The study's folder."""
-    return StudyFolder.open(path, identity, ABOUT, **choices)
+    return Checkpoint.open(path, identity, ABOUT, **choices)
 
 
-def keep(folder: StudyFolder, *ranges: range) -> None:
-    """Keep what these lines give."""
-    for lines in ranges:
-        folder.keep(lines, part_of(lines), 0.5)
+def keep(folder: Checkpoint, *ranges: range) -> None:
+    """Keep what these batches give."""
+    for batches in ranges:
+        folder.keep(batches, chunk_of(batches), 0.5)
 
 
 def events(path: Path) -> list[str]:
@@ -88,15 +94,17 @@ def test_what_is_kept_is_there_at_the_next_start(path):
         assert folder.done() == [range(0, 20), range(40, 41)]
     with opened(path) as folder:
         assert folder.done() == [range(0, 20), range(40, 41)]
-        (whole,) = folder.parts([range(3, 17)])
-        assert all(np.array_equal(whole[name], array) for name, array in part_of(range(3, 17)).items())
-        with pytest.raises(PoundingError, match="of the lines from 20 on there is no part; run the same command again"):
-            list(folder.parts([range(15, 41)]))
+        (whole,) = folder.chunks([range(3, 17)])
+        assert all(np.array_equal(whole[name], array) for name, array in chunk_of(range(3, 17)).items())
+        with pytest.raises(
+            PoundingError, match="of the batches from 20 on there is no chunk; run the same command again"
+        ):
+            list(folder.chunks([range(15, 41)]))
         folder.clear()
     assert sorted(entry.name for entry in path.iterdir()) == ["lock", "log.jsonl", "parts", "study.json"]
     assert list((path / "parts").iterdir()) == []
     about = read_study(path)
-    assert about["identity"] == IDENTITY and [about[key] for key in About._fields] == list(ABOUT)
+    assert about["identity"] == IDENTITY and [about[key] for key in ("lines", *About._fields[1:])] == list(ABOUT)
     told = ["begin", "start", "kept", "kept", "kept", "stop", "start", "complete", "stop"]
     assert events(path) == told
 
@@ -106,45 +114,45 @@ def test_a_kept_part_is_a_plain_numpy_archive(path):
     with opened(path) as folder:
         keep(folder, range(5, 8))
     with np.load(path / "parts" / "000000005-000000008.npz", allow_pickle=False) as archive:
-        assert np.array_equal(archive["raw"], part_of(range(5, 8))["raw"])
+        assert np.array_equal(archive["raw"], chunk_of(range(5, 8))["raw"])
     for array in (np.array([[1]], dtype=object), np.array(["a"]), np.zeros((2, 3)), np.array(1.0)):
-        with opened(path) as folder, pytest.raises(ValueError, match="is not one row of numbers a line of"):
+        with opened(path) as folder, pytest.raises(ValueError, match="is not one row of numbers a batch of"):
             folder.keep(range(0, 3), {"raw": array}, 0.0)
     assert len(list((path / "parts").iterdir())) == 1
 
 
-ranges_of_lines = st.lists(
+ranges_of_batches = st.lists(
     st.tuples(st.integers(0, 39), st.integers(1, 40)).map(lambda pair: range(pair[0], min(sum(pair), 40))), max_size=12
 )
 
 
-@given(ranges_of_lines, st.lists(st.integers(1, 39), max_size=6))
+@given(ranges_of_batches, st.lists(st.integers(1, 39), max_size=6))
 @settings(max_examples=25)
-def test_any_chunks_that_cover_the_lines_give_the_same_numbers(chunks, cuts):
+def test_any_chunks_that_cover_the_batches_give_the_same_numbers(chunks, cuts):
     """Overlapping, of any length, in any order; and any blocks."""
-    missing = [range(line, line + 1) for line in range(40) if not any(line in lines for lines in chunks)]
+    missing = [range(batch, batch + 1) for batch in range(40) if not any(batch in batches for batches in chunks)]
     ends = [0, *sorted(set(cuts)), 40]
     blocks = [range(start, stop) for start, stop in pairwise(ends)]
     with TemporaryDirectory() as folder, opened(Path(folder) / "a.study") as study:
         keep(study, *chunks, *merged(missing))
-        found = list(study.parts(blocks))
-    for block, part in zip(blocks, found, strict=True):
-        longest = part["times_ragged"].shape[2]
-        assert longest <= 5  # of line % 4 = 3, the longest there is
-        expected = part_of(block, longest)
+        found = list(study.chunks(blocks))
+    for block, chunk in zip(blocks, found, strict=True):
+        longest = chunk["times_ragged"].shape[2]
+        assert longest <= 5  # of batch % 4 = 3, the longest there is
+        expected = chunk_of(block, longest)
         for name, array in expected.items():
-            assert part[name].dtype == array.dtype and np.array_equal(part[name], array), name
+            assert chunk[name].dtype == array.dtype and np.array_equal(chunk[name], array), name
 
 
-@given(ranges_of_lines)
-def test_no_line_is_taken_twice(parts):
-    """The choice among overlapping parts against counting line by line."""
-    lines = sorted({line for part in parts for line in part})
-    taken = [line for piece, home in chosen(parts) for line in piece if line in home and home in parts]
-    assert taken == lines == [line for part in merged(parts) for line in part]
+@given(ranges_of_batches)
+def test_no_batch_is_taken_twice(chunks):
+    """The choice among overlapping chunks against counting batch by batch."""
+    batches = sorted({batch for chunk in chunks for batch in chunk})
+    taken = [batch for piece, home in chosen(chunks) for batch in piece if batch in home and home in chunks]
+    assert taken == batches == [batch for chunk in merged(chunks) for batch in chunk]
     block = range(7, 29)
-    inside = [line for piece, home in pieces_of(block, chosen(parts)) for line in piece if line in home]
-    assert inside == [line for line in lines if line in block]
+    inside = [batch for piece, home in pieces_of(block, chosen(chunks)) for batch in piece if batch in home]
+    assert inside == [batch for batch in batches if batch in block]
 
 
 def test_ctrl_c_in_the_middle_of_a_part_is_ctrl_c(path, monkeypatch, capsys):
@@ -160,7 +168,7 @@ def test_ctrl_c_in_the_middle_of_a_part_is_ctrl_c(path, monkeypatch, capsys):
     with opened(path) as folder:
         monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            folder.keep(range(0, 5), part_of(range(0, 5)), 0.1)
+            folder.keep(range(0, 5), chunk_of(range(0, 5)), 0.1)
         monkeypatch.undo()
         assert folder.done() == []
         assert not list((path / "parts").iterdir())
@@ -169,35 +177,35 @@ def test_ctrl_c_in_the_middle_of_a_part_is_ctrl_c(path, monkeypatch, capsys):
 
 
 def test_every_damage_is_seen(tmp_path):
-    """Each byte of a part changed, and each length it may be cut to: the numbers are right, or it is told."""
-    lines = range(3, 5)
-    numbers = {"raw": part_of(lines)["raw"][:, :1, :2]}
-    write_part(tmp_path, lines, numbers, "study")
-    file = tmp_path / part_name(lines)
+    """Each byte of a chunk changed, and each length it may be cut to: the numbers are right, or it is told."""
+    batches = range(3, 5)
+    numbers = {"raw": chunk_of(batches)["raw"][:, :1, :2]}
+    write_chunk(tmp_path, batches, numbers, "study")
+    file = tmp_path / chunk_name(batches)
     sound, found = file.read_bytes(), 0
     damaged = [sound[:place] + bytes([sound[place] ^ 0x41]) + sound[place + 1 :] for place in range(len(sound))]
     for raw in [*damaged, *(sound[:length] for length in range(0, len(sound), 7)), sound + b"more"]:
         file.write_bytes(raw)
         try:
-            read, part = read_part(file, "study")
+            read, chunk = read_chunk(file, "study")
         except Damaged:
             found += 1
             continue
-        assert read == lines and np.array_equal(part["raw"], numbers["raw"])  # a time, say, that nobody reads
+        assert read == batches and np.array_equal(chunk["raw"], numbers["raw"])  # a time, say, that nobody reads
     assert found > 0.7 * len(sound)  # measured 0.86 of the bytes; the others are the archive's dates and rights
     file.write_bytes(sound)
     with pytest.raises(Damaged, match="another study"):
-        read_part(file, "other")
-    with pytest.raises(Damaged, match="its name tells other lines"):
-        read_part(file.rename(tmp_path / part_name(range(4, 6))), "study")
+        read_chunk(file, "other")
+    with pytest.raises(Damaged, match="its name tells other batches"):
+        read_chunk(file.rename(tmp_path / chunk_name(range(4, 6))), "study")
 
 
 def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(path):
     with opened(path) as folder:
         keep(folder, range(0, 10), range(10, 20), range(20, 30))
-    torn = path / "parts" / part_name(range(10, 20))
+    torn = path / "parts" / chunk_name(range(10, 20))
     torn.write_bytes(torn.read_bytes()[:-40])
-    aside = path / "parts" / f".{part_name(range(30, 40))}.elsewhere.123.partial"
+    aside = path / "parts" / f".{chunk_name(range(30, 40))}.elsewhere.123.partial"
     aside.write_bytes(b"half")
     (path / ".study.json.elsewhere.123.partial").write_bytes(b"half")
     mine = path / "parts" / "notes.partial"
@@ -208,10 +216,10 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
     with opened(path) as folder:
         assert folder.done() == [range(0, 10), range(20, 30)]
         assert not torn.exists() and not aside.exists() and mine.exists()
-        whole = path / "parts" / part_name(range(0, 10))
+        whole = path / "parts" / chunk_name(range(0, 10))
         whole.write_bytes(b"changed while it runs")
         with pytest.raises(PoundingError, match=r"was damaged since: .*; run the same command again"):
-            list(folder.parts([range(0, 10)]))
+            list(folder.chunks([range(0, 10)]))
         assert folder.done() == [range(20, 30)]
     removed = [line["file"] for line in read_lines(path / "log.jsonl") if line["event"] == "removed"]
     assert removed == [".study.json.elsewhere.123.partial", aside.name, torn.name, whole.name]
@@ -298,35 +306,35 @@ LOOP = """
 import random
 import numpy as np
 from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
-from pounding_risk.ensemble.checkpoint.folder import About, StudyFolder
-folder = StudyFolder.open({path!r}, {identity}, About(10**6, 3))
+from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
+folder = Checkpoint.open({path!r}, {identity}, About(10**6, 3))
 print("open", flush=True)
 dice = random.Random({seed})
 folder.done()
 while True:
     start = dice.randrange(10**5)
-    lines = range(start, start + dice.randrange(1, 400))
-    folder.keep(lines, {{"raw": np.random.random((len(lines), 3, 20))}}, 0.0)
-    print(lines.start, lines.stop, flush=True)
+    batches = range(start, start + dice.randrange(1, 400))
+    folder.keep(batches, {{"raw": np.random.random((len(batches), 3, 20))}}, 0.0)
+    print(batches.start, batches.stop, flush=True)
 """
 
 
 def child(code: str, **names: object) -> subprocess.Popen[str]:
     """A process that runs this code with this very package."""
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
-    line = [sys.executable, "-c", code.format(tests=str(Path(__file__).parents[1]), **names)]
-    return subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = [sys.executable, "-c", code.format(tests=str(Path(__file__).parents[1]), **names)]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kill -9 is of POSIX systems")
 def test_a_kill_at_any_moment_loses_nothing_that_was_kept(path):
-    """Twenty kills: every file under a part's name is whole, and whatever `keep` has returned from is found."""
+    """Twenty kills: every file under a chunk's name is whole, and whatever `keep` has returned from is found."""
     dice, told, asides = random.Random(8), set(), 0
     for seed in range(20):
         process = child(LOOP, path=str(path), identity=IDENTITY, seed=seed)
         assert process.stdout.readline() == "open\n", process.stderr.read()
-        # So many parts however slow the machine, and then any moment of writing another.
+        # So many chunks however slow the machine, and then any moment of writing another.
         first = [process.stdout.readline() for _ in range(seed % 5)]
         time.sleep(dice.uniform(0.0, 0.02))
         process.send_signal(signal.SIGKILL)
@@ -338,12 +346,12 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_kept(path):
         files = [entry.name for entry in (path / "parts").iterdir() if not entry.name.endswith(".partial")]
         with opened(path) as folder:
             done = folder.done()
-            for lines in map(lines_of, files):
-                assert read_part(path / "parts" / part_name(lines), folder._digest)[0] == lines
-        assert told <= set(map(lines_of, files))
+            for batches in map(batches_of, files):
+                assert read_chunk(path / "parts" / chunk_name(batches), folder._digest)[0] == batches
+        assert told <= set(map(batches_of, files))
         assert merged([*done, *told]) == done
         assert not list((path / "parts").glob("*.partial"))
-    assert len(told) >= 40  # those that were waited for; no two of these seeds begin on one line
+    assert len(told) >= 40  # those that were waited for; no two of these seeds begin on one batch
     assert "removed" not in events(path) or asides > 0
 
 
@@ -351,11 +359,11 @@ OPENER = """
 import sys
 from pathlib import Path
 from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
-from pounding_risk.ensemble.checkpoint.folder import About, StudyFolder
+from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 sys.path[:0] = [{tests!r}, {tests!r} + "/ensemble"]
 from test_checkpoint import ABOUT, IDENTITY, keep
-folder = StudyFolder.open(Path({path!r}), IDENTITY, ABOUT, shared={shared})
-keep(folder, range(*{lines}))
+folder = Checkpoint.open(Path({path!r}), IDENTITY, ABOUT, shared={shared})
+keep(folder, range(*{batches}))
 print("open", flush=True)
 sys.stdin.read()
 """
@@ -371,17 +379,17 @@ def others() -> Iterator[list[subprocess.Popen[str]]]:
         process.communicate()
 
 
-def started(path: Path, shared: bool, lines: tuple[int, int]) -> subprocess.Popen[str]:
-    """Another process that opens the folder, keeps some lines, and says so."""
-    code = OPENER.format(tests=str(Path(__file__).parents[1]), path=str(path), shared=shared, lines=lines)
+def started(path: Path, shared: bool, batches: tuple[int, int]) -> subprocess.Popen[str]:
+    """Another process that opens the folder, keeps some batches, and says so."""
+    code = OPENER.format(tests=str(Path(__file__).parents[1]), path=str(path), shared=shared, batches=batches)
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
-    line = [sys.executable, "-c", code]
-    return subprocess.Popen(line, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    command = [sys.executable, "-c", code]
+    return subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
-def holder(others: list, path: Path, shared: bool, lines: tuple[int, int]) -> subprocess.Popen[str]:
+def holder(others: list, path: Path, shared: bool, batches: tuple[int, int]) -> subprocess.Popen[str]:
     """Another process that has the folder open."""
-    others.append(started(path, shared, lines))
+    others.append(started(path, shared, batches))
     assert others[-1].stdout.readline() == "open\n"
     return others[-1]
 
@@ -454,8 +462,8 @@ def small_disk(tmp_path) -> Iterator[Path]:
     place = tmp_path / "small"
     place.mkdir()
     mount = shutil.which("mount")
-    line = [mount or "mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(place)]
-    if mount is None or subprocess.run(line, capture_output=True).returncode != 0:
+    command = [mount or "mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(place)]
+    if mount is None or subprocess.run(command, capture_output=True).returncode != 0:
         pytest.skip("no file system can be mounted here; a process with a limit on its files stands in for it")
     yield place
     subprocess.run(["umount", str(place)], check=True)
@@ -517,7 +525,7 @@ LIMITED = """
 import resource, sys
 sys.path[:0] = [{tests!r}, {tests!r} + "/ensemble"]
 from pathlib import Path
-from test_checkpoint import opened, keep, part_of
+from test_checkpoint import opened, keep, chunk_of
 from pounding_risk.errors import PoundingError
 folder = opened(Path({path!r}))
 keep(folder, range(0, 5))
@@ -549,7 +557,7 @@ def test_a_link_in_a_study_s_folder_is_not_followed(path, tmp_path, name):
     victim = tmp_path / "victim"
     if name == "parts":
         victim.mkdir()
-        (victim / part_name(range(0, 5))).write_text("precious")
+        (victim / chunk_name(range(0, 5))).write_text("precious")
     else:
         victim.write_text("precious")
     with opened(path) as folder:
@@ -563,7 +571,7 @@ def test_a_link_in_a_study_s_folder_is_not_followed(path, tmp_path, name):
     with suppress(PoundingError):  # it may tell what it can, and change nothing
         status(path)
     assert target.is_symlink()
-    kept = victim / part_name(range(0, 5)) if name == "parts" else victim
+    kept = victim / chunk_name(range(0, 5)) if name == "parts" else victim
     assert kept.read_text() == "precious"
 
 
@@ -583,12 +591,12 @@ def test_a_lock_or_log_that_becomes_a_link_is_not_followed(path, tmp_path):
 def test_a_part_that_is_a_link_is_removed_and_told(path, tmp_path):
     with opened(path) as folder:
         keep(folder, range(0, 10))
-    part = path / "parts" / part_name(range(0, 10))
-    victim = part.rename(tmp_path / "victim.npz")
-    part.symlink_to(victim)
+    chunk = path / "parts" / chunk_name(range(0, 10))
+    victim = chunk.rename(tmp_path / "victim.npz")
+    chunk.symlink_to(victim)
     with opened(path) as folder:
         assert folder.done() == []
-    assert not part.is_symlink() and victim.stat().st_size > 0
+    assert not chunk.is_symlink() and victim.stat().st_size > 0
     assert "it is a symbolic link" in (path / "log.jsonl").read_text()
 
 

@@ -1,4 +1,4 @@
-"""A real cluster of two processes: the same bits, one order each, a worker killed without loss, and errors in words."""
+"""A real cluster of two processes: the same bits, one input each, a worker killed without loss, and errors in words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chunked_work import Kept, Numbers, Order, scanned
+from chunked_work import Kept, Numbers, ScanInput, scanned
 
 from pounding_risk.ensemble import dask as dask_executor
 from pounding_risk.ensemble.dask import Dask
@@ -22,17 +22,17 @@ from pounding_risk.errors import PoundingError
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
 
-made: Counter[Order] = Counter()  # on the workers
+made: Counter[ScanInput] = Counter()  # on the workers
 
 
-def counted(order):
+def counted(scan_input):
     """A job, and how often it was made in this process."""
-    made[order] += 1
-    return Numbers(order)
+    made[scan_input] += 1
+    return Numbers(scan_input)
 
 
-def times_made(order):
-    return made[order]
+def times_made(scan_input):
+    return made[scan_input]
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +47,11 @@ def client():
 
 
 def pending_of(job, **more):
-    return Pending([range(job.lines)], job.law_at, bytes_a_line=job.bytes_a_line, **more)
+    return Pending([range(job.batches)], job.law_at, bytes_per_batch=job.bytes_per_batch, **more)
 
 
-def expected(order):
-    return Numbers(order._replace(seconds=0.0)).solve(range(order.lines), lambda: False)["value"]
+def expected(scan_input):
+    return Numbers(scan_input._replace(seconds=0.0)).solve(range(scan_input.batches), lambda: False)["value"]
 
 
 def forgotten(client):
@@ -65,14 +65,14 @@ def forgotten(client):
 
 @pytest.mark.parametrize("length", [None, 1, 64])
 def test_two_processes_give_the_same_bits(client, length):
-    order = Order(lines=150, laws=3, seconds=1e-3, run=7)
-    job, kept = Numbers(order), Kept(order.lines)
+    scan_input = ScanInput(batches=150, laws=3, seconds=1e-3, run=7)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches)
     Dask(client, counted).run(job, pending_of(job, length=length), kept)
-    assert np.array_equal(kept.value, expected(order))
+    assert np.array_equal(kept.value, expected(scan_input))
     assert (kept.times == 1).all()
     assert os.getpid() not in kept.processes
     assert len(kept.processes) == 2
-    assert set(client.run(times_made, order).values()) == {1}, "an order is made a job once in each process"
+    assert set(client.run(times_made, scan_input).values()) == {1}, "a job is made once in each process"
     assert forgotten(client)
 
 
@@ -86,20 +86,20 @@ def test_a_scan_has_the_same_bits_on_a_cluster(client, tmp_path):
 
 
 def test_a_worker_killed_on_the_way_costs_nothing(client):
-    """Also that which held the order: both are killed, one after the other, while chunks are under way."""
-    order = Order(lines=160, laws=2, seconds=8e-3)
-    job, kept = Numbers(order), Kept(order.lines)
+    """Also that which held the input: both are killed, one after the other, while chunks are under way."""
+    scan_input = ScanInput(batches=160, laws=2, seconds=8e-3)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches)
     victims = list(client.run(os.getpid).values())
 
-    def keep(lines, part, seconds):
-        kept(lines, part, seconds)
+    def keep(batches, part, seconds):
+        kept(batches, part, seconds)
         if victims and len(kept.chunks) in (8, 14):
             os.kill(victims.pop(), signal.SIGKILL)
 
     Dask(client, counted).run(job, pending_of(job, length=4), keep)
     assert victims == []
-    assert np.array_equal(kept.value, expected(order))
-    assert (kept.times == 1).all(), "no line is kept twice"
+    assert np.array_equal(kept.value, expected(scan_input))
+    assert (kept.times == 1).all(), "no batch is kept twice"
     client.wait_for_workers(2, timeout=30)
 
 
@@ -110,7 +110,7 @@ def test_a_line_that_ends_every_worker_is_told(client):
         dask_scheduler.allowed_failures = failures
 
     client.run_on_scheduler(allow, 0)
-    job, kept = Numbers(Order(lines=60, laws=1, deadly=31)), Kept(60)
+    job, kept = Numbers(ScanInput(batches=60, laws=1, deadly=31)), Kept(60)
     try:
         with pytest.raises(PoundingError, match=r"ended 1 workers, one after.*more memory.*what is done is kept"):
             Dask(client, counted).run(job, pending_of(job, length=5), kept)
@@ -121,40 +121,40 @@ def test_a_line_that_ends_every_worker_is_told(client):
 
 
 def test_an_interrupt_keeps_what_is_back_and_drops_the_rest(client):
-    order = Order(lines=400, laws=1, seconds=2e-3)
-    job, kept, tries = Numbers(order), Kept(order.lines), []
+    scan_input = ScanInput(batches=400, laws=1, seconds=2e-3)
+    job, kept, tries = Numbers(scan_input), Kept(scan_input.batches), []
 
-    def keep(lines, part, seconds):
-        tries.append(lines)
+    def keep(batches, part, seconds):
+        tries.append(batches)
         if len(tries) == 3:
             time.sleep(0.3)  # the others come back
             raise KeyboardInterrupt
-        kept(lines, part, seconds)
+        kept(batches, part, seconds)
 
     with pytest.raises(KeyboardInterrupt):
         Dask(client, counted).run(job, pending_of(job, length=10), keep)
     assert tries[2] == tries[3], "the part in hand is kept"
     assert len(kept.chunks) > 3
     found = kept.times > 0
-    assert np.array_equal(kept.value[found], expected(order)[found])
+    assert np.array_equal(kept.value[found], expected(scan_input)[found])
     assert forgotten(client), "the scheduler goes on"
 
 
 def test_what_a_user_can_repair_comes_back_as_it_is(client):
-    job, kept = Numbers(Order(lines=60, fault=31)), Kept(60)
-    with pytest.raises(PoundingError, match=r"^line 31 cannot be solved; leave it out$"):
+    job, kept = Numbers(ScanInput(batches=60, fault=31)), Kept(60)
+    with pytest.raises(PoundingError, match=r"^batch 31 cannot be solved; leave it out$"):
         Dask(client, counted).run(job, pending_of(job, length=5), kept)
-    blunder = Numbers(Order(lines=60, blunder=31))
-    with pytest.raises(ZeroDivisionError, match="line 31"):
+    blunder = Numbers(ScanInput(batches=60, blunder=31))
+    with pytest.raises(ZeroDivisionError, match="batch 31"):
         Dask(client, counted).run(blunder, pending_of(blunder, length=5), kept)
     assert forgotten(client)
 
 
 def test_a_disk_that_is_full_drops_the_rest(client):
-    def full(lines, part, seconds):
+    def full(batches, part, seconds):
         raise PoundingError("no space")
 
-    job = Numbers(Order(lines=60))
+    job = Numbers(ScanInput(batches=60))
     with pytest.raises(PoundingError, match="no space"):
         Dask(client, counted).run(job, pending_of(job, length=5), full)
     assert forgotten(client)
@@ -162,7 +162,7 @@ def test_a_disk_that_is_full_drops_the_rest(client):
 
 def test_workers_of_other_versions_are_refused(client, monkeypatch):
     """Those that are there before any chunk; those that come later, and sources that were edited, with the first."""
-    job = Numbers(Order(lines=20))
+    job = Numbers(ScanInput(batches=20))
     cluster = Dask(client, counted)
     ours = dask_executor._versions()
     monkeypatch.setattr(dask_executor, "_versions", lambda: {**ours, "kernels": "edited"})
@@ -198,7 +198,7 @@ if __name__ == "__main__":
 @pytest.fixture
 def apart(root):
     """Starts a scheduler with some workers in a process of their own: its address, and the process."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), str(Path(__file__).parents[1])])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), *map(str, Path(__file__).parents[:2])])}
     started = []
 
     def start(workers):
@@ -216,11 +216,11 @@ def apart(root):
 
 def test_a_scheduler_that_goes_away_is_told(apart):
     address, process = apart(1)
-    order = Order(lines=300, laws=1, seconds=2e-3)
-    job, kept = Numbers(order), Kept(order.lines)
+    scan_input = ScanInput(batches=300, laws=1, seconds=2e-3)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches)
 
-    def keep(lines, part, seconds):
-        kept(lines, part, seconds)
+    def keep(batches, part, seconds):
+        kept(batches, part, seconds)
         if len(kept.chunks) == 5:
             process.kill()
 
@@ -233,14 +233,14 @@ def test_a_scheduler_that_goes_away_is_told(apart):
     finally:
         cluster.close()
     found = kept.times > 0
-    assert 41 <= found.sum() < 300  # the first line alone, and four chunks
-    assert np.array_equal(kept.value[found], expected(order)[found])
+    assert 41 <= found.sum() < 300  # the first batch alone, and four chunks
+    assert np.array_equal(kept.value[found], expected(scan_input)[found])
 
 
 def test_workers_that_are_all_gone_are_told(apart, monkeypatch):
     """Where somebody started them by hand nobody starts others: a scan that waits for ever helps no one."""
     address, _ = apart(1)
-    job, kept = Numbers(Order(lines=300, laws=1, seconds=2e-3)), Kept(300)
+    job, kept = Numbers(ScanInput(batches=300, laws=1, seconds=2e-3)), Kept(300)
     cluster = Dask(address, counted)
     monkeypatch.setattr(dask_executor, "PATIENCE", 0.3)
     monkeypatch.setattr(dask_executor, "LOOK", 0.1)
@@ -249,8 +249,8 @@ def test_workers_that_are_all_gone_are_told(apart, monkeypatch):
         for worker in list(dask_scheduler.workers):
             await dask_scheduler.remove_worker(worker, stimulus_id="gone")
 
-    def keep(lines, part, seconds):
-        kept(lines, part, seconds)
+    def keep(batches, part, seconds):
+        kept(batches, part, seconds)
         if len(kept.chunks) == 5:
             cluster._client.run_on_scheduler(gone)
 

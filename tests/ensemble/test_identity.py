@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -17,9 +18,11 @@ from scenes import FRAME, scene_text, single
 
 import pounding_risk as pr
 from pounding_risk.ensemble import identity as identities
+from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 from pounding_risk.ensemble.identity import difference, digest, flattened, identity
-from pounding_risk.ensemble.job import Order
+from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
+from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.contact.register import law_digest
@@ -46,6 +49,12 @@ class Asked(NamedTuple):
     motions: tuple[Motion, ...]
     screening: bool = True
     check_fraction: float = 0.0
+
+
+CHANGED = (
+    "pounding_risk: its source was changed since, in what numbers depend on (_jit, models, motions, scene, solver, "
+    "ensemble, results, units.py)"
+)
 
 
 @pytest.fixture(autouse=True)
@@ -150,7 +159,7 @@ def test_options_and_program_count(monkeypatch):
     ]
     old = identity(asked())
     monkeypatch.setattr(identities, "package_digest", lambda: "another")
-    assert difference(old, identity(asked())) == ["pounding_risk: its source was changed since"]
+    assert difference(old, identity(asked())) == [CHANGED]
     newer = {**old, "program": {**old["program"], "numba": "9.0"}}
     assert difference(old, newer) == [f'numba: was "{old["program"]["numba"]}", is "9.0"']
 
@@ -173,10 +182,10 @@ def test_what_is_prepared_is_told_to_the_last_digit(effects):
     study = parse_scene(f"{SCENE}[effects]\n{effects}\n")  # an effect on buildings makes a row of a pair
     first, *others = study.buildings
     motions = gathered(study).motions
-    once, again = (job_of(Order(study, motions)).prepared for _ in range(2))
+    once, again = (job_of(ScanInput(study, motions)).prepared for _ in range(2))
     assert once == again
     changed = first._replace(damping=float(np.nextafter(first.damping, 1.0)))
-    assert job_of(Order(replace(study, buildings=(changed, *others)), motions)).prepared != once
+    assert job_of(ScanInput(replace(study, buildings=(changed, *others)), motions)).prepared != once
 
 
 def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):
@@ -192,6 +201,41 @@ def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):
     assert digests[0] == digests[1] and len(set(digests)) == 3
 
 
+def test_a_comment_in_a_report_does_not_stop_a_half_done_scan(tmp_path, monkeypatch):
+    """One in the ensemble does, with a reason that a user can read."""
+    source = tmp_path / "pounding_risk"
+    shutil.copytree(
+        Path(identities.__file__).parents[1], source, ignore=shutil.ignore_patterns("records", "__pycache__")
+    )
+    monkeypatch.setattr(identities, "__file__", str(source / "ensemble" / "identity.py"))
+
+    def go_on():
+        with Checkpoint.open(tmp_path / "results.study", identity(asked()), About(batches=10, width=1)) as checkpoint:
+            if not checkpoint.done():
+                checkpoint.keep(range(0, 4), {"raw": np.zeros((4, 1))}, 0.1)
+            return checkpoint.done()
+
+    assert go_on() == [range(0, 4)]
+    for name in (
+        "reports/html.py",
+        "reports/explorer.py",
+        "figures/style.py",
+        "cli/__init__.py",
+        "assessment/assess.py",
+    ):
+        with open(source / name, "a", encoding="utf-8") as file:
+            file.write("# A comment.\n")
+    assert go_on() == [range(0, 4)]
+    with open(source / "ensemble" / "threads.py", "a", encoding="utf-8") as file:
+        file.write("# A comment.\n")
+    with pytest.raises(PoundingError) as error:
+        go_on()
+    assert str(error.value) == (
+        f"{tmp_path / 'results.study'}: holds 4 cases of a study that was another:\n  - {CHANGED}\nput that back to go "
+        "on with it, write --new to discard it, or write the results under another name (-o)"
+    )
+
+
 def test_examples_in_docstrings_are_right():
     assert doctest.testmod(identities).failed == 0
     assert flattened({"a": {"b": {}}, "c": [], "d": [{"e": 1}, {"e": [2, 3]}]}) == {
@@ -205,6 +249,7 @@ def test_examples_in_docstrings_are_right():
 CELL = """
 from typing import Annotated, NamedTuple
 import pounding_risk as pr
+from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact import laws as contact
 FACTOR = {factor}
 def share(delta):

@@ -17,7 +17,7 @@ import pytest
 from scenes import scene_text, single
 
 from pounding_risk.ensemble import limits as work_limits
-from pounding_risk.ensemble.plan.cost import MOST_LINES, few_lines
+from pounding_risk.ensemble.plan.cost import MOST_BATCHES, few_batches
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.ensemble.scan import scan
@@ -43,7 +43,7 @@ HUGE = [
     'grid.yield_force={start="1 kN", stop="100 kN", num=10000}',
     'grid.pga={start="0.1 g", stop="1 g", num=10000}',
 ]
-LARGE = [HUGE[0], 'grid.pga={start="0.1 g", stop="1 g", num=1000}']  # ten million lines
+LARGE = [HUGE[0], 'grid.pga={start="0.1 g", stop="1 g", num=1000}']  # ten million batches
 
 
 def command(*words: str) -> tuple[int, str]:
@@ -101,10 +101,10 @@ def test_a_grid_that_no_disk_holds_is_refused(scene):
     assert ended == 2 and "cases, and their dataset" in words and "no disk holds that" in words
 
 
-def test_a_large_grid_is_planned_from_some_of_its_lines(scene):
+def test_a_large_grid_is_planned_from_some_of_its_batches(scene):
     ended, words = command("validate", scene, *with_overrides(LARGE))
     assert ended == 0, words
-    assert "; about " in next(line for line in words.splitlines() if line.startswith("lines"))
+    assert "; about " in next(line for line in words.splitlines() if line.startswith("batches"))
 
 
 def test_a_dotted_key_of_a_file_is_refused(tmp_path):
@@ -152,13 +152,13 @@ def test_the_rate_of_a_row_is_a_bound():
 
 def test_a_few_lines_stand_for_all():
     study = parse_scene(SCENE, "scene.toml", LARGE)
-    few, share = few_lines(study, 2)
-    lines = 2 * len(few.grid.gaps) * len(few.grid.pgas)
-    assert lines <= MOST_LINES and share == lines / (2 * 10_000 * 1000)
+    few, share = few_batches(study, 2)
+    batches = 2 * len(few.grid.gaps) * len(few.grid.pgas)
+    assert batches <= MOST_BATCHES and share == batches / (2 * 10_000 * 1000)
     assert (few.grid.gaps[0], few.grid.gaps[-1]) == (study.grid.gaps[0], study.grid.gaps[-1])
     assert (few.grid.pgas[0], few.grid.pgas[-1]) == (study.grid.pgas[0], study.grid.pgas[-1])
     small = parse_scene(SCENE, "scene.toml")
-    assert few_lines(small, 2) == (small, 1.0)
+    assert few_batches(small, 2) == (small, 1.0)
     assert validate(small).share == 1.0
 
 

@@ -37,7 +37,7 @@ def test_cases_are_the_product_of_the_dimensions(plan):
     assert plan.cases == 2 * 2 * 2 * 2 * 11 * 3
     # Each record lasts 6 s and its tail 2 s.
     assert plan.shaking == pytest.approx(plan.cases * 8.0)
-    assert plan.lines == plan.cases // 3
+    assert plan.batches == plan.cases // 3
 
 
 def test_records_are_read_as_the_runs_will_see_them(plan):

@@ -1,4 +1,4 @@
-"""What a plan says of a run before it, against the run itself: lines, bytes, compiling, time; and what `--set` does."""
+"""A plan against the run itself: batches, bytes, compiling, time; and what `--set` does."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text
 
 from pounding_risk.ensemble.pair_job import PairJob
 from pounding_risk.ensemble.plan import cost as plan_work
-from pounding_risk.ensemble.plan.plan import Plan, plan, validate
-from pounding_risk.ensemble.plan.text import duration
+from pounding_risk.ensemble.plan.plan import Plan, duration, plan, validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.read import read_motion
@@ -56,8 +55,8 @@ def test_a_plan_counts_what_the_run_makes(name):
     made = plan(study, workers=2)
     dataset = scan(study, check_fraction=0.02, workers=2)
     assert made.cases == dataset["simulated"].size
-    assert (made.lines, made.screened) == (known(dataset).size, known(dataset).sum())
-    assert 0 < made.screened < made.lines
+    assert (made.batches, made.screened) == (known(dataset).size, known(dataset).sum())
+    assert 0 < made.screened < made.batches
     assert made.bytes == sum(variable.nbytes for variable in dataset.data_vars.values())
 
 
@@ -71,16 +70,16 @@ def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
     touches = scan(study, check_fraction=0.0)["impact_count"].sum("yield_force").values.ravel() / 100.0
     now, solve = [0.0], PairJob.solve
 
-    def timed(job, lines, stop):
-        now[0] += touches[lines.start : lines.stop].sum()
-        return solve(job, lines, stop)
+    def timed(job, batches, stop):
+        now[0] += touches[batches.start : batches.stop].sum()
+        return solve(job, batches, stop)
 
     monkeypatch.setattr(PairJob, "solve", timed)
     monkeypatch.setattr(plan_work, "thread_time", lambda: now[0])
     made = plan(study, workers=2)
     assert made.seconds is not None
     assert made.error is not None
-    assert 2 < made.sampled < made.lines, "a second is over before all lines are solved"
+    assert 2 < made.sampled < made.batches, "a second is over before all batches are solved"
     assert abs(2 * made.seconds - touches.sum()) < 4.0 * 2 * made.error
     assert made.error < made.seconds
     now[0] = 0.0
@@ -134,11 +133,11 @@ def test_validate_compiles_nothing(tmp_path):
     assert files == 0
     assert pair == [False, True, 2, None, None]
     assert row == [False, False, 1, None, None]
-    assert of_pair["compiling"] == "not compiled yet: the motion without contact and 2 contact models: about 29 s"
+    assert of_pair["compiling"] == "not compiled yet: the motion without contact and 2 contact models"
     assert of_pair["time"] == "not known, since not all is compiled; `scan --plan` compiles and times a sample"
     assert of_row["compiling"] == (
         "not compiled yet: the motion without contact, the solver of rows, once for all contact models and "
-        "1 contact model (by each process): about 61 s"
+        "1 contact model (by each process)"
     )
 
 
@@ -244,10 +243,9 @@ def test_a_plan_of_interpreted_kernels_says_so(changed):
     """As under NUMBA_DISABLE_JIT."""
     kernels = changed.kernels._replace(interpreted=True)
     told = dict(replace(changed, kernels=kernels, screened=None, seconds=None).summary())
-    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
+    assert told["compiling"] == "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
     assert told["time"] == "not known, since nothing is compiled; `scan --plan` times a sample all the same"
-    assert told["lines"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
-    assert "chunks" not in told
+    assert told["batches"].endswith("how many of them touch is not known yet, `scan --plan` finds it")
 
 
 def test_times_are_told_as_one_says_them():

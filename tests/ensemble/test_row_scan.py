@@ -57,13 +57,13 @@ def test_the_number_of_threads_changes_nothing(screened):
 
 
 def test_motions_that_are_let_go_come_back_to_the_same_bits(screened, monkeypatch):
-    """Memory holds one motion of the grid, where threads and a form of all of them ask for four."""
+    """Memory holds one motion of the grid, where threads and a template of all of them ask for four."""
     monkeypatch.setattr(row_job, "MOTIONS", 1)
-    monkeypatch.setattr(row_job, "KEPT", 1)
+    monkeypatch.setattr(row_job, "CASES", 1)
     jobs = []
     monkeypatch.setattr(ensemble, "job_of", lambda order: jobs.append(row_job.RowJob(order)) or jobs[-1])
     xr.testing.assert_identical(scan(parse_scene(FOUR_IN_A_ROW), check_fraction=0.02, workers=2), screened)
-    assert len(jobs[0]._driven._found) == len(jobs[0]._cases._found) == 1
+    assert len(jobs[0]._driven._values) == len(jobs[0]._cases._values) == 1
 
 
 def test_contact_is_where_the_gap_is_smaller_than_the_motion_needs_or_pounding_pushes(screened):

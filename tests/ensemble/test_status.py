@@ -17,12 +17,12 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk import cli
 from pounding_risk._common.files import host
-from pounding_risk.ensemble.checkpoint.folder import About, StudyFolder
+from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 from pounding_risk.ensemble.status import COMPLETE, NOT_BEGUN, STOPPED
 from pounding_risk.errors import PoundingError
 
 PACKAGE = Path(pr.__file__).resolve().parent.parent
-ABOUT = About(lines=100, width=3, title="A pair", command="pounding-risk scan 'my scene.toml' -o results.nc")
+ABOUT = About(batches=100, width=3, title="A pair", command="pounding-risk scan 'my scene.toml' -o results.nc")
 
 
 @pytest.fixture(autouse=True)
@@ -32,9 +32,9 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
-def begun(**choices: bool) -> StudyFolder:
-    """A study of which 30 of 100 lines are kept."""
-    study = StudyFolder.open("results.study", {"scene": {}}, ABOUT, **choices)
+def begun(**choices: bool) -> Checkpoint:
+    """A study of which 30 of 100 batches are kept."""
+    study = Checkpoint.open("results.study", {"scene": {}}, ABOUT, **choices)
     for start in (0, 10, 50):
         study.keep(range(start, start + 10), {"raw": np.zeros((10, 3))}, 0.1)
     return study
@@ -103,7 +103,7 @@ def test_a_running_study_can_be_asked_and_goes_on(folder):
 def test_speed_and_time_left_are_those_of_the_run_under_way():
     """90 cases of an earlier run count as done and not as quick; the first part stands for reading and compiling."""
     begun().close()
-    with StudyFolder.open("results.study", {"scene": {}}, ABOUT) as study:
+    with Checkpoint.open("results.study", {"scene": {}}, ABOUT) as study:
         log = study.path / "log.jsonl"
         now = datetime.now(UTC)
         for seconds, start in ((0, 20), (10, 30), (20, 40)):

@@ -1,4 +1,4 @@
-"""Chunks and threads: every line once, the same bits in any chunk, no compile twice, and an end that waits for none."""
+"""Chunks and threads: every batch once, the same bits in any chunk, no compile twice, an end that waits for none."""
 
 from __future__ import annotations
 
@@ -13,54 +13,73 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chunked_work import SCENE, Kept, Numbers, Order, scanned
+from chunked_work import SCENE, Kept, Numbers, ScanInput, scanned
 from hypothesis import given
 from hypothesis import strategies as st
 
 import pounding_risk
 from pounding_risk.ensemble import scan as ensemble
+from pounding_risk.ensemble import threads
 from pounding_risk.ensemble.scan import scan_shard
 from pounding_risk.ensemble.threads import (
-    GROWTH,
-    LEAST,
-    PART_BYTES,
+    CHUNK_BYTES,
+    PIECE,
     ROUNDS,
     SECONDS,
     Pending,
     Threads,
     read_shard,
-    shard_lines,
+    shard_batches,
+    solve_for,
 )
 from pounding_risk.errors import PoundingError, Stopped
 from pounding_risk.results.store import Netcdf
 from pounding_risk.scene.reader import parse_scene
 
 
-def pending_of(job, lines=None, **more):
-    return Pending([range(job.lines)] if lines is None else lines, job.law_at, bytes_a_line=job.bytes_a_line, **more)
+def pending_of(job, batches=None, **more):
+    return Pending(
+        [range(job.batches)] if batches is None else batches, job.law_at, bytes_per_batch=job.bytes_per_batch, **more
+    )
 
 
-def drained(pending, cost):
-    """Chunks as they are handed out, each back before the next is asked for; ``cost`` tells a line's seconds."""
-    chunks = []
-    while (lines := pending.next()) is not None:
-        chunks.append((lines, sum(map(cost, lines))))
-        pending.took(*chunks[-1])
+class Timed(Numbers):
+    """A job on a clock of its own: ``cost`` tells the seconds of a batch."""
+
+    def __init__(self, scan_input, cost, monkeypatch):
+        super().__init__(scan_input)
+        self.cost, self.now = cost, 0.0
+        monkeypatch.setattr(threads, "perf_counter", lambda: self.now)
+
+    def solve(self, batches, stop):
+        self.now += sum(map(self.cost, batches))
+        return super().solve(batches, stop)
+
+
+def drained(job, pieces=None, **more):
+    """Chunks as one worker solves them: (batches, seconds)."""
+    pending, chunks = pending_of(job, pieces, **more), []
+    while not pending.is_done:
+        handed = pending.next()
+        solved = solve_for(job, handed, lambda: False, pending.mean)
+        assert len(solved.chunk["value"]) == len(solved.batches)
+        pending.took(handed, solved.batches, solved.seconds)
+        chunks.append((solved.batches, solved.seconds))
     assert pending.left == 0
     return chunks
 
 
-def serial(order):
-    """Every line alone, one after the other."""
-    kept = Kept(order.lines)
-    job = Numbers(order)
-    for line in range(order.lines):
-        kept(range(line, line + 1), job.solve(range(line, line + 1), lambda: False), 0.0)
+def serial(scan_input):
+    """Every batch alone, one after the other."""
+    kept = Kept(scan_input.batches)
+    job = Numbers(scan_input)
+    for batch in range(scan_input.batches):
+        kept(range(batch, batch + 1), job.solve(range(batch, batch + 1), lambda: False), 0.0)
     return kept.value
 
 
 @given(
-    lines=st.integers(1, 300),
+    batches=st.integers(1, 300),
     laws=st.integers(1, 5),
     run=st.integers(1, 40),
     workers=st.integers(1, 6),
@@ -68,110 +87,101 @@ def serial(order):
     cost=st.floats(0.0, 3.0),
     data=st.data(),
 )
-def test_every_line_is_handed_out_once(lines, laws, run, workers, length, cost, data):
-    """Whatever comes back when: chunks are whole, apart, and together what was asked for."""
-    job = Numbers(Order(lines, laws, run))
-    first = data.draw(st.integers(0, lines))
-    last = data.draw(st.integers(first, lines))
-    pieces = [range(last, lines), range(0, first)]  # out of order, with a hole
+def test_every_batch_is_solved_once(batches, laws, run, workers, length, cost, data):
+    """Whatever comes back when, in whole or in part: chunks are apart, and together what was asked for."""
+    job = Numbers(ScanInput(batches, laws, run))
+    first = data.draw(st.integers(0, batches))
+    last = data.draw(st.integers(first, batches))
+    pieces = [range(last, batches), range(0, first)]  # out of order, with a hole
     pending = pending_of(job, pieces, length=length)
     pending.shared_by(workers)
     out, found, begun, ready = [], [], set(), set()
-    while pending.left or out:
-        chunk = pending.next() if len(out) < workers else None
-        if chunk is not None:
-            assert len(chunk) > 0
-            needs = {job.law_at(line) for line in chunk}
-            assert needs <= ready or (len(chunk) == 1 and not needs & begun), "two compile one law"
-            assert length is None or len(chunk) <= length
+    while not pending.is_done:
+        handed = pending.next() if len(out) < workers else None
+        if handed is not None:
+            assert len(handed) > 0
+            needs = {job.law_at(batch) for batch in handed}
+            assert needs <= ready or (len(handed) == 1 and not needs & begun), "two compile one law"
+            assert length is None or len(handed) <= length
             begun |= needs
-            out.append(chunk)
+            out.append(handed)
             continue
-        chunk = out.pop(data.draw(st.integers(0, len(out) - 1)))
-        pending.took(chunk, data.draw(st.sampled_from([cost * len(chunk), 0.0, None])))
-        ready |= {job.law_at(line) for line in chunk}
-        found += chunk
-    assert sorted(found) == [*range(first), *range(last, lines)]
+        handed = out.pop(data.draw(st.integers(0, len(out) - 1)))
+        solved = handed[: data.draw(st.integers(1, len(handed)))]
+        pending.took(handed, solved, cost * len(solved))
+        ready |= {job.law_at(batch) for batch in solved}
+        found += solved
+    assert not out and sorted(found) == [*range(first), *range(last, batches)]
     assert pending.next() is None
 
 
-def test_chunks_are_sized_from_what_lines_took():
-    """A compile says nothing; growth is fourfold at most; then chunks take what was asked for, until the end."""
-    order = Order(lines=4000, laws=1)
+def test_a_chunk_ends_after_half_a_second(monkeypatch):
+    """By the clock: the first batch, which compiles, is alone; then chunks take what was asked for, until the end."""
     cost = 0.01
-    chunks = drained(pending_of(Numbers(order)), lambda line: 30.0 if line == 0 else cost)
-    lengths = [len(lines) for lines, _ in chunks]
-    assert lengths[:4] == [1, 1, GROWTH, GROWTH**2]
-    sized = round(SECONDS / cost)
-    assert lengths[4:10] == pytest.approx([sized] * 6, abs=1)  # a line more or less, from rounding
+    job = Timed(ScanInput(batches=4000, laws=1), lambda batch: 30.0 if batch == 0 else cost, monkeypatch)
+    chunks = drained(job)
+    sized = SECONDS / cost
+    lengths = [len(batches) for batches, _ in chunks]
+    assert lengths[0] == 1
+    assert lengths[1:-8] == pytest.approx([sized] * len(lengths[1:-8]), abs=1)
     assert max(lengths) <= sized
-    assert min(lengths[4:-1]) >= LEAST * sized - 1
+    assert min(lengths[1:-1]) >= PIECE / cost - 1
     assert sum(lengths[-4:]) < 4 * sized, "chunks shrink towards the end"
 
 
-def test_small_gaps_do_not_make_a_long_chunk():
-    """Lines cost 40 times less along each run of gaps; a chunk keeps below a few times what was asked for."""
-    order = Order(lines=5000, laws=1, run=50)
-
-    def cost(line):
-        return 0.08 if line % 50 < 10 else 0.002
-
-    took = [seconds for _, seconds in drained(pending_of(Numbers(order)), cost)]
-    # The worst chunk: ten costly lines after a mean of (10 × 0.08 + 40 × 0.002) / 50 = 0.0176 s a line.
-    assert max(took) <= 2.0
-    assert np.mean(took[8:-8]) == pytest.approx(SECONDS, rel=0.35)  # a running mean over whole runs of gaps
+def test_small_gaps_do_not_make_a_long_chunk(monkeypatch):
+    """Batches cost 40 times less along each run of gaps; a chunk keeps below a few times what was asked for."""
+    job = Timed(ScanInput(batches=5000, laws=1, run=50), lambda at: 0.08 if at % 50 < 10 else 0.002, monkeypatch)
+    took = [seconds for _, seconds in drained(job)]
+    assert max(took) <= 2.0  # a piece of 50 cheap batches, and then one with ten costly ones
+    assert np.mean(took[8:-8]) == pytest.approx(SECONDS, rel=0.35)
 
 
-def test_a_line_that_takes_long_is_a_chunk_and_one_never_waits_for_more():
-    took = drained(pending_of(Numbers(Order(lines=40, laws=2))), lambda line: 5.0)
-    assert {len(lines) for lines, _ in took} == {1}
-    # Two seconds at most, whatever is asked for.
-    pending = pending_of(Numbers(Order(lines=4000, laws=1)), seconds=60.0)
-    assert max(seconds for _, seconds in drained(pending, lambda line: 0.01)) <= 2.0 + 1e-9
+def test_a_batch_that_takes_long_is_a_chunk(monkeypatch):
+    took = drained(Timed(ScanInput(batches=40, laws=2), lambda batch: 5.0, monkeypatch))
+    assert {len(batches) for batches, _ in took} == {1}
 
 
-def test_a_part_is_no_larger_than_memory_allows():
-    pending = Pending([range(10_000)], lambda line: 0, bytes_a_line=int(PART_BYTES // 7))
-    assert max(len(lines) for lines, _ in drained(pending, lambda line: 1e-6)) == 7
+def test_a_chunk_is_no_larger_than_memory_allows():
+    pending = Pending([range(10_000)], lambda batch: 0, bytes_per_batch=int(CHUNK_BYTES // 7))
+    lengths = []
+    while (handed := pending.next()) is not None:
+        lengths.append(len(handed))
+        pending.took(handed, handed, 1e-6)
+    assert max(lengths) == 7
 
 
-def test_what_several_laws_take_is_told_apart():
-    """Two laws by turns, one twenty times dearer: chunks come to what was asked for, and no step is skipped."""
-    order = Order(lines=20_000, laws=2, run=25)
-    job = Numbers(order)
-    chunks = drained(pending_of(job), lambda line: 0.004 if job.law_at(line) else 0.0002)
-    most = 1
-    for lines, _ in chunks:
-        dear = sum(job.law_at(line) for line in lines)
-        assert dear <= GROWTH * most
-        most = max(most, dear)
+def test_laws_that_take_turns_make_chunks_of_one_duration(monkeypatch):
+    """Two laws by turns, one twenty times dearer."""
+    scan_input = ScanInput(batches=20_000, laws=2, run=25)
+    job = Timed(scan_input, lambda batch: 0.004 if batch // 25 % 2 else 0.0002, monkeypatch)
     # Whole runs of both laws: one run more or less is 25 × 4 ms.
-    assert [seconds for _, seconds in chunks[-40:-15]] == pytest.approx([SECONDS] * 25, abs=0.1)
+    assert [seconds for _, seconds in drained(job)][-40:-15] == pytest.approx([SECONDS] * 25, abs=0.15)
 
 
 def test_a_chunk_spans_laws_but_not_holes():
-    job = Numbers(Order(lines=400, laws=4, run=5))
-    chunks = [lines for lines, _ in drained(pending_of(job, length=64), lambda line: 1e-3)]
-    assert max(len({job.law_at(line) for line in lines}) for lines in chunks) == 4
+    job = Numbers(ScanInput(batches=400, laws=4, run=5))
+    chunks = [batches for batches, _ in drained(job, length=64)]
+    assert max(len({job.law_at(batch) for batch in batches}) for batches in chunks) == 4
     pieces = [range(0, 50), range(60, 90)]
-    apart = [lines for lines, _ in drained(pending_of(job, pieces, length=64), lambda line: 1e-3)]
-    assert all(lines.stop <= 50 or lines.start >= 60 for lines in apart)
+    apart = [batches for batches, _ in drained(job, pieces, length=64)]
+    assert all(batches.stop <= 50 or batches.start >= 60 for batches in apart)
 
 
 @pytest.mark.parametrize("workers", [1, 2, 4])
 @pytest.mark.parametrize("length", [None, 1, 7, 5000])
 def test_threads_give_the_same_bits(workers, length):
-    order = Order(lines=500, laws=3)
-    job, kept = Numbers(order), Kept(order.lines)
+    scan_input = ScanInput(batches=500, laws=3)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches)
     Threads(workers).run(job, pending_of(job, length=length), kept)
-    assert np.array_equal(kept.value, serial(order))
+    assert np.array_equal(kept.value, serial(scan_input))
     assert (kept.times == 1).all()
     assert length is None or max(map(len, kept.chunks)) <= length
 
 
 @pytest.fixture(scope="module")
 def in_one_go():
-    """A real scan: all lines but the first of each law in one chunk."""
+    """A real scan: all batches but the first of each law in one chunk."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ensemble, "Pending", partial(Pending, length=10_000))
         return scanned(workers=1)
@@ -224,65 +234,65 @@ def test_ctrl_c_while_results_are_written_says_what_is_kept(in_one_go, monkeypat
 def test_no_law_compiles_on_two_threads():
     """Other laws go on meanwhile."""
     begun, over = [], []
-    order = Order(lines=60, laws=3, run=10)
+    scan_input = ScanInput(batches=60, laws=3, run=10)
 
     class Compiling(Numbers):
-        def solve(self, lines, stop):
-            law = self.law_at(lines.start)
+        def solve(self, batches, stop):
+            law = self.law_at(batches.start)
             if law not in begun:
-                assert len(lines) == 1
+                assert len(batches) == 1
                 begun.append(law)
                 time.sleep(0.05)
                 over.append(law)
-            assert {self.law_at(line) for line in lines} <= set(over), "solved while it compiles elsewhere"
-            return super().solve(lines, stop)
+            assert {self.law_at(batch) for batch in batches} <= set(over), "solved while it compiles elsewhere"
+            return super().solve(batches, stop)
 
-    job, kept = Compiling(order), Kept(order.lines)
+    job, kept = Compiling(scan_input), Kept(scan_input.batches)
     Threads(4).run(job, pending_of(job), kept)
-    assert np.array_equal(kept.value, serial(order))
+    assert np.array_equal(kept.value, serial(scan_input))
 
 
 def test_parts_are_kept_by_the_caller_and_do_not_pile_up():
-    order, alive = Order(lines=200, laws=1), []
+    scan_input, alive = ScanInput(batches=200, laws=1), []
 
     class Counted(Numbers):
-        def solve(self, lines, stop):
+        def solve(self, batches, stop):
             alive.append(1)
-            return super().solve(lines, stop)
+            return super().solve(batches, stop)
 
-    def keep(lines, part, seconds):
+    def keep(batches, part, seconds):
         assert threading.current_thread() is threading.main_thread()
         time.sleep(0.002)  # a slow disk
         most.append(len(alive))
         alive.pop()
 
     most: list[int] = []
-    job = Counted(order)
+    job = Counted(scan_input)
     Threads(2).run(job, pending_of(job, length=1), keep)
     assert len(most) == 200
     assert max(most) <= 5  # two threads, twice as many parts, and the one in hand
 
 
 def test_nothing_to_do_is_done():
-    job, kept = Numbers(Order()), Kept(1000)
+    job, kept = Numbers(ScanInput()), Kept(1000)
     Threads(2).run(job, pending_of(job, []), kept)
     assert kept.chunks == []
 
 
 def test_what_a_line_raises_reaches_the_caller_with_its_place():
-    order = Order(lines=400, fault=200, seconds=1e-4)
-    job, kept = Numbers(order), Kept(order.lines)
-    with pytest.raises(PoundingError, match="line 200 cannot be solved") as error:
+    scan_input = ScanInput(batches=400, fault=200, seconds=1e-4)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches)
+    with pytest.raises(PoundingError, match="batch 200 cannot be solved") as error:
         Threads(2).run(job, pending_of(job, length=10), kept)
     assert error.traceback[-1].name == "solve"
     assert 0 < kept.times.sum() < 400, "what was done is kept, the rest is left"
 
 
 def test_a_full_disk_stops_the_threads():
-    order = Order(lines=400, seconds=1e-4)
-    job = Numbers(order)
+    scan_input = ScanInput(batches=400, seconds=1e-4)
+    job = Numbers(scan_input)
 
-    def full(lines, part, seconds):
+    def full(batches, part, seconds):
         raise PoundingError("no space")
 
     before = set(threading.enumerate())  # threads of other tests may be ending meanwhile
@@ -297,23 +307,23 @@ def test_a_full_disk_stops_the_threads():
 
 def test_what_is_finished_is_kept_when_a_run_is_interrupted():
     """Also the part in hand, once more, and those that wait behind it."""
-    order = Order(lines=300, laws=1)
-    job, kept = Numbers(order), Kept(order.lines)
+    scan_input = ScanInput(batches=300, laws=1)
+    job, kept = Numbers(scan_input), Kept(scan_input.batches)
     tries = []
 
-    def keep(lines, part, seconds):
-        tries.append(lines)
+    def keep(batches, part, seconds):
+        tries.append(batches)
         if len(tries) == 3:
             time.sleep(0.1)  # the others go on until there is no room
             raise KeyboardInterrupt
-        kept(lines, part, seconds)
+        kept(batches, part, seconds)
 
     with pytest.raises(KeyboardInterrupt):
         Threads(2).run(job, pending_of(job, length=10), keep)
     assert tries[2] == tries[3]
     assert len(kept.chunks) >= 2 + 5  # room for two threads is five
     found = kept.times > 0
-    assert np.array_equal(kept.value[found], serial(order)[found])
+    assert np.array_equal(kept.value[found], serial(scan_input)[found])
 
 
 IN_A_KERNEL = """
@@ -332,14 +342,14 @@ def spin(rounds):
 spin(1)  # compiled
 
 class Job:
-    order = None
-    def solve(self, lines, stop):
+    scan_input = None
+    def solve(self, batches, stop):
         print("in", flush=True)
         spin(60_000_000_000)  # minutes
         return {}
 
 try:
-    Threads(2).run(Job(), Pending([range(4)], lambda line: line % 2), print)
+    Threads(2).run(Job(), Pending([range(4)], lambda batch: batch % 2), print)
 except KeyboardInterrupt:
     print("stopped", flush=True)
     sys.exit(130)
@@ -367,28 +377,28 @@ def test_an_interrupt_does_not_wait_for_a_kernel():
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 7, 32])
-@pytest.mark.parametrize("lines", [0, 1, 2, 31, 100, 13_200])
-def test_shards_are_the_grid(lines, count):
-    """Together every line, apart from each other, and of nearly one size."""
-    shards = [shard_lines(lines, (number, count)) for number in range(1, count + 1)]
-    each = [[line for piece in pieces for line in piece] for pieces in shards]
-    assert sorted(line for one in each for line in one) == list(range(lines))
+@pytest.mark.parametrize("batches", [0, 1, 2, 31, 100, 13_200])
+def test_shards_are_the_grid(batches, count):
+    """Together every batch, apart from each other, and of nearly one size."""
+    shards = [shard_batches(batches, (number, count)) for number in range(1, count + 1)]
+    each = [[batch for piece in pieces for batch in piece] for pieces in shards]
+    assert sorted(batch for one in each for batch in one) == list(range(batches))
     assert all(one == sorted(one) for one in each)
     assert all(pieces == sorted(pieces, key=lambda piece: piece.start) for pieces in shards)
     # No shard has more than a block more than another.
-    assert max(map(len, each)) - min(map(len, each)) <= max(1, -(-lines // (count * ROUNDS)))
+    assert max(map(len, each)) - min(map(len, each)) <= max(1, -(-batches // (count * ROUNDS)))
 
 
 @pytest.mark.parametrize("gaps", [8, 20, 21, 50, 64])
 @pytest.mark.parametrize("count", [2, 3, 8])
 def test_shards_cost_alike_where_small_gaps_cost_more(gaps, count):
-    """The cost of a line falls with its gap, to nothing; shards differ by a sixth at most."""
-    lines = gaps * 60
+    """The cost of a batch falls with its gap, to nothing; shards differ by a sixth at most."""
+    batches = gaps * 60
     work = [
         sum(
-            max(0.0, 1.0 - 1.5 * (line % gaps) / gaps)
-            for piece in shard_lines(lines, (number, count))
-            for line in piece
+            max(0.0, 1.0 - 1.5 * (batch % gaps) / gaps)
+            for piece in shard_batches(batches, (number, count))
+            for batch in piece
         )
         for number in range(1, count + 1)
     ]
@@ -402,6 +412,6 @@ def test_a_shard_is_read_and_refused_in_words():
             read_shard(text)
 
     with pytest.raises(PoundingError, match="no shard 3/2"):
-        shard_lines(10, (3, 2))
+        shard_batches(10, (3, 2))
     with pytest.raises(PoundingError, match="workers is 0"):
         Threads(0)

@@ -60,13 +60,13 @@ def test_what_is_drawn_depends_on_a_cases_place_in_the_grid_alone():
 
 
 def test_the_sample_is_of_runs_that_were_made():
-    lines, made = range(50, 450), np.zeros((400, 25), dtype=bool)
+    batches, made = range(50, 450), np.zeros((400, 25), dtype=bool)
     made[:, ::2] = True
-    places = drawn(lines, made, 0.3)
+    places = drawn(batches, made, 0.3)
     assert not (places & ~made).any()
     # 5,200 runs: a share of 0.3 within four standard errors of a binomial count.
     assert abs(places.sum() - 0.3 * 5200) < 4.0 * np.sqrt(5200 * 0.3 * 0.7)
-    assert np.array_equal(drawn(lines, made, 1.0), made) and not drawn(lines, made, 0.0).any()
+    assert np.array_equal(drawn(batches, made, 1.0), made) and not drawn(batches, made, 0.0).any()
 
 
 @given(st.lists(st.integers(1, 7), min_size=1, max_size=6), st.integers(0, 2**31))

@@ -17,16 +17,16 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_forms import SHAPE, made_form, pieces, values_of
+from made_forms import SHAPE, made_template, pieces, values_of
 from scenes import two_records
 
-from pounding_risk._common.files import checksum, host, not_written, partial_of, sweep
+from pounding_risk._common.files import checksum, host, not_written, partial_of, remove_leftovers
 from pounding_risk.ensemble.checkpoint.folder import folder_of
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import layout
 from pounding_risk.results.files import check_target, open_results, save
-from pounding_risk.results.layout import block_shape, blocks, form_of, values_at
+from pounding_risk.results.layout import block_shape, blocks, template_of, values_at
 from pounding_risk.results.store import Memory, Netcdf, store_of
 from pounding_risk.scene.reader import parse_scene
 
@@ -40,15 +40,15 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(layout, "BLOCK_BYTES", 10_000)
 
 
-def write(store, form):
-    for block, values in pieces(form):
+def write(store, template):
+    for block, values in pieces(template):
         store.write(block, values)
     store.finish(LATER)
     return store
 
 
-def in_memory(form):
-    return write(Memory(form), form).dataset()
+def in_memory(template):
+    return write(Memory(template), template).dataset()
 
 
 def names(folder):
@@ -56,18 +56,18 @@ def names(folder):
 
 
 def test_blocks_are_several_here():
-    form = made_form()
-    assert block_shape(form) == (3, 2, 1, 2, 5, 3)
-    assert [len(block) for block in blocks(form)] == [60, 60, 20]
+    template = made_template()
+    assert block_shape(template) == (3, 2, 1, 2, 5, 3)
+    assert [len(block) for block in blocks(template)] == [60, 60, 20]
 
 
 def test_memory_holds_what_was_written():
-    form = made_form()
-    dataset = in_memory(form)
-    assert dataset.sizes == {**form.skeleton.sizes}
-    assert dataset["at_buildings"].dims == (*form.dims, "building")
-    assert dataset.attrs == form.skeleton.attrs | LATER
-    for name, values in values_of(form, range(form.lines)).items():
+    template = made_template()
+    dataset = in_memory(template)
+    assert dataset.sizes == {**template.skeleton.sizes}
+    assert dataset["at_buildings"].dims == (*template.dims, "building")
+    assert dataset.attrs == template.skeleton.attrs | LATER
+    for name, values in values_of(template, range(template.batches)).items():
         np.testing.assert_array_equal(dataset[name].values.ravel(), values.ravel())
 
 
@@ -75,9 +75,9 @@ def test_memory_holds_what_was_written():
 @pytest.mark.parametrize("shape", [SHAPE, (2, 1, 3, 1, 4, 2), (1, 1, 1, 1, 1, 1)])
 def test_disk_gives_what_memory_gives(tmp_path, suffix, shape):
     """Values, labels and attributes, and the types of numbers in both."""
-    form = made_form(shape)
-    dataset, target = in_memory(form), tmp_path / f"results{suffix}"
-    write(store_of(form, target), form)
+    template = made_template(shape)
+    dataset, target = in_memory(template), tmp_path / f"results{suffix}"
+    write(store_of(template, target), template)
     assert names(tmp_path) == [target.name]
     found = open_results(target)
     xr.testing.assert_identical(found, dataset)
@@ -89,9 +89,9 @@ def test_disk_gives_what_memory_gives(tmp_path, suffix, shape):
 
 def test_a_netcdf_file_is_as_xarray_writes_it(tmp_path):
     """Attribute for attribute, with the fill values and the lists of coordinates that xarray hides when it reads."""
-    form = made_form()
-    write(Netcdf(form, tmp_path / "pieces.nc"), form)
-    save(in_memory(form), tmp_path / "whole.nc")
+    template = made_template()
+    write(Netcdf(template, tmp_path / "pieces.nc"), template)
+    save(in_memory(template), tmp_path / "whole.nc")
     with netCDF4.Dataset(tmp_path / "pieces.nc") as pieces_, netCDF4.Dataset(tmp_path / "whole.nc") as whole:
         assert set(pieces_.variables) == set(whole.variables)
         assert str(pieces_.__dict__) == str(whole.__dict__)
@@ -106,18 +106,18 @@ def test_a_netcdf_file_is_as_xarray_writes_it(tmp_path):
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_link_is_written_through_and_stays(tmp_path, suffix):
     """Beside the file that it leads to, so that the file is whole or not there, and the link is never replaced."""
-    form, (far, near) = made_form((2, 1, 1, 1, 2, 1)), (tmp_path / "far", tmp_path / "near")
+    template, (far, near) = made_template((2, 1, 1, 1, 2, 1)), (tmp_path / "far", tmp_path / "near")
     far.mkdir()
     near.mkdir()
     link = near / f"results{suffix}"
     link.symlink_to(far / f"data{suffix}")
     for _ in range(2):  # new, and in place of an older one
-        write(store_of(form, link), form)
+        write(store_of(template, link), template)
         assert link.is_symlink() and names(near) == [link.name] and names(far) == [f"data{suffix}"]
-        xr.testing.assert_identical(open_results(link), in_memory(form))
+        xr.testing.assert_identical(open_results(link), in_memory(template))
     assert folder_of(link) == (far / "data.study").resolve()
     if suffix == ".nc":
-        save(in_memory(form).assign_attrs(title="other"), link)
+        save(in_memory(template).assign_attrs(title="other"), link)
         assert link.is_symlink() and open_results(far / "data.nc").attrs["title"] == "other"
 
 
@@ -132,13 +132,13 @@ def test_links_that_lead_nowhere_good_are_refused(tmp_path):
 
 
 def test_what_a_killed_process_left_as_a_link_is_not_followed(tmp_path):
-    form, victim = made_form((2, 1, 1, 1, 2, 1)), tmp_path / "victim"
+    template, victim = made_template((2, 1, 1, 1, 2, 1)), tmp_path / "victim"
     victim.write_text("precious")
     for target in (tmp_path / "a.nc", tmp_path / "b.zarr"):
         partial_of(target).symlink_to(victim)
-        write(store_of(form, target), form)
+        write(store_of(template, target), template)
     partial_of(tmp_path / "c.nc").symlink_to(victim)
-    save(in_memory(form), tmp_path / "c.nc")
+    save(in_memory(template), tmp_path / "c.nc")
     assert victim.read_text() == "precious"
 
 
@@ -156,31 +156,31 @@ def test_a_limit_on_a_file_s_size_is_told_as_what_it_is(tmp_path, monkeypatch):
 
 
 def test_a_scan_s_dataset_goes_through_every_store(tmp_path):
-    """A real one: its form alone and its values, block by block."""
+    """A real one: its template alone and its values, block by block."""
     from pounding_risk.ensemble.scan import scan
 
     scene = two_records(law="jankowski", stiffness="2e9 N/m^1.5")
     dataset = scan(parse_scene(scene), check_fraction=0.3)
-    form = form_of(dataset)
-    assert {"sensitive", "peak_displacement"} <= set(form.cases)
-    assert "peak_displacement_free" in form.skeleton
+    template = template_of(dataset)
+    assert {"sensitive", "peak_displacement"} <= set(template.cases)
+    assert "peak_displacement_free" in template.skeleton
     for suffix in SUFFIXES:
-        store = store_of(form, tmp_path / f"scan{suffix}")
-        for block in blocks(form):
-            store.write(block, values_at(dataset, form, block, form.cases))
+        store = store_of(template, tmp_path / f"scan{suffix}")
+        for block in blocks(template):
+            store.write(block, values_at(dataset, template, block, template.cases))
         store.finish({})
         xr.testing.assert_identical(open_results(store.target), dataset)
 
 
 WRITE = """
 import sys
-from made_forms import made_form, pieces
+from made_forms import made_template, pieces
 from pounding_risk.results import layout
 from pounding_risk.results.store import store_of
 layout.BLOCK_BYTES = 10_000
-form = made_form()
-store = store_of(form, sys.argv[1])
-for number, (block, values) in enumerate(pieces(form)):
+template = made_template()
+store = store_of(template, sys.argv[1])
+for number, (block, values) in enumerate(pieces(template)):
     store.write(block, values)
     print(number, flush=True)
     sys.stdin.readline()
@@ -205,9 +205,9 @@ def child(target, **more):
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     """Two processes, at another second: no time and no name is in the bytes."""
-    form, start = made_form(), int(time.time())
-    store = store_of(form, tmp_path / f"one{suffix}")
-    for block, values in pieces(form):
+    template, start = made_template(), int(time.time())
+    store = store_of(template, tmp_path / f"one{suffix}")
+    for block, values in pieces(template):
         store.write(block, values)
     store.finish({"later": 1})
     while int(time.time()) == start:  # times in such files have whole seconds
@@ -221,9 +221,9 @@ def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
 @pytest.mark.parametrize(("suffix", "older"), [(".nc", False), (".nc", True), (".zarr", True)])
 def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
     target = tmp_path / f"results{suffix}"
-    form = made_form()
+    template = made_template()
     if older:
-        write(store_of(form, target), form)
+        write(store_of(template, target), template)
         before = checksum(target)
     run = child(target)
     assert run.stdout.readline() == "0\n"
@@ -238,7 +238,7 @@ def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
     else:
         with pytest.raises(PoundingError, match="no such results file"):
             open_results(target)
-    (left,) = sweep(target)
+    (left,) = remove_leftovers(target)
     assert left.name == f".{target.name}.{host()}.{run.pid}.partial"
     assert names(tmp_path) == [target.name] * older
 
@@ -247,18 +247,20 @@ def test_a_killed_run_leaves_the_older_results_or_none(tmp_path, suffix, older):
 @settings(max_examples=10)
 def test_any_run_of_lines_may_be_written_over(tmp_path_factory, runs, kind):
     """Patches across blocks and within them, of some of the variables: the last one holds."""
-    form = made_form()
+    template = made_template()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(layout, "BLOCK_BYTES", 10_000)
-        store = Memory(form) if kind is Memory else store_of(form, tmp_path_factory.mktemp("patched") / f"r{kind}")
-        expected = values_of(form, range(form.lines))
-        for block, values in pieces(form):
+        store = (
+            Memory(template) if kind is Memory else store_of(template, tmp_path_factory.mktemp("patched") / f"r{kind}")
+        )
+        expected = values_of(template, range(template.batches))
+        for block, values in pieces(template):
             store.write(block, values)
         for number, (first, count) in enumerate(runs):
-            lines = range(first, min(first + count, form.lines))
+            batches = range(first, min(first + count, template.batches))
             name = ("count", "at_buildings")[number % 2]
-            expected[name][lines.start : lines.stop] = number
-            store.write(lines, {name: expected[name][lines.start : lines.stop]})
+            expected[name][batches.start : batches.stop] = number
+            store.write(batches, {name: expected[name][batches.start : batches.stop]})
         store.finish({})
         dataset = store.dataset() if kind is Memory else open_results(store.target)
     for name, values in expected.items():
@@ -267,39 +269,39 @@ def test_any_run_of_lines_may_be_written_over(tmp_path_factory, runs, kind):
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_chunks_of_another_length_give_the_same_values(tmp_path, suffix):
-    form, target = made_form(), tmp_path / f"results{suffix}"
-    with store_of(form, target) as store:
-        for start in range(0, form.lines, 7):
-            lines = range(start, min(start + 7, form.lines))
-            store.write(lines, values_of(form, lines))
+    template, target = made_template(), tmp_path / f"results{suffix}"
+    with store_of(template, target) as store:
+        for start in range(0, template.batches, 7):
+            batches = range(start, min(start + 7, template.batches))
+            store.write(batches, values_of(template, batches))
         store.finish(LATER)
-    xr.testing.assert_identical(open_results(target), in_memory(form))
+    xr.testing.assert_identical(open_results(target), in_memory(template))
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_nothing_is_left_of_what_is_not_finished(tmp_path, suffix):
-    form = made_form()
-    store = store_of(form, tmp_path / f"abandoned{suffix}")
-    store.write(*next(pieces(form)))
+    template = made_template()
+    store = store_of(template, tmp_path / f"abandoned{suffix}")
+    store.write(*next(pieces(template)))
     assert len(names(tmp_path)) == 1, "it is written aside"
     store.abandon()
     store.abandon()
     assert names(tmp_path) == []
-    with pytest.raises(KeyboardInterrupt), store_of(form, tmp_path / f"stopped{suffix}") as store:
+    with pytest.raises(KeyboardInterrupt), store_of(template, tmp_path / f"stopped{suffix}") as store:
         raise KeyboardInterrupt
     assert names(tmp_path) == []
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_what_has_holes_is_not_finished(tmp_path, suffix):
-    form = made_form()
-    store = store_of(form, tmp_path / f"results{suffix}")
-    store.write(*next(pieces(form)))
+    template = made_template()
+    store = store_of(template, tmp_path / f"results{suffix}")
+    store.write(*next(pieces(template)))
     with pytest.raises(ValueError, match="never written"):
         store.finish({})
     assert names(tmp_path) == []
-    store = store_of(form, tmp_path / f"results{suffix}")
-    with pytest.raises(ValueError, match=r"count is \(3, 2\) for 3 lines"):
+    store = store_of(template, tmp_path / f"results{suffix}")
+    with pytest.raises(ValueError, match=r"count is \(3, 2\) for 3 batches"):
         store.write(range(3), {"count": np.zeros((3, 2))})
     assert names(tmp_path) == []
 
@@ -320,17 +322,19 @@ def small_disk(tmp_path):
 def test_a_full_disk_is_told_and_left_as_it_was(small_disk, suffix, monkeypatch):
     """Twice, as a file that the library cannot close may not stay in the way; then there is space, and it works."""
     monkeypatch.setattr(layout, "BLOCK_BYTES", 300_000)
-    form = made_form((60, 2, 1, 2, 20, 3), variables=8)
+    template = made_template((60, 2, 1, 2, 20, 3), variables=8)
     free = os.statvfs(small_disk).f_bfree
     for _ in range(2):
-        with pytest.raises(PoundingError, match=r"results\S+ cannot be written .*free space and run .* parts are kept"):
-            write(store_of(form, small_disk / f"results{suffix}"), form)
+        with pytest.raises(
+            PoundingError, match=r"results\S+ cannot be written .*free space and run .* chunks are kept"
+        ):
+            write(store_of(template, small_disk / f"results{suffix}"), template)
         assert names(small_disk) == []
         # Blocks: a folder in a tmpfs may keep one of its own.
         assert os.statvfs(small_disk).f_bfree >= free - 1
     subprocess.run(["mount", "-o", "remount,size=30m", str(small_disk)], check=True)
-    write(store_of(form, small_disk / f"results{suffix}"), form)
-    xr.testing.assert_identical(open_results(small_disk / f"results{suffix}"), in_memory(form))
+    write(store_of(template, small_disk / f"results{suffix}"), template)
+    xr.testing.assert_identical(open_results(small_disk / f"results{suffix}"), in_memory(template))
 
 
 FILE_LIMIT = 40_000  # bytes: the skeleton fits in, the cases do not
@@ -341,10 +345,11 @@ def test_a_file_that_may_not_grow_is_told(tmp_path):
     limited = (
         "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({FILE_LIMIT}, {FILE_LIMIT}))\n"
-        "from made_forms import made_form, pieces\nfrom pounding_risk.errors import PoundingError\n"
+        "from made_forms import made_template, pieces\nfrom pounding_risk.errors import PoundingError\n"
         "from pounding_risk.results.store import store_of\nimport sys\n"
-        "form = made_form((20, 2, 1, 2, 40, 30))\n"
-        "try:\n    store = store_of(form, sys.argv[1])\n    for piece in pieces(form):\n        store.write(*piece)\n"
+        "template = made_template((20, 2, 1, 2, 40, 30))\n"
+        "try:\n    store = store_of(template, sys.argv[1])\n    for piece in pieces(template):\n"
+        "        store.write(*piece)\n"
         "    store.finish({})\nexcept PoundingError as error:\n    print(error)\n"
     )
     here = Path(__file__).resolve().parents[1]
@@ -357,7 +362,7 @@ def test_a_file_that_may_not_grow_is_told(tmp_path):
 
 
 def test_only_a_store_of_ours_is_replaced(tmp_path):
-    form = made_form()
+    template = made_template()
     strange = tmp_path / "strange.zarr"
     strange.mkdir()
     (strange / "thesis.txt").write_text("all of it")
@@ -365,11 +370,11 @@ def test_only_a_store_of_ours_is_replaced(tmp_path):
     file.write_text("no folder")
     for target in (strange, file):
         with pytest.raises(PoundingError, match="is there already and no Zarr store of pounding-risk"):
-            store_of(form, target)
+            store_of(template, target)
     assert (strange / "thesis.txt").read_text() == "all of it"
     ours = tmp_path / "ours.zarr"
-    write(store_of(form, ours), form)
-    write(store_of(made_form((2, 1, 1, 1, 2, 2)), ours), made_form((2, 1, 1, 1, 2, 2)))
+    write(store_of(template, ours), template)
+    write(store_of(made_template((2, 1, 1, 1, 2, 2)), ours), made_template((2, 1, 1, 1, 2, 2)))
     assert open_results(ours).sizes["record"] == 2
     assert names(tmp_path) == ["file.zarr", "ours.zarr", "strange.zarr"]
 
@@ -377,7 +382,7 @@ def test_only_a_store_of_ours_is_replaced(tmp_path):
 def test_targets_are_checked(tmp_path):
     assert check_target(tmp_path / "a.zarr", (".nc", ".zarr")).name == "a.zarr"
     with pytest.raises(PoundingError, match=r"must end in \.nc or \.zarr"):
-        store_of(made_form(), tmp_path / "a.h5")
+        store_of(made_template(), tmp_path / "a.h5")
     with pytest.raises(PoundingError, match=r"must end in \.nc; write"):
         check_target(tmp_path / "a.zarr")
 
@@ -391,8 +396,8 @@ def test_a_name_is_refused_before_the_work_that_it_would_lose(tmp_path):
         with pytest.raises(PoundingError, match=why):
             check_target(tmp_path / name)
     room = 255 - len(partial_of(tmp_path / ".zarr").name)  # letters, in most file systems; a pid may have one more
-    form, target = made_form(), tmp_path / f"{'x' * (room - 4)}.zarr"
-    write(store_of(form, target), form)
+    template, target = made_template(), tmp_path / f"{'x' * (room - 4)}.zarr"
+    write(store_of(template, target), template)
     assert names(tmp_path) == [target.name]
 
 
@@ -401,16 +406,16 @@ def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
     theirs = (".b.nc.node1.4711.partial", ".[ab].nc.old.nc.node1.4711.partial", ".[ab].nc.mine.partial")
     for name in (".[ab].nc.node1.4711.partial", *theirs):
         (tmp_path / name).write_bytes(b"half")
-    assert [path.name for path in sweep(tmp_path / "[ab].nc")] == [".[ab].nc.node1.4711.partial"]
+    assert [path.name for path in remove_leftovers(tmp_path / "[ab].nc")] == [".[ab].nc.node1.4711.partial"]
     assert names(tmp_path) == sorted(theirs)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="links need a right of their own elsewhere")
 def test_a_link_to_a_store_stays_and_the_store_is_replaced(tmp_path):
-    form, real, link = made_form(), tmp_path / "real.zarr", tmp_path / "link.zarr"
-    write(store_of(form, real), form)
+    template, real, link = made_template(), tmp_path / "real.zarr", tmp_path / "link.zarr"
+    write(store_of(template, real), template)
     link.symlink_to(real)
-    write(store_of(made_form((2, 1, 1, 1, 2, 2)), link), made_form((2, 1, 1, 1, 2, 2)))
+    write(store_of(made_template((2, 1, 1, 1, 2, 2)), link), made_template((2, 1, 1, 1, 2, 2)))
     assert open_results(link).sizes["record"] == 2
     assert link.is_symlink() and open_results(real).sizes["record"] == 2
     assert names(tmp_path) == ["link.zarr", "real.zarr"]
@@ -418,20 +423,20 @@ def test_a_link_to_a_store_stays_and_the_store_is_replaced(tmp_path):
 
 def test_a_crash_between_two_names_is_told(tmp_path):
     """The older store is whole under the name that the sentence gives."""
-    form, target = made_form(), tmp_path / "results.zarr"
-    write(store_of(form, target), form)
+    template, target = made_template(), tmp_path / "results.zarr"
+    write(store_of(template, target), template)
     target.rename(tmp_path / ".results.zarr.here.4711.old")
     with pytest.raises(PoundingError, match=r"rename \S+\.results\.zarr\.here\.4711\.old, the results of before"):
         open_results(target)
-    write(store_of(form, target), form)
-    assert [path.name for path in sweep(target)] == [".results.zarr.here.4711.old"]
+    write(store_of(template, target), template)
+    assert [path.name for path in remove_leftovers(target)] == [".results.zarr.here.4711.old"]
     assert names(tmp_path) == ["results.zarr"]
 
 
 def test_a_zarr_store_that_lost_pieces_is_not_read(tmp_path):
     """Zarr itself would read them as missing values."""
-    form, target = made_form(), tmp_path / "results.zarr"
-    write(store_of(form, target), form)
+    template, target = made_template(), tmp_path / "results.zarr"
+    write(store_of(template, target), template)
     next(path for path in sorted((target / "count").iterdir()) if path.name[0] != ".").unlink()
     for lazy in (False, True):
         with pytest.raises(PoundingError, match=r"pieces of it are missing .count lacks 1"):
@@ -442,21 +447,21 @@ def test_what_is_no_store_is_told(tmp_path):
     (tmp_path / "folder.zarr").mkdir()
     with pytest.raises(PoundingError, match="no Zarr store of pounding-risk"):
         open_results(tmp_path / "folder.zarr")
-    form, target = made_form(), tmp_path / "results.zarr"
-    write(store_of(form, target), form)
+    template, target = made_template(), tmp_path / "results.zarr"
+    write(store_of(template, target), template)
     (target / ".zmetadata").write_text("{")
     with pytest.raises(PoundingError, match=r"\.zmetadata: cannot be read as JSON .*; run the scan again"):
         open_results(target)
 
 
 def test_lazy_results(tmp_path):
-    form = made_form()
-    dataset = in_memory(form)
+    template = made_template()
+    dataset = in_memory(template)
     for suffix in SUFFIXES:
-        write(store_of(form, tmp_path / f"results{suffix}"), form)
+        write(store_of(template, tmp_path / f"results{suffix}"), template)
     with open_results(tmp_path / "results.zarr", lazy=True) as found:
         assert {size for sizes in found["count"].chunks for size in sizes} <= {1, 2, 3, 5}
-        assert found["count"].data.npartitions == len(list(blocks(form)))
+        assert found["count"].data.npartitions == len(list(blocks(template)))
         assert found["record_event"].chunks is None, "labels are there"
         assert int(found["count"].sum()) == int(dataset["count"].sum())
     with open_results(tmp_path / "results.nc", lazy=True) as found:
@@ -469,8 +474,8 @@ def test_without_the_extra_it_is_named(tmp_path):
     code = (
         "import sys\nsys.modules['zarr'] = None\nfrom pounding_risk.errors import PoundingError\n"
         "from pounding_risk.results.files import open_results\nfrom pounding_risk.results.store import store_of\n"
-        "from made_forms import made_form\n"
-        "for act in (lambda: open_results(sys.argv[1]), lambda: store_of(made_form(), 'new.zarr')):\n"
+        "from made_forms import made_template\n"
+        "for act in (lambda: open_results(sys.argv[1]), lambda: store_of(made_template(), 'new.zarr')):\n"
         "    try:\n        act()\n    except PoundingError as error:\n        print(error)\n"
     )
     (tmp_path / "results.zarr").mkdir()
@@ -486,16 +491,16 @@ import sys
 sys.path.insert(0, {tests!r})
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from made_forms import made_form, pieces
+from made_forms import made_template, pieces
 from pounding_risk.results.files import open_results, save
 from pounding_risk.results.store import Netcdf
 
-form = made_form()
-written = list(pieces(form))
+template = made_template()
+written = list(pieces(template))
 
 def write(number):
     target = Path(f"{{number}}.nc")
-    with Netcdf(form, target) as store:
+    with Netcdf(template, target) as store:
         for block, values in written:
             store.write(block, values)
         store.finish({{}})

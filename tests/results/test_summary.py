@@ -53,9 +53,9 @@ def files(tmp_path_factory):
 @pytest.fixture
 def small_blocks(monkeypatch, files, name):
     """So small that there are some, if there are cases."""
-    form = layout.form_of(open_results(files / f"{name}.nc"))
-    monkeypatch.setattr(layout, "BLOCK_BYTES", form.bytes_a_case * form.lines * form.width / 3.5)
-    assert len(list(layout.blocks(form))) >= 4 or not form.cases
+    template = layout.template_of(open_results(files / f"{name}.nc"))
+    monkeypatch.setattr(layout, "BLOCK_BYTES", template.bytes_per_case * template.batches * template.width / 3.5)
+    assert len(list(layout.blocks(template))) >= 4 or not template.cases
 
 
 def run(*words):

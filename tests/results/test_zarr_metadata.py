@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from made_forms import made_form, pieces
+from made_forms import made_template, pieces
 from typer.testing import CliRunner
 
 from pounding_risk.cli import app
@@ -33,9 +33,9 @@ class Trap:
 @pytest.fixture
 def store(tmp_path) -> Path:
     """A sound store."""
-    form = made_form((2, 1, 1, 1, 2, 1))
-    target = store_of(form, tmp_path / "results.zarr")
-    for block, values in pieces(form):
+    template = made_template((2, 1, 1, 1, 2, 1))
+    target = store_of(template, tmp_path / "results.zarr")
+    for block, values in pieces(template):
         target.write(block, values)
     target.finish({"command": "made"})
     return tmp_path / "results.zarr"

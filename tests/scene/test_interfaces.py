@@ -14,7 +14,7 @@ from scene_cases import cases
 
 from pounding_risk import compare, read_scene
 from pounding_risk.ensemble.plan.plan import validate
-from pounding_risk.ensemble.plan.text import scene_words
+from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.errors import SceneError
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, Point, floor_number, floor_words
 from pounding_risk.models.structures.sdof import Building

@@ -1,11 +1,11 @@
-"""The folder beside a study's results that keeps what is computed: a run that is killed goes on where it was.
+"""The checkpoint of a scan: a folder beside its results from which a run that was stopped or killed goes on.
 
 ``results.nc`` has ``results.study`` beside it:
 
-- ``study.json``: the study's identity and its digest, lines, cases a line, title, command, when it was begun;
-- ``parts/<start>-<stop>.npz``: what these lines of the grid give (see `study_parts`);
-- ``log.jsonl``: what happened when, for people and for `status`;
-- ``lock``: who writes, held by the system (see `study_lock`).
+- ``study.json``: identity of the scan and its digest, batches, cases per batch, title, command, time of beginning;
+- ``parts/<start>-<stop>.npz``: results of these batches (see `checkpoint.chunks`);
+- ``log.jsonl``: one JSON object per event, with time, machine and process, for people and for `status`;
+- ``lock``: the writing processes; the lock is held by the system (see `checkpoint.lock`).
 """
 
 from __future__ import annotations
@@ -14,38 +14,52 @@ import errno
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk._common.dates import now
-from pounding_risk._common.files import FULL, is_partial_of, led_to, limit_words, raised, sync_folder, write_whole
-from pounding_risk.ensemble.checkpoint.chunks import PART, Damaged, lines_of, part_name, read_part, write_part
+from pounding_risk._common.files import (
+    FULL,
+    OWN_FILE,
+    host,
+    is_partial_of,
+    led_to,
+    limit_words,
+    raised,
+    sync_folder,
+    write_whole,
+)
+from pounding_risk.ensemble.checkpoint.chunks import CHUNK, Damaged, batches_of, chunk_name, read_chunk, write_chunk
 from pounding_risk.ensemble.checkpoint.lock import Held, Lock
-from pounding_risk.ensemble.checkpoint.log import write_line
-from pounding_risk.ensemble.chunks import Part, chosen, joined, merged, pieces_of
+from pounding_risk.ensemble.chunks import Chunk, chosen, joined, merged, pieces_of
 from pounding_risk.ensemble.identity import difference, digest
 from pounding_risk.errors import PoundingError
 
-STUDY, PARTS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
-OWN = (STUDY, PARTS, LOG, LOCK)
+STUDY, CHUNKS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
+OWN = (STUDY, CHUNKS, LOG, LOCK)
 FORMAT = "pounding_risk study 1"
 SUFFIX = ".study"
 
 
 class About(NamedTuple):
-    """What a study is, for people: beside its identity, and no part of it."""
+    """Facts on a scan that are no part of its identity."""
 
-    lines: int
-    width: int  # cases in a line
+    batches: int
+    width: int  # cases per batch
     title: str = ""
     command: str = ""
 
+    def table(self) -> dict[str, Any]:
+        """The fields under their names in ``study.json``."""
+        return {"lines": self.batches, "width": self.width, "title": self.title, "command": self.command}
+
 
 def folder_of(results: str | Path) -> Path:
-    """Where the study of a results file is kept: beside it, ``results.study`` for ``results.nc``.
+    """The folder of the checkpoint of a results file: ``results.study`` for ``results.nc``.
 
-    A name that is a symbolic link has the study of the file that it leads to. Raises PoundingError for what names no
-    file, such as "." for this folder.
+    For a symbolic link it is that of the target. Raises PoundingError for a name that is no file, such as ".".
     """
     path = Path(results)
     if path.name in ("", ".."):
@@ -54,38 +68,38 @@ def folder_of(results: str | Path) -> Path:
 
 
 def read_study(folder: Path) -> dict[str, Any] | None:
-    """What ``study.json`` says; None where there is none. Raises PoundingError where it is not a study's."""
+    """The content of ``study.json``, None where there is none; raises PoundingError where it is not of a scan."""
     file = folder / STUDY
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        study = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
     except (ValueError, RecursionError):
-        found = None
+        study = None
     except OSError as error:
         raise PoundingError(f"{file}: cannot be read ({error.strerror}); check its permissions") from None
     expected = {"identity": dict, "lines": int, "width": int, "title": str, "command": str, "begun": str}
-    whole = isinstance(found, dict) and all(isinstance(found.get(key), kind) for key, kind in expected.items())
-    if whole and found.get("format") == FORMAT:
-        return found
+    whole = isinstance(study, dict) and all(isinstance(study.get(key), kind) for key, kind in expected.items())
+    if whole and study.get("format") == FORMAT:
+        return study
     raise PoundingError(
         f"{file}: is not a study of this version of pounding-risk; it was left as it is: move the folder "
         f"{folder.name} away, or write the results under another name (-o)"
     )
 
 
-class StudyFolder:
-    """A study's folder, open for writing: by one process, or by several that share it.
+class Checkpoint:
+    """A checkpoint that is open for writing, by one process or by several that share it.
 
-    Use as a context manager, or `close` it. ``path`` is the folder, ``about`` what the study is.
+    Use it as a context manager, or `close` it. ``path`` is the folder, ``about`` has facts on the scan.
     """
 
     def __init__(self, path: Path, lock: Lock, alone: bool, about: About, digest: str):
         self.path, self.about = path, about
         self._lock, self._alone, self._digest = lock, alone, digest
-        self.again = "the same command"  # goes on with what is kept
-        self.begun = ""  # when the study was
-        self._sound: dict[range, tuple[int, int]] = {}  # lines of the parts that were verified, and size and time
+        self.again = "the same command"  # words for what continues the scan
+        self.begun = ""  # time at which the scan was begun
+        self._sound: dict[range, tuple[int, int]] = {}  # verified chunks: batches, size and time of the file
 
     @classmethod
     def open(
@@ -96,13 +110,13 @@ class StudyFolder:
         *,
         new: bool = False,
         shared: bool = False,
-    ) -> StudyFolder:
-        """Begin a study in a folder, or go on with the one that is there.
+    ) -> Checkpoint:
+        """Begin a scan in a folder, or continue the one that is there.
 
-        ``new`` discards what an earlier one has computed, and of the folder nothing else; ``shared`` lets other
-        processes share the folder, each with lines of its own. Raises PoundingError where the folder is not a study's,
-        where another run writes it, where it cannot be written, and, with every difference, where it holds parts of a
-        study of another identity.
+        ``new`` discards the results of an earlier scan, and nothing else in the folder; ``shared`` lets other processes
+        share the folder, each with its own batches. Raises PoundingError where the folder is not a
+        study's, where another run writes it, where it cannot be written, and, with every difference, where it
+        holds chunks of a study of another identity.
         """
         folder = Path(path)
         check_ours(folder)
@@ -113,8 +127,8 @@ class StudyFolder:
             raise _unwritable(folder, error, "") from None
         try:
             alone = lock.take(shared)
-            found = cls(folder, lock, alone and not shared, about, digest(identity))
-            found._begin(identity, new, alone)
+            checkpoint = cls(folder, lock, alone and not shared, about, digest(identity))
+            checkpoint._begin(identity, new, alone)
             if shared and alone:
                 lock.share()
         except BaseException as error:
@@ -125,27 +139,27 @@ class StudyFolder:
                 raise _unwritable(folder, error, "") from None
             raise
         if new:
-            found.again += " without --new"
-        found.log("start", shared=shared, command=about.command)
-        return found
+            checkpoint.again += " without --new"
+        checkpoint.log("start", shared=shared, command=about.command)
+        return checkpoint
 
     def _begin(self, identity: Mapping[str, Any], new: bool, alone: bool) -> None:
-        """Have the study of this identity in the folder, or refuse."""
-        kept = read_study(self.path)
-        same = kept is not None and digest(kept["identity"]) == self._digest
-        if kept is not None and same and not new:
-            self.begun = kept["begun"]
-            (self.path / PARTS).mkdir(exist_ok=True)
+        """Prepare the folder for the scan of this identity, or raise PoundingError."""
+        study = read_study(self.path)
+        same = study is not None and digest(study["identity"]) == self._digest
+        if study is not None and same and not new:
+            self.begun = study["begun"]
+            (self.path / CHUNKS).mkdir(exist_ok=True)
             return
         if not alone:
             raise PoundingError(
                 f"{self.path}: other runs are writing {'this' if same else 'another'} study here; wait for them, or "
-                "stop them, and run the same command again" + _differences(kept, identity, same)
+                "stop them, and run the same command again" + _differences(study, identity, same)
             )
-        if kept and not new and self._files():
+        if study and not new and self._files():
             raise PoundingError(
-                f"{self.path}: holds {_cases(self._files(), kept['width'])} cases of a study that was another:"
-                f"{_differences(kept, identity, same)}\nput that back to go on with it, write --new to discard "
+                f"{self.path}: holds {_cases(self._files(), study['width'])} cases of a study that was another:"
+                f"{_differences(study, identity, same)}\nput that back to go on with it, write --new to discard "
                 "it, or write the results under another name (-o)"
             )
         self._discard()
@@ -153,110 +167,110 @@ class StudyFolder:
 
     def _write_study(self, identity: Mapping[str, Any]) -> None:
         self.begun = now()
-        facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about._asdict()}
+        facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about.table()}
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
         write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
-        (self.path / PARTS).mkdir(exist_ok=True)
+        (self.path / CHUNKS).mkdir(exist_ok=True)
         sync_folder(self.path)
-        self.log("begin", **self.about._asdict())
+        self.log("begin", **self.about.table())
 
-    def __enter__(self) -> StudyFolder:
+    def __enter__(self) -> Checkpoint:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
     def done(self) -> list[range]:
-        """The lines of which there is a sound part, in as few ranges as there can be.
+        """The batches of which there is a sound chunk, in as few ranges as possible.
 
-        A damaged file, and one that a killed process has left aside, is removed with a line in the log, where nobody
-        else can be writing it; where others share the folder it only does not count.
+        Damaged files, and those that killed processes left aside, are removed with a line in the log, unless others
+        share the folder and may be writing them.
         """
         if self._alone:
-            self._sweep()
-        found = {}
-        for lines in self._files():
-            state = self._state(lines)
-            if state is not None and (self._sound.get(lines) == state or self._is_sound(lines)):
-                found[lines] = state
-        self._sound = found
-        return merged(found)
+            self._remove_leftovers()
+        sound = {}
+        for batches in self._files():
+            state = self._state(batches)
+            if state is not None and (self._sound.get(batches) == state or self._is_sound(batches)):
+                sound[batches] = state
+        self._sound = sound
+        return merged(sound)
 
-    def keep(self, lines: range, part: Mapping[str, Any], seconds: float) -> None:
-        """Have what these lines give on disk: after the call it outlives the process.
+    def keep(self, batches: range, chunk: Mapping[str, Any], seconds: float) -> None:
+        """Write the results of these batches to disk, where they survive the process.
 
-        ``seconds`` is what it took, for the log. Raises PoundingError where it cannot be written, as on a full disk,
-        and ValueError for arrays that are not numbers with the lines as their first axis.
+        ``seconds`` is the time that they took, for the log. Raises PoundingError where they cannot be written, as on a
+        full disk, and ValueError for arrays that are not numbers with the batches as their first axis.
         """
         try:
-            write_part(self.path / PARTS, lines, part, self._digest)
-            state = self._state(lines)
+            write_chunk(self.path / CHUNKS, batches, chunk, self._digest)
+            state = self._state(batches)
         except OSError as error:
             raise _unwritable(self.path, error, f"{self.kept()} are kept; ", self.again) from None
         if state is not None:
-            self._sound[lines] = state
-        self.log("kept", start=lines.start, stop=lines.stop, seconds=round(seconds, 3))
+            self._sound[batches] = state
+        self.log("kept", start=batches.start, stop=batches.stop, seconds=round(seconds, 3))
 
-    def parts(self, blocks: Iterable[range]) -> Iterator[Part]:
-        """The arrays of the lines of each block, in order, from whatever parts there are.
+    def chunks(self, blocks: Iterable[range]) -> Iterator[Chunk]:
+        """The arrays of the batches of each block, in order, assembled from the chunks.
 
-        Only lines that the last `done` has found, or that were kept since, are there. Memory is bounded by a block and
-        a part. Raises PoundingError for lines without a part, and for a part that was damaged since.
+        Only batches that the last `done` has returned, or that were kept since, are available. Memory is bounded by a
+        block and a chunk. Raises PoundingError for batches without a chunk, and for a chunk that was damaged since.
         """
         choice = chosen(self._sound)
-        home, whole = range(0), Part()
+        home, whole = range(0), Chunk()
         for block in blocks:
             pieces, end = [], block.start
-            for lines, source in pieces_of(block, choice):
-                if lines.start != end:
+            for batches, source in pieces_of(block, choice):
+                if batches.start != end:
                     break
                 if source != home:
                     home, whole = source, self._read(source)
-                inside = slice(lines.start - home.start, lines.stop - home.start)
-                # A copy of a few lines lets go of all others of their part.
+                inside = slice(batches.start - home.start, batches.stop - home.start)
+                # Copied, as a view would keep the whole chunk in memory.
                 pieces.append({name: array[inside].copy() for name, array in whole.items()})
-                end = lines.stop
+                end = batches.stop
             if end < block.stop:
                 raise PoundingError(
-                    f"{self.path}: of the lines from {end} on there is no part; run the same command again"
+                    f"{self.path}: of the batches from {end} on there is no chunk; run the same command again"
                 )
             yield joined(pieces)
 
     def log(self, event: str, **facts: Any) -> None:
-        """Add a line to the log, with the time; a full disk loses the line and nothing else."""
+        """Add a line to the log; a full disk loses the line and nothing else."""
         write_line(self.path / LOG, event, **facts)
 
     def clear(self) -> None:
-        """Remove the parts: the results are in place. What the study was, and its log, stay."""
+        """Remove the chunks when the results are in place; ``study.json`` and the log stay."""
         self._remove_parts()
         self.log("complete")
 
     def close(self) -> None:
-        """Let others write the folder; a second time it does nothing."""
+        """Release the lock; a second call does nothing."""
         if self._lock.is_open:
             self.log("stop")
             self._lock.close()
 
     def _files(self) -> list[range]:
-        """The lines of every file with the name of a part."""
-        names = [entry.name for entry in _entries(self.path / PARTS)]
-        return [lines for name in names if (lines := lines_of(name)) is not None]
+        """The batches of every chunk file, from its name."""
+        names = [entry.name for entry in _entries(self.path / CHUNKS)]
+        return [batches for name in names if (batches := batches_of(name)) is not None]
 
-    def _file(self, lines: range) -> Path:
-        return self.path / PARTS / part_name(lines)
+    def _file(self, batches: range) -> Path:
+        return self.path / CHUNKS / chunk_name(batches)
 
-    def _state(self, lines: range) -> tuple[int, int] | None:
-        """Size and time of a part's file, by which it is known again; None where it is gone."""
+    def _state(self, batches: range) -> tuple[int, int] | None:
+        """Size and time of a chunk file, which tell whether it has changed; None where it does not exist."""
         try:
-            found = self._file(lines).stat()
+            stat = self._file(batches).stat()
         except FileNotFoundError:
             return None
-        return found.st_size, found.st_mtime_ns
+        return stat.st_size, stat.st_mtime_ns
 
-    def _is_sound(self, lines: range) -> bool:
-        file = self._file(lines)
+    def _is_sound(self, batches: range) -> bool:
+        file = self._file(batches)
         try:
-            read_part(file, self._digest)
+            read_chunk(file, self._digest)
         except FileNotFoundError:  # another process has removed it since
             return False
         except Damaged as damage:
@@ -267,18 +281,18 @@ class StudyFolder:
             raise PoundingError(f"{file}: cannot be read ({error.strerror}); check the disk and its rights") from None
         return True
 
-    def _read(self, lines: range) -> Part:
-        file = self._file(lines)
+    def _read(self, batches: range) -> Chunk:
+        file = self._file(batches)
         try:
-            return read_part(file, self._digest)[1]
+            return read_chunk(file, self._digest)[1]
         except Damaged as damage:
             raise PoundingError(f"{file}: was damaged since: {damage}; run the same command again") from None
         except OSError as error:
             raise PoundingError(f"{file}: cannot be read ({error.strerror}); run the same command again") from None
 
-    def _sweep(self) -> None:
-        """Remove what killed processes have left aside."""
-        for folder, pattern in ((self.path, r"study\.json"), (self.path / PARTS, PART)):
+    def _remove_leftovers(self) -> None:
+        """Remove files that killed processes left aside."""
+        for folder, pattern in ((self.path, r"study\.json"), (self.path / CHUNKS, CHUNK)):
             for entry in _entries(folder):
                 if is_partial_of(entry.name, pattern):
                     self._remove(Path(entry.path), "a process was killed while it wrote this file")
@@ -288,34 +302,34 @@ class StudyFolder:
         self.log("removed", file=file.name, why=why)
 
     def _remove_parts(self) -> None:
-        for lines in self._files():
-            self._file(lines).unlink(missing_ok=True)
+        for batches in self._files():
+            self._file(batches).unlink(missing_ok=True)
         self._sound = {}
         if self._alone:
-            self._sweep()
+            self._remove_leftovers()
 
     def _discard(self) -> None:
-        """Remove what an earlier study has left, and nothing that is not ours."""
+        """Remove the files of an earlier scan, and no others."""
         (self.path / STUDY).unlink(missing_ok=True)
-        for lines in self._files():
-            self._file(lines).unlink(missing_ok=True)
+        for batches in self._files():
+            self._file(batches).unlink(missing_ok=True)
         (self.path / LOG).unlink(missing_ok=True)
 
     def kept(self) -> str:
-        """How many of the study's cases have a part, in words; told without a look into the parts."""
-        return f"{_cases(self._files(), self.about.width)} of {self.about.lines * self.about.width} cases"
+        """How many cases have a chunk, in words; from the names of the files."""
+        return f"{_cases(self._files(), self.about.width)} of {self.about.batches * self.about.width} cases"
 
 
 def is_begun(folder: Path, identity: Mapping[str, Any]) -> bool:
-    """Whether a folder keeps parts of the study of this identity; raises PoundingError as `read_study`."""
-    kept = read_study(folder)
-    if kept is None or digest(kept["identity"]) != digest(identity):
+    """True where a folder has chunks of the scan of this identity; raises PoundingError as `read_study`."""
+    study = read_study(folder)
+    if study is None or digest(study["identity"]) != digest(identity):
         return False
-    return any(lines_of(entry.name) is not None for entry in _entries(folder / PARTS))
+    return any(batches_of(entry.name) is not None for entry in _entries(folder / CHUNKS))
 
 
-def _cases(parts: Iterable[range], width: int) -> int:
-    return sum(map(len, merged(parts))) * width
+def _cases(chunks: Iterable[range], width: int) -> int:
+    return sum(map(len, merged(chunks))) * width
 
 
 def _entries(folder: Path) -> list[os.DirEntry[str]]:
@@ -326,7 +340,7 @@ def _entries(folder: Path) -> list[os.DirEntry[str]]:
 
 
 def check_ours(folder: Path) -> None:
-    """Raises PoundingError for a name that something else has: a file, or a folder of the user's own."""
+    """Raise PoundingError where the name is that of a file, or of a folder of the user's own."""
     if not folder.exists() and not folder.is_symlink():
         return
     if not folder.is_dir():
@@ -345,7 +359,7 @@ def check_ours(folder: Path) -> None:
         return
     own = {name for name in names if name in OWN or is_partial_of(name, r"study\.json")}
     strangers = sorted(names - own)
-    # Of a study that was killed as it began there is a lock at least.
+    # A scan that was killed as it began has left a lock at least.
     if strangers or (names and LOCK not in names):
         raise PoundingError(
             f"{folder}: is not a study's folder ({', '.join((strangers or sorted(names))[:3])} in it), and a study is "
@@ -353,10 +367,10 @@ def check_ours(folder: Path) -> None:
         )
 
 
-def _differences(kept: Mapping[str, Any] | None, identity: Mapping[str, Any], same: bool) -> str:
-    if kept is None or same:
+def _differences(study: Mapping[str, Any] | None, identity: Mapping[str, Any], same: bool) -> str:
+    if study is None or same:
         return ""
-    return "".join(f"\n  - {sentence}" for sentence in difference(kept["identity"], identity))
+    return "".join(f"\n  - {sentence}" for sentence in difference(study["identity"], identity))
 
 
 def _held(folder: Path, held: Held) -> PoundingError:
@@ -367,7 +381,7 @@ def _held(folder: Path, held: Held) -> PoundingError:
 
 
 def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
-    """What is told where the system refuses to write."""
+    """The error to raise where the system refuses to write; ``kept`` says what is kept."""
     if error.errno == errno.EFBIG:
         repair = raised(f"{kept}free space and run {again} again")
         return PoundingError(f"{folder}: cannot be written ({error.strerror}{limit_words()}); {repair}")
@@ -376,3 +390,28 @@ def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same 
             f"{folder}: no space is left there ({error.strerror}); {kept}free space and run {again} again"
         )
     return PoundingError(f"{folder}: cannot be written ({error.strerror}); {kept}choose another place (-o)")
+
+
+def write_line(path: Path, event: str, **facts: Any) -> None:
+    """Add an event to a log; it is lost where it cannot be written, as on a full disk."""
+    time = datetime.now(UTC).isoformat(timespec="milliseconds")
+    line = json.dumps({"time": time, "event": event, "host": host(), "pid": os.getpid(), **facts}, default=str)
+    with suppress(OSError):
+        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | OWN_FILE, 0o666)
+        try:
+            size = os.fstat(handle).st_size
+            # A process that was killed while it wrote may have left half a line.
+            torn = size > 0 and os.pread(handle, 1, size - 1) != b"\n" if hasattr(os, "pread") else False
+            os.write(handle, f"{chr(10) if torn else ''}{line}\n".encode())
+        finally:
+            os.close(handle)
+
+
+def read_lines(path: Path) -> Iterator[dict[str, Any]]:
+    """The complete lines of a log, in order; none where there is no log."""
+    with suppress(FileNotFoundError), open(path, "rb") as file:
+        for line in file:
+            with suppress(ValueError):  # half a line
+                event = json.loads(line)
+                if isinstance(event, dict) and {"time", "event"} <= set(event):
+                    yield event

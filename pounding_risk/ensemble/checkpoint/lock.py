@@ -1,6 +1,6 @@
-"""Who writes a study's folder: one run, or several shards. The lock is the system's and ends with its process.
+"""Lock of a checkpoint: one run alone, or several shards. It is a lock of the system and ends with its process.
 
-A platform without such locks, and a file system that refuses them, has none.
+On platforms and file systems without such locks there is none.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from pounding_risk._common.files import OWN_FILE, host
 
-PATIENCE = {False: 1.0, True: 5.0}  # s, of a run alone and of a shard: another shard may be beginning the study
+PATIENCE = {False: 1.0, True: 5.0}  # s, of a run alone and of a shard: another shard may be starting the scan
 PAUSE = 0.02  # s
-READ_ONLY = {errno.EACCES, errno.EPERM, errno.EROFS}  # another user's study, or a disk that is only read
+READ_ONLY = {errno.EACCES, errno.EPERM, errno.EROFS}  # a checkpoint of another user, or a read-only disk
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, getattr(errno, "ENOTSUP", errno.ENOSYS)}
 
 
@@ -34,7 +34,7 @@ class Holder(NamedTuple):
 
     @property
     def is_gone(self) -> bool:
-        """True where it is known to have ended; of another machine nothing is known."""
+        """True where the process is known to have ended; of other machines nothing is known."""
         if self.host != host() or os.name != "posix":
             return False
         try:
@@ -47,7 +47,7 @@ class Holder(NamedTuple):
 
 
 class Held(Exception):
-    """Somebody else holds the lock; ``holders`` says who, where that is known."""
+    """Raised where another process holds the lock; ``holders`` are the processes, where known."""
 
     def __init__(self, holders: list[Holder]):
         self.holders = holders
@@ -63,25 +63,25 @@ class Lock:
 
     @property
     def is_open(self) -> bool:
-        """Until `close`."""
+        """True until the lock is closed."""
         return self._handle >= 0
 
     def take(self, shared: bool) -> bool:
-        """Take the lock: alone where that can be had (True), with others where ``shared`` allows it (False).
+        """Take the lock: exclusively if possible (True), otherwise with others if ``shared`` (False).
 
-        Raises Held where another process stands against it.
+        Raises Held where another process prevents it.
         """
         return self._patiently(lambda: self._take_now(shared), PATIENCE[shared])
 
     def share(self) -> None:
-        """Let others in that share too; raises Held where one that does not share was quicker."""
+        """Turn an exclusive lock into a shared one; raises Held where an exclusive one was quicker."""
         self._patiently(lambda: True if _locked(self._handle, exclusive=False) else None, PATIENCE[True])
-        # The system lets go before it takes anew: one that was alone in between has wiped our name.
+        # The system releases the lock in between: another process that was alone then has removed our name.
         if (host(), os.getpid()) not in [(one.host, one.pid) for one in holders(self.path)]:
             self._sign(alone=False)
 
     def _take_now(self, shared: bool) -> bool | None:
-        """Whether the lock is held alone; None where it cannot be had at this moment."""
+        """True where the lock was taken exclusively, False where shared, None where it is not available now."""
         if _locked(self._handle, exclusive=True):
             self._sign(alone=True)
             return True
@@ -91,7 +91,7 @@ class Lock:
         return None
 
     def _patiently(self, ask: Callable[[], bool | None], patience: float) -> bool:
-        """Ask until there is an answer: who tells a study's state takes the lock for an instant."""
+        """Ask until there is an answer: `status` takes the lock for an instant."""
         end = time.monotonic() + patience
         while (answer := ask()) is None:
             if time.monotonic() > end:
@@ -100,34 +100,34 @@ class Lock:
         return answer
 
     def _sign(self, alone: bool) -> None:
-        """Write who holds the lock; those before are gone where it is held alone."""
+        """Write this process to the file as a holder; earlier holders are removed where it is alone."""
         if alone:
             os.ftruncate(self._handle, 0)
         me = Holder(host(), os.getpid(), datetime.now(UTC).isoformat(timespec="seconds"))
         os.write(self._handle, f"{json.dumps(me._asdict())}\n".encode())
 
     def close(self) -> None:
-        """Let go."""
+        """Release the lock."""
         if self.is_open:
             os.close(self._handle)
             self._handle = -1
 
 
 def holders(path: Path) -> list[Holder]:
-    """Who signed a lock file last and is not known to have ended; it says nothing of whether they still hold it."""
-    found = []
+    """Processes in a lock file that are not known to have ended; they need not hold the lock any more."""
+    names = []
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         try:
             one = Holder(**json.loads(line))
         except (ValueError, TypeError):  # a line that another process is writing
             continue
         if isinstance(one.pid, int) and not one.is_gone:
-            found.append(one)
-    return list(dict.fromkeys(found))
+            names.append(one)
+    return list(dict.fromkeys(names))
 
 
 def running(path: Path) -> list[Holder]:
-    """Who holds the lock of that file now; nobody where there is no file. Never waits, and keeps nothing."""
+    """The processes that hold a lock now; none where there is no file. Does not wait, nor keep the lock."""
     try:
         handle = os.open(path, os.O_RDWR | OWN_FILE)
     except FileNotFoundError:
@@ -145,7 +145,7 @@ def running(path: Path) -> list[Holder]:
 
 
 def _locked(handle: int, exclusive: bool) -> bool:
-    """Ask the system for the lock, at once or not at all."""
+    """Ask the system for the lock without waiting."""
     try:
         import fcntl
     except ImportError:

@@ -1,1 +1,1 @@
-"""What a scan will run, hold in memory, compile and take, told before it starts."""
+"""Plan of a scan: its cases, size, compilation and time, before it starts."""

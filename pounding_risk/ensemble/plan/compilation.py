@@ -1,4 +1,4 @@
-"""Which kernels a scan of a scene would compile first, told without compiling any."""
+"""Which kernels of a scene are compiled already, found out without compiling any."""
 
 from __future__ import annotations
 
@@ -22,33 +22,22 @@ from pounding_risk.solver.row import laws as rows_laws
 from pounding_risk.solver.row import run as rows_march
 from pounding_risk.solver.workspace import make_workspace
 
-# Compiling on one core of the machine that this was written on [s].
-LAW_OF_A_PAIR, MOTION_OF_A_PAIR = 12.0, 5.0
-SOLVER_OF_ROWS, MOTION_OF_ROWS, LAW_OF_A_ROW = 45.0, 15.0, 1.0
-STILL = np.zeros(2), 0.01  # a ground motion that only has the types of one
+STILL = np.zeros(2), 0.01  # a ground motion of zeros: only its types matter
 
 
 class Kernels(NamedTuple):
-    """What of a scene is compiled already."""
+    """The kernels of a scene: True for those that are compiled."""
 
-    motion: bool  # without contact
-    solver: bool  # with contact, what all contact models share; a pair's share nothing
+    motion: bool  # the motion without contact
+    solver: bool  # what all contact models of a row share; those of a pair share nothing
     laws: tuple[bool, ...]  # by contact model of the grid
-    at_each_start: bool  # no cache keeps what the contact models need: a row's
+    at_each_start: bool  # contact models of a row are compiled by each process: no cache keeps them
     interpreted: bool = False  # compilation is switched off
 
     @property
     def missing(self) -> int:
-        """Contact models that are to be compiled."""
+        """Number of contact models that are to be compiled."""
         return self.laws.count(False)
-
-    @property
-    def seconds(self) -> float:
-        """About the time that compiling takes."""
-        if self.at_each_start:
-            shared = SOLVER_OF_ROWS * (not self.solver) + MOTION_OF_ROWS * (not self.motion)
-            return shared + LAW_OF_A_ROW * self.missing
-        return MOTION_OF_A_PAIR * (not self.motion) + LAW_OF_A_PAIR * self.missing
 
     @property
     def whole(self) -> bool:
@@ -57,7 +46,7 @@ class Kernels(NamedTuple):
 
 
 def kernels_of(study: Study) -> Kernels:
-    """What is compiled for this scene, in this process or in the cache; raises as `Study.law`."""
+    """What is compiled for a scene, in this process or in the cache; raises as `Study.law`."""
     if INTERPRETED:
         return Kernels(True, True, (True,) * len(study.grid.contact_models), False, interpreted=True)
     return _of_row(study) if study.is_row else _of_pair(study)
@@ -87,21 +76,21 @@ def _of_row(study: Study) -> Kernels:
     places = [study.at(place) for place in range(len(study.neighbours))]
 
     def known(name: str) -> bool:
-        # What a process has compiled of a law for its rows is kept by that process alone.
-        entered = all(rows_laws.kind_of(lowered(_like(here, name))) in rows_laws._VERBS for here in places)
-        return entered and all(_calibrates(here, name) for here in places)
+        # Laws of a row are compiled for one process.
+        compiled = all(rows_laws.kind_of(lowered(_like(here, name))) in rows_laws._VERBS for here in places)
+        return compiled and all(_calibrates(here, name) for here in places)
 
     laws = tuple(map(known, study.grid.contact_models))
     return Kernels(is_compiled(rows_march.march_free, (*call, terms, states)), solver, laws, at_each_start=True)
 
 
 def _like(study: Study, name: str) -> Any:
-    """A contact model as the scene has it, but for the number of its stiffness: that may take a run to find."""
+    """A contact model of the scene; its stiffness is 1 where finding it takes a run."""
     return with_effects(study.law(name, 1.0 if study.needs_equal_terms(name) else None), study.effects)
 
 
 def _calibrates(study: Study, name: str) -> bool:
-    """True where the stiffness by equal terms, if there are any, is found without compiling."""
+    """True where the stiffness by equal terms, if the scene has any, is found without compiling."""
     if not study.needs_equal_terms(name) or study.equal_terms is None:
         return True
     laws = study.law(study.stiff_name), study.law(name, 1.0)
@@ -111,10 +100,7 @@ def _calibrates(study: Study, name: str) -> bool:
 
 
 def is_compiled(kernel: Any, arguments: Iterable[Any]) -> bool:
-    """True where a call of ``kernel`` with these very arguments would compile nothing.
-
-    False of a kernel that is interpreted: calls of it are never fast.
-    """
+    """True where calling ``kernel`` with these arguments would compile nothing; False of an interpreted kernel."""
     if not hasattr(kernel, "typeof_pyval"):
         return False
     kinds = tuple(map(kernel.typeof_pyval, arguments))
@@ -122,7 +108,7 @@ def is_compiled(kernel: Any, arguments: Iterable[Any]) -> bool:
 
 
 def _is_kept(kernel: Any, kinds: tuple[Any, ...]) -> bool:
-    """True where the cache has code for these types that can be read; numba itself asks by compiling."""
+    """True where the cache has readable code for these types; numba itself would compile to find out."""
     cache = kernel._cache
     if not isinstance(cache, ForgivingCache) or any(map(is_foreign, kinds)):
         return False

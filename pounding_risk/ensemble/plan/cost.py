@@ -1,57 +1,53 @@
-"""The work of a grid before it is done: which of its lines touch, and what one takes on this machine.
+"""The work of a scan: which batches of its grid touch, and the time that a sample of them takes.
 
-A *line* is the smallest piece of a grid: one record, polarity, amplitude, contact model and gap, with all yield forces.
-Where the motion without contact closes no gap, that motion is the answer.
+Where the motion without contact closes no gap, it is the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import prod, sqrt
-from time import thread_time
+from math import sqrt
+from time import process_time, thread_time
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.job import Job, Order, never
+from pounding_risk.ensemble.job import Job, ScanInput, never
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.ensemble.plan.size import bytes_of
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.models.effects import wave_of
 from pounding_risk.motions.motion import Motion, driven
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.scene import Study
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST
+from pounding_risk.solver.row.cases import Cases, Limits
 
-SECONDS = 1.0  # of solving lines to learn what they cost, over all contact models
-FEW = 40  # yield forces of a line that is solved
-LEAST = 4  # lines of a contact model that are solved, unless they take longer than `LONGEST`
-LONGEST = 4.0  # s of solving, after which no further line of a contact model is begun
-MOST_LINES = 20_000  # lines of a grid that are looked at: of a larger one some gaps and amplitudes, evenly drawn
-SEED = 20110314  # of the sample: the same lines for the same scene on any day
-GOLDEN = 0.5 * (sqrt(5.0) - 1.0)  # multiples of it, modulo 1, fall evenly over 0 to 1 however many there are
+SECONDS = 1.0  # of solving batches to learn what they cost, over all contact models
+FEW = 40  # yield forces, at most, of a batch in the sample
+LEAST = 4  # batches of a contact model that are solved, unless they take longer than `LONGEST`
+LONGEST = 4.0  # s of solving, after which no other batch of a contact model is begun
+MOST_BATCHES = 20_000  # that are looked at: of a larger grid some gaps and amplitudes, evenly drawn
+SEED = 20110314  # of the sample: a scene always has the same
+GOLDEN = 0.5 * (sqrt(5.0) - 1.0)  # its multiples, modulo 1, are evenly distributed however many there are
 
-Response = Callable[[Motion], tuple[NDArray[np.float64], int]]  # how far each gap is closed [m], and bytes
+Response = Callable[[Motion], tuple[NDArray[np.float64], int]]  # closing beyond each gap [m], and bytes
 
 
 class Alone(NamedTuple):
-    """A grid's motions without contact."""
+    """Responses of a grid without contact."""
 
     closed: NDArray[np.float64]  # m, (records, polarities, amplitudes, gaps): more than zero where some gap is closed
-    size: int  # bytes of one response, the largest
-
-    @property
-    def motions(self) -> int:
-        """How many there are."""
-        return prod(self.closed.shape[:-1])
+    size: int  # bytes of the largest response
 
 
 def alone(study: Study, motions: tuple[Motion, ...]) -> Alone:
-    """How far each motion of the grid closes the tightest gap without contact; raises as `chain_of`."""
+    """How far the motion without contact closes the tightest gap, for each motion and gap; raises as `chain_of`."""
     respond = _of_row(study) if study.is_row else _of_pair(study)
     shape = (len(motions), len(study.records.polarities), len(study.grid.pgas))
     closed, size = np.zeros((*shape, len(study.grid.gaps))), 0
@@ -79,64 +75,64 @@ def _of_row(study: Study) -> Response:
     def respond(motion: Motion) -> tuple[NDArray[np.float64], int]:
         free = rows.free_row(model.row(motion.dt), motion.acceleration)
         held = bytes_of(free) + motion.acceleration.nbytes
-        # A response that fails is the answer as it is.
+        # A response that fails is the result of its cases.
         return (free.points[:, HIGHEST] - gaps).max(axis=1) if free.status == COMPLETE else np.zeros(len(gaps)), held
 
     return respond
 
 
 class Cost(NamedTuple):
-    """What a line takes of some that are alike, from a sample of them."""
+    """Time of a group of similar batches, from a sample of them."""
 
-    lines: int
+    batches: int
     sampled: int
-    mean: float  # CPU seconds a line
-    deviation: float  # of single lines
+    mean: float  # processor time of a batch [s]
+    deviation: float  # standard deviation of it [s]
 
     @property
     def seconds(self) -> float:
-        """Of all lines, on one thread."""
-        return self.lines * self.mean
+        """Time of all batches on one thread."""
+        return self.batches * self.mean
 
     @property
     def error(self) -> float:
-        """Standard error of it; one line of several tells no more than its own size."""
-        if self.sampled == 1 < self.lines:
+        """Standard error of `seconds`; a sample of one batch of several has an error of its own size."""
+        if self.sampled == 1 < self.batches:
             return self.seconds
-        left = 1.0 - self.sampled / self.lines
-        return self.lines * self.deviation * sqrt(left / self.sampled)
+        unknown = 1.0 - self.sampled / self.batches
+        return self.batches * self.deviation * sqrt(unknown / self.sampled)
 
 
 def costs(study: Study, motions: tuple[Motion, ...], closed: NDArray[np.float64]) -> list[Cost]:
-    """What the lines of a grid take: those of each contact model that touch, then all others.
+    """Time of the batches of each contact model that touch, then of all others.
 
-    ``closed`` as `Alone` has it: lines differ mostly by how far they close their gap, so a sample spreads over that.
-    What is made again at a tighter tolerance is left out. Raises as `jobs.job_of`.
+    ``closed`` is that of `Alone`: batches differ mostly in how far they close their gap, so the sample is spread evenly
+    over it. Runs of the tolerance check are left out. Raises as `job_choice.job_of`.
     """
     few, share = thinned(study)
-    # What one job has learnt on the way, compiled code apart, the other has not.
-    order, laws = Order(few, motions), len(study.grid.contact_models)
+    # The first compiles; the second is timed, without the results that the first has kept.
+    order, laws = ScanInput(few, motions), len(study.grid.contact_models)
     first, job = job_of(order), job_of(order)
     everywhere = np.repeat(closed[..., None, :], laws, axis=-2)
     kinds = np.broadcast_to(np.arange(laws)[:, None], everywhere.shape)
     kind = np.where(everywhere > 0.0, kinds, laws).reshape(-1)
     random = np.random.default_rng(SEED)
-    for line in np.unique(kinds.reshape(-1), return_index=True)[1]:
-        first.solve(_one(line), never)  # compiles, or fetches from the cache
-    found = []
-    for each in range(laws + 1):
-        lines = np.flatnonzero(kind == each)
-        if lines.size:
-            ordered = lines[np.argsort(everywhere.reshape(-1)[lines], kind="stable")]
-            cost = seconds_a_line(job, ordered[_spread(lines.size, random.random())], SECONDS / (laws + 1))
-            found.append(cost._replace(mean=cost.mean / share, deviation=cost.deviation / share))
-    return found
+    for batch in np.unique(kinds.reshape(-1), return_index=True)[1]:
+        first.solve(_one(batch), never)  # compiles, or fetches from the cache
+    costs = []
+    for group in range(laws + 1):
+        batches = np.flatnonzero(kind == group)
+        if batches.size:
+            ordered = batches[np.argsort(everywhere.reshape(-1)[batches], kind="stable")]
+            cost = seconds_per_batch(job, ordered[_spread(batches.size, random.random())], SECONDS / (laws + 1))
+            costs.append(cost._replace(mean=cost.mean / share, deviation=cost.deviation / share))
+    return costs
 
 
 def thinned(study: Study) -> tuple[Study, float]:
-    """The study with `FEW` yield forces at most, from all over its own, and which share of them these are.
+    """The study with `FEW` of its yield forces at most, evenly drawn, and the share of them.
 
-    A line of thousands of yield forces takes minutes, and what it costs is told by some of them.
+    A batch with thousands of yield forces may take minutes.
     """
     forces = study.grid.yield_forces
     if len(forces) <= FEW:
@@ -144,16 +140,13 @@ def thinned(study: Study) -> tuple[Study, float]:
     return replace(study, grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
 
 
-def few_lines(study: Study, records: int) -> tuple[Study, float]:
-    """The study with `MOST_LINES` lines at most, of gaps and amplitudes from all over its own, and their share.
-
-    What a plan learns of lines that touch and of their cost it learns from these, whatever the grid.
-    """
+def few_batches(study: Study, records: int) -> tuple[Study, float]:
+    """The study with `MOST_BATCHES` batches at most, of gaps and amplitudes evenly drawn, and the share of them."""
     grid, polarities = study.grid, len(study.records.polarities)
     rest = records * polarities * len(grid.contact_models)
-    if rest * len(grid.gaps) * len(grid.pgas) <= MOST_LINES:
+    if rest * len(grid.gaps) * len(grid.pgas) <= MOST_BATCHES:
         return study, 1.0
-    room = max(1, MOST_LINES // rest)
+    room = max(1, MOST_BATCHES // rest)
     gaps = _evenly(grid.gaps, max(1, room // min(len(grid.pgas), FEW)))
     pgas = _evenly(grid.pgas, max(1, room // len(gaps)))
     share = len(gaps) * len(pgas) / (len(grid.gaps) * len(grid.pgas))
@@ -161,36 +154,65 @@ def few_lines(study: Study, records: int) -> tuple[Study, float]:
 
 
 def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:
-    """``most`` of these values at most, the first and the last among them."""
+    """At most ``most`` of these values, the first and the last among them."""
     if len(values) <= most:
         return values
     places = np.linspace(0, len(values) - 1, most).round().astype(int)
     return tuple(values[place] for place in places)
 
 
-def seconds_a_line(job: Job, lines: NDArray[np.int64], seconds: float) -> Cost:
-    """What these lines take: as many of them as ``seconds`` allow, in the order given, are solved on this thread."""
+def seconds_per_batch(job: Job, batches: NDArray[np.int64], seconds: float) -> Cost:
+    """Time of these batches: as many as ``seconds`` allow, in the order given, are solved on this thread."""
     taken: list[float] = []
-    for line in lines:
+    for batch in batches:
         if (len(taken) >= LEAST and sum(taken) >= seconds) or sum(taken) >= LONGEST:
             break
-        _respond(job, line)
+        _respond(job, batch)
         start = thread_time()
-        job.solve(_one(line), never)
+        job.solve(_one(batch), never)
         taken.append(thread_time() - start)
-    return Cost(len(lines), len(taken), float(np.mean(taken)), float(np.std(taken, ddof=1)) if len(taken) > 1 else 0.0)
+    return Cost(
+        len(batches), len(taken), float(np.mean(taken)), float(np.std(taken, ddof=1)) if len(taken) > 1 else 0.0
+    )
 
 
-def _respond(job: Any, line: np.int64) -> None:
-    """Solve the motion without contact, which a scan does once for all lines of a motion."""
-    motion = tuple(int(place) for place in np.unravel_index(line, job.shape[:-1])[:3])
+def _respond(job: Any, batch: np.int64) -> None:
+    """Solve the motion without contact, which a scan does once for all batches of a motion."""
+    motion = tuple(int(place) for place in np.unravel_index(batch, job.shape[:-1])[:3])
     (job.driven if job.study.is_row else job.free)(motion)
 
 
-def _one(line: np.int64) -> range:
-    return range(int(line), int(line) + 1)
+def _one(batch: np.int64) -> range:
+    return range(int(batch), int(batch) + 1)
 
 
 def _spread(count: int, offset: float) -> NDArray[np.int64]:
-    """The places 0 … ``count`` − 1 in an order of which any beginning lies evenly over all of them."""
+    """The numbers 0 … ``count`` − 1 in an order of which any beginning is evenly distributed over them."""
     return np.argsort(np.argsort((offset + GOLDEN * np.arange(count)) % 1.0))
+
+
+class RowBench(NamedTuple):
+    """Cases of a row's grid, evenly drawn, whose runs are timed."""
+
+    cases: tuple[tuple[Cases, Limits], ...]
+
+    def seconds(self) -> float:
+        """Mean processor time of a run of the whole row; the motion without contact is known before."""
+        start = process_time()
+        for cases, limits in self.cases:
+            cases.whole(limits)
+        return (process_time() - start) / len(self.cases)
+
+
+def row_bench(study: Study, most: int) -> RowBench:
+    """At most ``most`` cases of a row's grid; raises as `row_grid`."""
+    from pounding_risk.ensemble.row_job import RowJob
+
+    job = RowJob(ScanInput(study, motions_of(study)))
+    places = _evenly(tuple(np.ndindex(job.shape)), most)
+    return RowBench(
+        tuple(
+            (job.cases((record, polarity, pga), law, study.rtol), job.grid.limits(gap, force))
+            for record, polarity, pga, law, gap, force in places
+        )
+    )

@@ -1,4 +1,4 @@
-"""What `--set` changes in a scene, value by value, after everything that follows from it is known."""
+"""Changes of a scene by `--set`, value by value, with the values that follow from them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pounding_risk.scene.scene import Study
 from pounding_risk.units import Quantity, say
 
 NOWHERE = "not given"
-FEW = 6  # values that are all told
+FEW = 6  # values of a list that are shown one by one
 OF_MOTIONS = ("records.unit", "records.dt", "records.window", "records.processing")  # act on motions and nothing else
 
 
 def changes(before: Study, after: Study) -> tuple[str, ...]:
-    """One line a value that differs, such as "interface.gap: 10 mm -> 20 mm", under the name that `--set` has for it.
+    """A line for each value that differs, such as "interface.gap: 10 mm -> 20 mm", with the names of `--set`.
 
-    Both scenes have every default filled in, so that what follows from a changed value is told as well.
+    Defaults are filled in on both sides, so that values that follow from a changed one are listed too.
     """
     old, new = dict(flat(before.resolved())), dict(flat(after.resolved()))
     keys = dict.fromkeys([*old, *new])
@@ -26,7 +26,7 @@ def changes(before: Study, after: Study) -> tuple[str, ...]:
 
 
 def told_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
-    """The lines of `changes` where all motions stay the same, to the last bit: what acts on motions alone is idle."""
+    """The lines of `changes` for equal motions: keys that act on motions alone are marked as without effect."""
     return tuple(
         f"{line} (without effect: every motion stays the same)" if line.startswith(OF_MOTIONS) else line
         for line in changes
@@ -36,8 +36,8 @@ def told_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
 def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     """Every value of nested tables by its dotted name; a table of several by its ``name``, or its number from 1.
 
-    These are the names that ``--set`` takes. `identity.flattened` counts tables instead, as no name can hide a
-    difference there, and tells values to the last digit, since two studies are kept apart by it.
+    These are the names that ``--set`` takes. `identity.flattened` numbers the tables instead, so that equal names
+    cannot hide a difference.
     """
     for key, value in tables.items():
         path = f"{above}{key}"
@@ -52,23 +52,23 @@ def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]
 
 
 def _from_to(was: Any, now: Any) -> str:
-    """Both values as an engineer writes them; to the last digit where they would read alike."""
-    short = [_told(value, _rounded) for value in (was, now)]
-    return " -> ".join(short if short[0] != short[1] else [_told(value, str) for value in (was, now)])
+    """Both values rounded; with all digits where they would read alike."""
+    short = [_shown(value, _rounded) for value in (was, now)]
+    return " -> ".join(short if short[0] != short[1] else [_shown(value, str) for value in (was, now)])
 
 
-def _told(value: Any, text: Callable[[str], str]) -> str:
-    """A value without the quotes of a scene file; of many values how many, the first and the last."""
+def _shown(value: Any, text: Callable[[str], str]) -> str:
+    """A value without quotes; of a long list the length, the first and the last value."""
     if isinstance(value, str):
         return text(value)
     if isinstance(value, list):
-        told = [_told(each, text) for each in value]
-        return ", ".join(told) if len(told) <= FEW else f"{len(told)} values from {told[0]} to {told[-1]}"
+        values = [_shown(one, text) for one in value]
+        return ", ".join(values) if len(values) <= FEW else f"{len(values)} values from {values[0]} to {values[-1]}"
     return str(value)
 
 
 def _rounded(text: str) -> str:
-    """A quantity in SI, as `Study.resolved` has it, in the unit and with the digits that one would say."""
+    """A quantity in SI, as in `Study.resolved`, rounded and in a convenient unit."""
     number, _, unit = text.partition(" ")
     try:
         return say(float(number), Quantity(unit, -inf, inf, "")) if unit else text

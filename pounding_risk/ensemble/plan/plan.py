@@ -1,35 +1,93 @@
-"""What a scene asks for, before anything runs: its cases, its records read and checked, and what the run takes."""
+"""The plan of a scan: its cases, its ground motions as processed, its size, and the time it takes on this machine."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import prod, sqrt
 from os import cpu_count
 from pathlib import Path
-from typing import TYPE_CHECKING
+from shutil import disk_usage
+from typing import TYPE_CHECKING, NamedTuple
 
-from pounding_risk.ensemble.plan.numbers import PlannedRecord, PlanNumbers, shape_of
-from pounding_risk.ensemble.plan.text import run_words, scene_words
+from pounding_risk._common.counted import counted
+from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.scene import Study
 from pounding_risk.scene.unused_keys import unused_keys
 from pounding_risk.units import PGA, TIME, say
 
 if TYPE_CHECKING:
+    from pounding_risk.ensemble.plan.compilation import Kernels
     from pounding_risk.motions.ensemble import MotionEnsemble
+
+HERE = "`scan --plan`"
+
+
+class PlannedRecord(NamedTuple):
+    """A ground motion as it will be used, before polarity and the grid's amplitudes."""
+
+    name: str
+    event: str
+    state: str  # "raw" or "processed", as it was found
+    duration: float  # s, the tail included
+    dt: float  # s
+    pga: float  # m/s²
+    flags: tuple[str, ...]  # doubts, one sentence each
+    processing: tuple[str, ...]  # steps, one sentence each
 
 
 @dataclass(frozen=True, repr=False)
-class Plan(PlanNumbers):
-    """A scene without a fault, its records, and what its run takes on this machine, in numbers and in words."""
+class Plan(ShortRepr):
+    """A scene without faults, its ground motions, and what its scan takes on this machine.
+
+    Numbers that could only be known by compiling are None unless that was asked for.
+    """
+
+    study: Study
+    records: tuple[PlannedRecord, ...]
+    kernels: Kernels  # compiled before the plan was made
+    bytes: int  # of the dataset's variables, before compression
+    memory: int  # bytes, about, of a scan into a file
+    threads: int
+    notes: tuple[str, ...] = ()  # on unusual numbers of the scene and its records
+    left_out: tuple[str, ...] = ()  # files that are named and are no record of the scene, and why
+    changes: tuple[str, ...] = ()  # values that `--set` changes, one sentence each
+    unused: tuple[str, ...] = ()  # keys of the scene that change nothing in it, and why
+    compiled: bool = False  # whether the plan has compiled what was missing
+    screened: int | None = None  # batches that follow from the motion without contact, which closes no gap
+    share: float = 1.0  # of the batches that the following is learnt from, evenly drawn from a large grid
+    seconds: float | None = None  # of solving, on so many threads
+    error: float | None = None  # standard error of it [s]
+    sampled: int = 0  # batches that were solved to learn this
+
+    @property
+    def shape(self) -> dict[str, int]:
+        """Number of values along each dimension of the dataset, in order; 1 where the scene names no grid."""
+        return shape_of(self.study, len(self.records))
+
+    @property
+    def cases(self) -> int:
+        """Number of cases of the grid, whether simulated or not."""
+        return prod(self.shape.values())
+
+    @property
+    def batches(self) -> int:
+        """Number of batches: all yield forces of one motion, contact model and gap."""
+        return self.cases // self.shape["yield_force"]
+
+    @property
+    def shaking(self) -> float:
+        """Duration of ground motion, summed over all cases [s]."""
+        return self.cases // len(self.records) * sum(record.duration for record in self.records)
 
     def summary(self) -> list[tuple[str, str]]:
-        """The scene as an engineer reads it, and its run: what, and the words for it; one pair a line."""
-        return [*scene_words(self.study, len(self.records)), *run_words(self)]
+        """The scene and its scan in words: (what, words) by line of a table."""
+        return [*scene_words(self.study, len(self.records)), *_run_words(self)]
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """The scene and its run in words."""
+        """The scene and its scan in words."""
         return self.summary()
 
     def __str__(self) -> str:
@@ -43,9 +101,26 @@ class Plan(PlanNumbers):
 
 
 def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
-    """Check a scene and its records, and plan its run with what is compiled already; compile nothing, run nothing.
+    """Check a scene and its records, and plan its scan without compiling or running anything.
 
-    As `plan`, but quick: what would take compiling stays None.
+    Parameters
+    ----------
+    scene : Study, str or Path
+        A scene, or the path of a scene file.
+    overrides : sequence of str
+        Values to change, as after ``--set`` on the command line: 'interface.gap="20 mm"'.
+
+    Returns
+    -------
+    Plan
+        As of `plan`; what would take compiling to know is None.
+
+    Raises
+    ------
+    SceneError
+        With every fault of the scene.
+    RecordError
+        For a record that cannot be used.
     """
     return plan(scene, overrides, compiling=False)
 
@@ -53,12 +128,30 @@ def validate(scene: Study | str | Path, overrides: Sequence[str] = ()) -> Plan:
 def plan(
     scene: Study | str | Path, overrides: Sequence[str] = (), *, workers: int | None = None, compiling: bool = True
 ) -> Plan:
-    """Check a scene and its records, and tell what its run takes: lines, bytes, memory, compiling, time.
+    """Check a scene and its records, and estimate the size and the time of its scan. No file is written.
 
-    ``overrides`` are as after ``--set`` on the command line ('interface.gap="20 mm"'). The time is that of ``workers``
-    threads, one a processor by default, from a second of solving a random few lines of each contact model;
-    ``compiling`` False leaves out what is not compiled yet. Nothing is written. Raises SceneError, which tells every
-    fault of a scene file at once, and RecordError for a record that cannot be used.
+    Parameters
+    ----------
+    scene : Study, str or Path
+        A scene, or the path of a scene file.
+    overrides : sequence of str
+        Values to change, as after ``--set`` on the command line: 'interface.gap="20 mm"'.
+    workers : int, optional
+        Number of threads that the time is of; one per processor by default.
+    compiling : bool
+        Whether to compile what is missing; otherwise what would take compiling to know is None.
+
+    Returns
+    -------
+    Plan
+        Cases, bytes, memory; and seconds, from about a second of solving a random sample of batches.
+
+    Raises
+    ------
+    SceneError
+        With every fault of the scene.
+    RecordError
+        For a record that cannot be used.
     """
     from pounding_risk.ensemble.laws import check_reach
     from pounding_risk.ensemble.limits import check_dataset, check_memory
@@ -70,29 +163,42 @@ def plan(
     before, study = _read(scene, overrides)
     for place in range(len(study.interfaces)):
         check_reach(study.at(place), study.grid.contact_models)
-    found = gathered(study)
-    shape = shape_of(study, len(found.motions))
+    ensemble = gathered(study)
+    shape = shape_of(study, len(ensemble.motions))
     size = sizes(study).of(shape)
     check_dataset(study, prod(shape.values()), size)
-    check_memory(study, found.motions)
-    made = Plan(
+    check_memory(study, ensemble.motions)
+    untimed = Plan(
         study,
-        tuple(_planned(motion) for motion in found.motions),
+        tuple(map(_planned, ensemble.motions)),
         kernels_of(study),
         size,
         0,
         workers or cpu_count() or 1,
-        of_input(study, found.motions),
-        found.left_out,
-        _changes(before, study, found.motions),
+        of_input(study, ensemble.motions),
+        ensemble.left_out,
+        _changes(before, study, ensemble.motions),
         unused_keys(study),
         compiling,
     )
-    return _timed(made, found)
+    return _timed(untimed, ensemble)
+
+
+def shape_of(study: Study, records: int) -> dict[str, int]:
+    """Number of values along each dimension of the dataset, by its name, in order."""
+    grid = study.grid
+    return {
+        "record": records,
+        "polarity": len(study.records.polarities),
+        "pga": len(grid.pgas),
+        "contact_model": len(grid.contact_models),
+        "gap": len(grid.gaps),
+        "yield_force": len(grid.yield_forces),
+    }
 
 
 def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | None, Study]:
-    """The scene as it stands, where it does without the overrides, and with them."""
+    """The scene without the overrides, None where there are none or it has faults, and the scene with them."""
     from pounding_risk.errors import SceneError
     from pounding_risk.scene.reader import parse_scene, read_scene
 
@@ -112,23 +218,23 @@ def _read(scene: Study | str | Path, overrides: Sequence[str]) -> tuple[Study | 
 
 
 def _changes(before: Study | None, study: Study, motions: tuple[Motion, ...]) -> tuple[str, ...]:
-    """What the overrides change, what of it changes no motion, and what becomes of the number of cases."""
+    """What the overrides change, which of them change no motion, and how the number of cases changes."""
     from pounding_risk.ensemble.plan.overrides import changes, told_as_idle
 
     if before is None:
         return ()
-    told = changes(before, study)
+    sentences = changes(before, study)
     were = _motions_before(before, study, motions)
     if were is None:
-        return told
-    if before.records != study.records and [each.digest for each in were] == [each.digest for each in motions]:
-        told = told_as_idle(told)
-    old, new = (prod(shape_of(each, count).values()) for each, count in ((before, len(were)), (study, len(motions))))
-    return (*told, f"cases: {old} -> {new}") if old != new else told
+        return sentences
+    if before.records != study.records and [motion.digest for motion in were] == [motion.digest for motion in motions]:
+        sentences = told_as_idle(sentences)
+    old, new = (prod(shape_of(one, count).values()) for one, count in ((before, len(were)), (study, len(motions))))
+    return (*sentences, f"cases: {old} -> {new}") if old != new else sentences
 
 
 def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) -> tuple[Motion, ...] | None:
-    """The motions that the scene has without the overrides; None where they cannot be used."""
+    """The motions of the scene without the overrides; None where they cannot be used."""
     from pounding_risk.errors import RecordError, SceneError
     from pounding_risk.scene.motions import gathered
 
@@ -140,37 +246,113 @@ def _motions_before(before: Study, study: Study, motions: tuple[Motion, ...]) ->
         return None
 
 
-def _timed(made: Plan, found: MotionEnsemble) -> Plan:
-    """The plan with what it takes the motion without contact, and then the solving of some lines, to know."""
-    from pounding_risk.ensemble.plan.cost import alone, costs, few_lines
+def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
+    """The plan with what takes solving to know: the motion without contact, and a sample of batches."""
+    from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
     from pounding_risk.ensemble.plan.size import memory
 
-    kernels, may_compile = made.kernels, made.compiled
+    kernels, may_compile, motions = made.kernels, made.compiled, ensemble.motions
     if not may_compile and (kernels.interpreted or not kernels.motion):
-        return replace(made, memory=memory(made, found.motions, 0))
-    few, share = few_lines(made.study, len(found.motions))
-    still = alone(few, found.motions)
-    touching = round(int((still.closed > 0.0).sum()) * made.shape["contact_model"] / share)
-    made = replace(made, screened=made.lines - touching, share=share, memory=memory(made, found.motions, still.size))
+        return replace(made, memory=memory(made.study, made.shape, made.threads, motions, 0))
+    few, share = few_batches(made.study, len(motions))
+    free = alone(few, motions)
+    touching = round(int((free.closed > 0.0).sum()) * made.shape["contact_model"] / share)
+    size = memory(made.study, made.shape, made.threads, motions, free.size)
+    made = replace(made, screened=made.batches - touching, share=share, memory=size)
     if not may_compile and not kernels.whole:
         return made
-    each = costs(few, found.motions, still.closed)
+    samples = costs(few, motions, free.closed)
     return replace(
         made,
-        seconds=sum(cost.seconds for cost in each) / made.threads / share,
-        error=sqrt(sum(cost.error**2 for cost in each)) / made.threads / share,
-        sampled=sum(cost.sampled for cost in each),
+        seconds=sum(cost.seconds for cost in samples) / made.threads / share,
+        error=sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share,
+        sampled=sum(cost.sampled for cost in samples),
     )
 
 
 def _planned(motion: Motion) -> PlannedRecord:
+    event, state = (str(motion.record.get(key, "")) for key in ("event", "state"))
     return PlannedRecord(
-        motion.name,
-        str(motion.record.get("event", "")),
-        str(motion.record.get("state", "")),
-        motion.duration,
-        motion.dt,
-        motion.pga,
-        motion.flags,
-        motion.processing,
+        motion.name, event, state, motion.duration, motion.dt, motion.pga, motion.flags, motion.processing
     )
+
+
+def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
+    """What is to be run and what that takes: (what, words)."""
+    yield "cases", _cases(plan)
+    yield "batches", _batches(plan)
+    yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
+    beside = "" if plan.screened is not None else ", and the responses without contact"
+    yield "memory", f"about {_bytes(plan.memory)}{beside}"
+    yield "compiling", _compiling(plan)
+    yield "time", _time(plan)
+    yield from (("changed", sentence) for sentence in plan.changes)
+    yield from (("unused", sentence) for sentence in plan.unused)
+
+
+def _room(plan: Plan) -> str:
+    """The free space beside the scene, where the dataset may need more."""
+    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
+    free = disk_usage(folder).free
+    return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
+
+
+def _cases(plan: Plan) -> str:
+    factors = [f"{count} {name.replace('_', ' ')}s" for name, count in plan.shape.items() if count > 1]
+    factors = [factor.replace("polaritys", "polarities") for factor in factors]
+    return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
+
+
+def _batches(plan: Plan) -> str:
+    width = plan.shape["yield_force"]
+    words = f"{plan.batches}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
+    if plan.screened is None:
+        return f"{words}; how many of them touch is not known yet, {HERE} finds it"
+    share = 100.0 * plan.screened / plan.batches
+    about = "" if plan.share == 1.0 else "about "
+    return f"{words}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+
+
+def _compiling(plan: Plan) -> str:
+    kernels = plan.kernels
+    if kernels.interpreted:
+        return "switched off by NUMBA_DISABLE_JIT: every batch takes some hundred times as long"
+    if kernels.whole:
+        return "nothing: all is compiled"
+    parts = [] if kernels.motion else ["the motion without contact"]
+    parts += [] if kernels.solver else ["the solver of rows, once for all contact models"]
+    if kernels.missing:
+        when = " (by each process)" if kernels.at_each_start else ""
+        parts.append(f"{counted(kernels.missing, 'contact model')}{when}")
+    listed = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+    return f"{'compiled just now' if plan.compiled else 'not compiled yet'}: {listed}"
+
+
+def _time(plan: Plan) -> str:
+    if plan.seconds is None:
+        if plan.kernels.interpreted:
+            return f"not known, since nothing is compiled; {HERE} times a sample all the same"
+        return f"not known, since not all is compiled; {HERE} compiles and times a sample"
+    return (
+        f"about {duration(plan.seconds)} on {counted(plan.threads, 'thread')}, ± {duration(plan.error or 0.0)}: from "
+        f"{counted(plan.sampled, 'batch', 'batches')} solved here; without compiling and writing"
+    )
+
+
+def duration(seconds: float) -> str:
+    """A time in words: 0.8 s, 42 s, 12 min, 3 h 20 min."""
+    if seconds < 9.5:
+        return f"{max(seconds, 0.1):.1f} s"
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    if minutes < 60:
+        return f"{minutes} min"
+    return f"{minutes // 60} h {minutes % 60} min" if minutes < 6000 else f"{minutes / 1440:.1f} days"
+
+
+def _bytes(size: int) -> str:
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return f"{size} bytes"

@@ -1,12 +1,9 @@
-"""A plan in words: the scene as an engineer reads it, and what its run takes."""
+"""A scene in words, as an engineer reads it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import inf, isnan
-from pathlib import Path
-from shutil import disk_usage
-from typing import TYPE_CHECKING
 
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
@@ -36,15 +33,9 @@ from pounding_risk.units import (
     say,
 )
 
-if TYPE_CHECKING:
-    from pounding_risk.ensemble.plan.numbers import PlanNumbers
-
-HERE = "`scan --plan`"
-BESIDE = ", and the responses without contact"
-
 
 def scene_words(study: Study, records: int) -> list[tuple[str, str]]:
-    """The scene as an engineer reads it: what, and the words for it; one pair a line."""
+    """The scene in words: (what, words) by line of a table."""
     given = given_keys(study)
     return [
         ("scene", study.name),
@@ -85,7 +76,7 @@ def _of_row(study: Study) -> list[tuple[str, str]]:
 
 
 def _levels(rule: LevelRule) -> str:
-    """When floors of two neighbours meet floor to floor."""
+    """The rule by which floors of two neighbours collide floor to floor."""
     if rule.tolerance is not None:
         return f"floors up to {say(rule.tolerance, STOREY_HEIGHT)} apart in level are one, by tolerance"
     depths = " and ".join(dict.fromkeys(say(depth, STOREY_HEIGHT) for depth in (rule.left_depth, rule.right_depth)))
@@ -93,8 +84,8 @@ def _levels(rule: LevelRule) -> str:
 
 
 def _points(here: Study) -> list[str]:
-    """Where two neighbours meet, floor to floor and floor to column, with the yield force of each kind."""
-    told = []
+    """Contact points of two neighbours, floor to floor and floor to column, with the yield force of each kind."""
+    kinds = []
     (neighbour,), (left, right) = here.neighbours, here.buildings
     for kind, force in ((FLOOR, neighbour.yield_force), (COLUMN, neighbour.column_yield_force)):
         places = [
@@ -104,8 +95,8 @@ def _points(here: Study) -> list[str]:
             if point.kind == kind
         ]
         strength = "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
-        told += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
-    return told
+        kinds += [f"floor to {kind}, {strength}: {'; '.join(places)}"] if places else []
+    return kinds
 
 
 def _place(floor: float) -> str:
@@ -145,9 +136,9 @@ def _interface(study: Study) -> str:
 
 
 def _laws(study: Study) -> list[str]:
-    """Each contact model that the grid runs, with where its stiffness is from."""
+    """Each contact model of the grid, with the origin of its stiffness."""
     terms = study.equal_terms
-    found = []
+    models = []
     for name in study.grid.contact_models:
         if study.is_row and not study.needs_equal_terms(name):
             stiffness = "stiffness of each interface"
@@ -157,8 +148,8 @@ def _laws(study: Study) -> list[str]:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
             stiffness = f"stiffness {say(study.stiffness, stiffness_quantity(known_law(study.stiff_name)))}"
-        found.append(f"{name}, {stiffness}")
-    return found
+        models.append(f"{name}, {stiffness}")
+    return models
 
 
 def _restitution(study: Study) -> str:
@@ -171,7 +162,7 @@ def _restitution(study: Study) -> str:
 
 
 def _effect(effect: Effect, given: Given) -> str:
-    """The options in force; those that the scene leaves out are marked."""
+    """An effect with its options; defaults are marked."""
     kind = EFFECTS[effect.name]
     values = {key: option_words(kind.options[key], value) for key, value in effect.options}
     values |= {key: words for key, words in kind.absent.items() if key not in values}
@@ -215,98 +206,7 @@ def _grid(study: Study) -> list[tuple[str, str]]:
 
 
 def _span(values: Sequence[float], quantity: Quantity) -> str:
-    """All values where they are few, otherwise the ends and how many."""
+    """All values where they are few, otherwise their number, the first and the last."""
     if len(values) <= 6:
         return ", ".join(say(value, quantity) for value in values)
     return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
-
-
-def run_words(plan: PlanNumbers) -> Iterator[tuple[str, str]]:
-    """What is to be run, and what that takes; one pair a line."""
-    yield "cases", _cases(plan)
-    yield "lines", _lines(plan)
-    yield "dataset", f"{_bytes(plan.bytes)} before compression{_room(plan)}"
-    if plan.chunks is not None:
-        yield "chunks", f"about {plan.chunks}, each kept on disk as it is done"
-    yield "memory", f"about {_bytes(plan.memory)}" + ("" if plan.screened is not None else BESIDE)
-    yield "compiling", _compiling(plan)
-    yield "time", _time(plan)
-    for sentence in plan.changes:
-        yield "changed", sentence
-    for sentence in plan.unused:
-        yield "unused", sentence
-
-
-def _room(plan: PlanNumbers) -> str:
-    """What is free beside the scene, where the dataset may need more."""
-    folder = plan.study.folder if plan.study.folder.is_dir() else Path()
-    free = disk_usage(folder).free
-    return "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
-
-
-def _cases(plan: PlanNumbers) -> str:
-    factors = [f"{count} {name.replace('_', ' ')}s" for name, count in plan.shape.items() if count > 1]
-    factors = [factor.replace("polaritys", "polarities") for factor in factors]
-    return f"{plan.cases} = {' × '.join(factors)}" if len(factors) > 1 else str(plan.cases)
-
-
-def _lines(plan: PlanNumbers) -> str:
-    """A line is what is solved at once: all yield forces of a gap."""
-    width = plan.shape["yield_force"]
-    each = f"{plan.lines}, each a motion, a contact model and a gap" + (f" with {width} yield forces" * (width > 1))
-    if plan.screened is None:
-        return f"{each}; how many of them touch is not known yet, {HERE} finds it"
-    share = 100.0 * plan.screened / plan.lines
-    about = "" if plan.share == 1.0 else "about "
-    return f"{each}; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
-
-
-def _compiling(plan: PlanNumbers) -> str:
-    kernels = plan.kernels
-    if kernels.interpreted:
-        return "switched off by NUMBA_DISABLE_JIT: every line takes some hundred times as long"
-    if kernels.whole:
-        return "nothing: all is compiled"
-    parts = [] if kernels.motion else ["the motion without contact"]
-    parts += [] if kernels.solver else ["the solver of rows, once for all contact models"]
-    if kernels.missing:
-        when = " (by each process)" if kernels.at_each_start else ""
-        parts.append(f"{kernels.missing} contact model{'s' * (kernels.missing > 1)}{when}")
-    told = f"{_joined(parts)}: about {kernels.seconds:.0f} s"
-    return f"compiled just now: {told}" if plan.compiled else f"not compiled yet: {told}"
-
-
-def _joined(parts: list[str]) -> str:
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
-
-
-def _time(plan: PlanNumbers) -> str:
-    if plan.seconds is None:
-        if plan.kernels.interpreted:
-            return f"not known, since nothing is compiled; {HERE} times a sample all the same"
-        return f"not known, since not all is compiled; {HERE} compiles and times a sample"
-    threads = f"on {plan.threads} thread{'s' * (plan.threads > 1)}"
-    sample = f"{plan.sampled} line{'s' * (plan.sampled > 1)}"
-    return (
-        f"about {duration(plan.seconds)} {threads}, ± {duration(plan.error or 0.0)}: from {sample} solved here; "
-        "without compiling and writing"
-    )
-
-
-def duration(seconds: float) -> str:
-    """A time as one says it: 0.8 s, 42 s, 12 min, 3 h 20 min."""
-    if seconds < 9.5:
-        return f"{max(seconds, 0.1):.1f} s"
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60.0)
-    if minutes < 60:
-        return f"{minutes} min"
-    return f"{minutes // 60} h {minutes % 60} min" if minutes < 6000 else f"{minutes / 1440:.1f} days"
-
-
-def _bytes(size: int) -> str:
-    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size >= scale:
-            return f"{size / scale:.3g} {unit}"
-    return f"{size} bytes"
