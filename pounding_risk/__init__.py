@@ -1,7 +1,7 @@
 """Seismic pounding of adjacent buildings: from strong-motion records to an assessment of gaps.
 
-Every command of the command line is one function here, under the same name. They are imported on first use, so
-that ``import pounding_risk`` costs next to nothing.
+Every command of the command line is one function here, under the same name; `figures`, `motions` and `units` are
+namespaces for the rest. They are imported on first use, so that ``import pounding_risk`` costs next to nothing.
 """
 
 from __future__ import annotations
@@ -45,10 +45,14 @@ _HOMES = {
     "save": "results.files",
 }
 
+_NAMESPACES = ("figures", "motions", "units")
+
 __all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> Any:
+    if name in _NAMESPACES:
+        return import_module(f"{__name__}.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
@@ -57,4 +61,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, *_NAMESPACES])

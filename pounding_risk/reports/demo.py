@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk import figures
-from pounding_risk._common.files import write_whole
 from pounding_risk.reports import report
 from pounding_risk.reports.html import write_page
 from pounding_risk.results.files import save

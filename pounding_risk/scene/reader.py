@@ -273,7 +273,12 @@ def read_scene(scene: str | Path | Mapping[str, Any], overrides: Sequence[str] =
         A scene file; or the tables of one, with its keys and quantities as text: then record files are relative to
         the working folder.
     overrides : sequence of str
-        What is set from outside, one key and value each.
+        Keys set from outside, one `path=value` each.
+
+    Returns
+    -------
+    Study
+        The scene with every number in SI and every default filled in.
 
     Raises
     ------

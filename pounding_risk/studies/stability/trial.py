@@ -69,7 +69,7 @@ class Scene(NamedTuple):
 
 
 class History(NamedTuple):
-    """Contacts and steps of one run, as `tally.CONTACT_COLUMNS` and `tally.STEP_COLUMNS`."""
+    """Contacts and steps of one run, as `counters.CONTACT_COLUMNS` and `counters.STEP_COLUMNS`."""
 
     contacts: Ground
     steps: Ground
